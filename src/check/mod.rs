@@ -21,6 +21,7 @@ use crate::check::finite_difference::{Difference, STEPS, difference, relative, s
 use crate::code::Code;
 use crate::energy::{Analytic, Energy};
 use crate::numerics::called::Called;
+use crate::summary::quantity::counted;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
@@ -429,19 +430,17 @@ impl CheckReport {
     pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);
-        let states = self.states;
+        let states = counted(self.states, "state");
         let summary = match (self.derivatives_agree(), is_confirmed) {
-            (true, true) => {
-                Summary::new(format!("derivatives agree at {states} states"), Tone::Good)
-            }
+            (true, true) => Summary::new(format!("derivatives agree at {states}"), Tone::Good),
             (true, false) => Summary::new(
                 format!(
-                    "finite differences disagree with the hand-derived derivatives at {states} states"
+                    "finite differences disagree with the hand-derived derivatives at {states}"
                 ),
                 Tone::Bad,
             ),
             (false, _) => Summary::new(
-                format!("hand-derived and automatic derivatives disagree at {states} states"),
+                format!("hand-derived and automatic derivatives disagree at {states}"),
                 Tone::Bad,
             )
             .coded(Some(Code::DerivativesDisagree)),

@@ -63,6 +63,10 @@ pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
     Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
+#[cfg(feature = "page")]
+pub(crate) use report::quoted::{
+    QuotedEstimate, QuotedInterval, interval_heading, quoted_estimates,
+};
 pub use report::recorded_motion::{
     MeanError, RecordedMotion, RecordedSnapshot, RecordingPlots, SpeedError, WindowError,
 };
@@ -78,6 +82,8 @@ pub use uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo}
 pub use uncertainty::covariance::determined_groups::DeterminedGroup;
 pub use uncertainty::covariance::identifiability::{Finding, NonIdentifiability};
 pub use uncertainty::covariance::profile_likelihood::Profile;
+#[cfg(feature = "page")]
+pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
 pub use uncertainty::discrepancy::prediction::Prediction;

@@ -5,6 +5,7 @@ use crate::page::estimate::interval;
 use crate::page::html::{escaped, note};
 use crate::page::number::{Scale, change, percent, quantity, short};
 use crate::page::table::Table;
+use crate::summary::quantity::counted;
 
 /// Inputs that are not folded.
 const SHOWN: usize = 6;
@@ -106,7 +107,7 @@ fn monte_carlo(e: &Estimate) -> String {
     let scale = Scale::of(found.std, e.name.unit());
     let [std, linear] = [found.std, found.linear_std].map(|x| scale.with_unit(x, Some(x)));
     note(&escaped(&format!(
-        "Monte Carlo, {} fits with random inputs and noise: standard deviation {std}; budget: {linear}.",
-        found.fits
+        "Monte Carlo, {} with random inputs and noise: standard deviation {std}; budget: {linear}.",
+        counted(found.fits, "fit")
     )))
 }

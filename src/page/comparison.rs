@@ -1,15 +1,16 @@
 //! The page that compares several fits: a plot and a table of every parameter, with the grades.
 
-use crate::fit::{Estimate, FitSummary, Grade};
+use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::card::{Tone, card};
 use crate::page::chart::{Chart, labeled};
-use crate::page::estimate::{Quoted, interval};
+use crate::page::estimate::interval;
 use crate::page::figure::{OBSERVED, figure};
-use crate::page::fit::tone;
+use crate::page::fit::{error_head, tone};
 use crate::page::html::{capitalized, escaped, section, with_explanation};
 use crate::page::number::{NONE, Scale};
 use crate::page::page;
 use crate::page::table::Table;
+use crate::summary::quantity::counted;
 
 /// Height of a row of a plot, and of its axis, px.
 const ROW_HEIGHT: f64 = 24.0;
@@ -93,7 +94,7 @@ fn first_card(fits: &[FitSummary], labels: &[String]) -> String {
         table.row(escaped(label), cells);
     }
     let content = format!("<p>{}.</p>\n{}", counts.join(", "), table.html());
-    card(tone, &format!("{} fits", fits.len()), &content, &[])
+    card(tone, &counted(fits.len(), "fit"), &content, &[])
 }
 
 fn tone_of(fit: &FitSummary) -> Tone {
@@ -132,8 +133,8 @@ fn parameter(fits: &[FitSummary], label: &str) -> String {
     let own: Vec<(&FitSummary, &Estimate)> =
         fits.iter().filter_map(|fit| Some((fit, estimate(fit, label)?))).collect();
     let Some((_, first)) = own.first() else { return String::new() };
-    let ends_of = |e: &Estimate| Quoted::of(e).ends.into_iter().flatten().collect::<Vec<f64>>();
-    let sizes = own.iter().flat_map(|(_, e)| e.value.into_iter().chain(ends_of(e)));
+    let sizes =
+        own.iter().flat_map(|(_, e)| e.value.into_iter().chain(ends(e).into_iter().flatten()));
     let scale = Scale::fitting(sizes, first.name.unit());
     let numbered = |k: usize, fit: &FitSummary| match own.len() <= MAX_NAMED {
         true => fit.name.clone(),
@@ -146,7 +147,7 @@ fn parameter(fits: &[FitSummary], label: &str) -> String {
         .enumerate()
         .filter_map(|(k, (_, e))| {
             let value = e.value?;
-            let ends = Quoted::of(e).ends.unwrap_or([value; 2]);
+            let ends = ends(e).unwrap_or([value; 2]);
             Some(((value / scale.factor, -(k as f64)), ends.map(|end| end / scale.factor)))
         })
         .collect();
@@ -159,20 +160,22 @@ fn parameter(fits: &[FitSummary], label: &str) -> String {
     drawn + &table(&own, label, &scale)
 }
 
+/// Ends of the quoted interval.
+fn ends(e: &Estimate) -> Option<[f64; 2]> {
+    e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded).or(e.interval95)
+}
+
 fn table(own: &[(&FitSummary, &Estimate)], label: &str, scale: &Scale) -> String {
-    let is_expanded = own.iter().any(|(_, e)| Quoted::of(e).is_expanded);
-    let interval_head = if is_expanded { "95 % interval (expanded)" } else { "95 % interval" };
-    let error_head = if is_expanded { "standard uncertainty" } else { "standard error" };
-    let heads = ["fit", "estimate", error_head, interval_head, "unit", "grade"];
+    let rows: Vec<QuotedEstimate> = own.iter().map(|(_, e)| QuotedEstimate::of(e)).collect();
+    let heads = ["fit", "estimate", error_head(&rows), interval_heading(&rows), "unit", "grade"];
     let mut table = Table::new(&format!("{label} of every fit"), heads);
-    for (fit, e) in own {
-        let quoted = Quoted::of(e);
+    for ((fit, e), quoted) in own.iter().zip(&rows) {
         let show = |x: f64| scale.show(x, quoted.std.or(Some(1e-3 * x.abs())));
-        let bound = match (e.lower95, e.upper95) {
-            (Some(lower), _) => Some(format!("at least {} (one-sided)", show(lower))),
-            (None, Some(upper)) => Some(format!("at most {} (one-sided)", show(upper))),
-            (None, None) => quoted.ends.map(|ends| interval(ends, quoted.std, scale)),
-        };
+        let bound = quoted.interval.map(|bound| match bound {
+            QuotedInterval::AtLeast(lower) => format!("at least {} (one-sided)", show(lower)),
+            QuotedInterval::AtMost(upper) => format!("at most {} (one-sided)", show(upper)),
+            QuotedInterval::Between(ends) => interval(ends, quoted.std, scale),
+        });
         let value = match e.value {
             Some(value) => format!("<b>{}</b>", show(value)),
             None if e.lower95.is_some() => NONE.into(),

@@ -1,12 +1,14 @@
 //! The page of a planned experiment: the expected uncertainty, the contribution of each measurement, and other choices of
 //! marker, duration and frame rate.
 
-use crate::fit::{Advice, Choice, Contribution, Design, DesignVariable, Estimate};
+use crate::fit::{
+    Advice, Choice, Contribution, Design, DesignVariable, Estimate, quoted_estimates,
+};
 use crate::page::budget::budgets;
 use crate::page::card::{Tone, card};
 use crate::page::chart::{Chart, labeled};
 use crate::page::correlation::Correlations;
-use crate::page::effects::{largest_bias, undetected_bias};
+use crate::page::effects::{largest_biases, undetected_bias};
 use crate::page::figure::{figure, row};
 use crate::page::html::{capitalized, escaped, folded, note, section, section_if_any};
 use crate::page::number::{Scale, percent, quantity};
@@ -50,8 +52,8 @@ fn first_card(design: &Design) -> String {
         }
     };
     let heads = ["assumed value", "expected standard error"];
-    let mut content = estimate::table(&design.parameters, heads);
-    content += &note(&largest_bias(&design.undetected_bias));
+    let mut content = estimate::table(&quoted_estimates(&design.parameters, &[]), heads);
+    content += &note(&largest_biases(&design.undetected_bias, &design.parameters));
     let findings = design.not_identifiable.iter();
     let findings: Vec<String> =
         findings.map(|f| f.kind.code().behind(capitalized(&f.description))).collect();

@@ -1,10 +1,12 @@
 //! Effects that the model omits: those that the data show, and those that could bias a parameter undetected.
 
 use crate::code::Code;
-use crate::fit::{ScoreTest, UndetectedBias};
+
+use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};
 use crate::page::html::{escaped, folded, note, with_explanation};
 use crate::page::number::{change, percent, short};
 use crate::page::table::Table;
+use crate::summary::quantity::counted;
 
 /// Effects that are not folded.
 const SHOWN: usize = 5;
@@ -23,7 +25,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
             true => text,
             false => format!("\u{b1}{}", text.trim_start_matches(['+', '\u{2212}'])),
         };
-        let size = signed(change(bias.size, &bias.unit));
+        let size = signed(size(bias.size, &bias.unit));
         let shift = match bias.relative {
             Some(relative) if relative > 0.0 => signed(format!("+{}", percent(relative))),
             Some(relative) => signed(percent(relative)),
@@ -40,17 +42,25 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         + &explained(Code::UndetectedBias, "About these effects")
 }
 
-/// The largest bias over all parameters, as a sentence; nothing without any.
-pub(super) fn largest_bias(biases: &[UndetectedBias]) -> String {
-    let sized = biases.iter().filter_map(|bias| Some((bias.relative?.abs(), bias)));
-    match sized.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((relative, bias)) => format!(
-            "Not included: undetected bias of up to {} of {} ({}).",
-            percent(relative),
-            escaped(&bias.parameter),
-            escaped(&bias.effect)
-        ),
-        None => String::new(),
+/// The largest bias of every parameter, as a sentence; nothing without any.
+pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
+    let text = |(relative, bias): &(f64, &UndetectedBias)| {
+        let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));
+        format!("{} of {parameter} ({effect})", percent(*relative))
+    };
+    let biases = biases_beyond_interval(biases, parameters);
+    match &biases.iter().map(text).collect::<Vec<_>>()[..] {
+        [] => String::new(),
+        texts => format!("Not included: undetected bias, up to {}.", texts.join(", ")),
+    }
+}
+
+/// The size of an effect; a pure number, which scales a number of the scene, in per cent.
+fn size(value: f64, unit: &str) -> String {
+    match unit {
+        "" if value > 0.0 => format!("+{}", percent(value)),
+        "" => percent(value),
+        _ => change(value, unit),
     }
 }
 
@@ -63,15 +73,15 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     }
     if !likely.is_empty() {
         html += &note(
-            "Score tests: effects that explain the residuals better than noise does. Effects of one rank are not \
-             distinguishable by these data.",
+            "Score tests: effects that explain the residuals better than noise does. Rank 1 explains them best; effects that \
+             share a rank are not distinguishable by these data.",
         );
         html += &score_table(&likely).folded_after(SHOWN, "effects");
         html += &explained(Code::OmittedEffect, "About these effects");
     }
     if !others.is_empty() {
         html += &folded(
-            &format!("{} effects tested that noise explains as well", others.len()),
+            &format!("{} tested that noise explains as well", counted(others.len(), "effect")),
             &score_table(&others).html(),
         );
     }
@@ -84,6 +94,7 @@ fn score_table(tests: &[&ScoreTest]) -> Table {
         "rank",
         "estimate",
         "estimate / standard error",
+        "bias / standard error",
         "p",
         "p if noise is correlated",
     ];
@@ -91,8 +102,9 @@ fn score_table(tests: &[&ScoreTest]) -> Table {
     for test in tests {
         let cells = vec![
             Some(test.rank.to_string()),
-            Some(escaped(&change(test.estimate, &test.unit))),
+            Some(escaped(&size(test.estimate, &test.unit))),
             Some(short(test.z_score.abs())),
+            (!test.biased_parameter.is_empty()).then(|| short(test.bias_std_errors)),
             Some(short(test.p_value)),
             test.p_value_if_correlated.map(short),
         ];
@@ -115,6 +127,6 @@ mod tests {
     #[test]
     fn no_effects_give_no_content() {
         assert!(undetected_bias(&[]).is_empty() && likely_omitted(&[]).is_empty());
-        assert!(largest_bias(&[]).is_empty());
+        assert!(largest_biases(&[], &[]).is_empty());
     }
 }

@@ -1,12 +1,12 @@
 //! The page of a fit: the answer first, then the residuals, then its uncertainty and the search.
 
 use crate::code::Code;
-use crate::fit::{FitReport, Grade};
+use crate::fit::{FitReport, Grade, QuotedEstimate, quoted_estimates};
 use crate::page::budget::budgets;
 use crate::page::card::{Tone, card};
 use crate::page::correlation::Correlations;
 use crate::page::discretization::discretization;
-use crate::page::effects::{largest_bias, likely_omitted, undetected_bias};
+use crate::page::effects::{largest_biases, likely_omitted, undetected_bias};
 use crate::page::html::{capitalized, escaped, note, section, section_if_any, with_explanation};
 use crate::page::parameters::parameters;
 use crate::page::profile::profiles;
@@ -66,8 +66,9 @@ fn first_card(report: &FitReport) -> String {
     if !["converged", &report.verdict].contains(&&report.status[..]) {
         content += &note(&escaped(&capitalized(&report.status)));
     }
-    content += &estimate::table(&report.parameters, ["estimate", error_head(report)]);
-    content += &note(&largest_bias(&report.undetected_bias));
+    let estimates = quoted_estimates(&report.parameters, &report.determined_groups);
+    content += &estimate::table(&estimates, ["estimate", error_head(&estimates)]);
+    content += &note(&largest_biases(&report.undetected_bias, &report.parameters));
     let findings = report.not_identifiable.iter();
     let findings = findings.map(|found| found.kind.code().behind(&found.description)).collect();
     let likely = report.likely_omitted_effects().into_iter();
@@ -84,7 +85,7 @@ fn first_card(report: &FitReport) -> String {
     )
 }
 
-fn error_head(report: &FitReport) -> &'static str {
-    let is_expanded = report.parameters.iter().any(|e| estimate::Quoted::of(e).is_expanded);
-    if is_expanded { "standard uncertainty" } else { "standard error" }
+/// The heading of the errors.
+pub(super) fn error_head(rows: &[QuotedEstimate]) -> &'static str {
+    if rows.iter().any(|row| row.is_expanded) { "standard uncertainty" } else { "standard error" }
 }

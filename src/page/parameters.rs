@@ -1,6 +1,6 @@
 //! All intervals of the parameters, with their priors, bounds and start values.
 
-use crate::fit::{Estimate, FitReport};
+use crate::fit::{Estimate, FitReport, QuotedEstimate};
 use crate::page::estimate::{interval, scale};
 use crate::page::html::escaped;
 use crate::page::number::{NONE, Scale, percent, quantity};
@@ -53,8 +53,7 @@ fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
         (None, _) => "<td class=\"bad\">not identifiable</td>".into(),
     };
     let across = e.cluster_jackknife.as_ref();
-    let has_known_inputs = e.budget.iter().any(|line| line.std.is_some());
-    let expanded = e.expanded95.filter(|_| has_known_inputs);
+    let expanded = e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded);
     let profile = e.profile95.map(|ends| {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, std));
         format!("[{}, {}]", end(ends[0]), end(ends[1]))
@@ -83,7 +82,7 @@ fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
 fn groups(report: &FitReport) -> String {
     let mut table =
         Table::new("ratios known without the density", ["ratio", "value", "standard error"]);
-    for group in &report.determined_groups {
+    for group in report.determined_groups.iter().filter(|group| group.interval95.is_none()) {
         let std = group.value * group.relative_std_error;
         let value = Scale::of(group.value, &group.unit).with_unit(group.value, Some(std));
         table.row(

@@ -43,6 +43,11 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
+/// A number of things, whose plural ends in s.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
 /// A duration in s, min or h, with two digits.
 pub fn duration(seconds: f64) -> String {
     let minutes = seconds / SECONDS_PER_MINUTE;
@@ -55,7 +60,7 @@ pub fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::summary::quantity::{duration, number, quantity};
+    use crate::summary::quantity::{counted, duration, number, quantity};
 
     #[test]
     fn small_values_have_prefixes() {
@@ -75,6 +80,11 @@ mod tests {
         assert_eq!([number(1234.5, 2), number(0.01, 2)], ["1200", "0.010"]);
         assert_eq!([number(1e4, 3), number(9.4e-4, 2)], ["1.00e4", "9.4e-4"]);
         assert_eq!([number(f64::NAN, 2), number(f64::INFINITY, 2)], ["NaN", "inf"]);
+    }
+
+    #[test]
+    fn one_thing_has_no_plural() {
+        assert_eq!([counted(1, "state"), counted(2, "state")], ["1 state", "2 states"]);
     }
 
     #[test]

@@ -38,6 +38,29 @@ fn group_is_modulus_over_density_times_a_quarter_of_the_squared_radius() {
     assert!(report.to_string().contains("EI/(rho A) = 4.9"), "{report}");
 }
 
+/// The ratio of two parameters that are not identifiable by themselves equals the modulus over the given density, with its error.
+#[test]
+fn modulus_and_density_together_determine_their_ratio() {
+    let (truth, unknowns) = (coarse(12, 4e-3, 0.8), [Parameter::YoungsModulus, Parameter::Density]);
+    let data = noisy(&observe(&truth, 80), 1e-3, 5);
+    let alone = fit_with(&truth, &data, &unknowns[..1], of_a_right_mesh());
+    let e = &alone.parameters[0];
+    let both = fit_with(&truth, &data, &unknowns, of_a_right_mesh());
+    println!("{both}");
+    assert!(both.parameters.iter().all(|e| !e.identifiable && e.value.is_none()));
+    let group = only(&both);
+    assert_eq!((&group.name[..], &group.unit[..]), ("youngs_modulus/density", "m^2/s^2"));
+    let (value, error) = (e.value.unwrap(), e.std_error.unwrap());
+    assert!((group.value * 1273.52 / value - 1.0).abs() < 0.01 * error / value, "{group} {value}");
+    // One degree of freedom of 160 less.
+    assert!((group.relative_std_error * value / error - 1.0).abs() < 0.02, "{group} {error}");
+    let ends = group.interval95.unwrap().map(|end| end * 1273.52);
+    for (end, other) in ends.iter().zip(e.interval95.unwrap()) {
+        assert!((end - other).abs() < 0.1 * error, "{ends:?} {:?}", e.interval95);
+    }
+    assert!(both.to_string().contains("combination  youngs_modulus/density = 7.85"), "{both}");
+}
+
 #[test]
 fn group_stays_where_the_density_is_doubled() {
     let (one, two) = (solve(1273.52), solve(2.0 * 1273.52));

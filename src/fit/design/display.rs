@@ -5,6 +5,7 @@ use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
 use crate::fit::report::budget;
 use crate::fit::report::effects::add_undetected_bias;
 use crate::fit::report::estimate_table::{estimate_table, relative_error};
+use crate::fit::report::quoted::quoted_estimates;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::summary::quantity::{duration, number};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -31,7 +32,8 @@ impl Design {
             )
             .coded(Some(Code::NotIdentifiable)),
         };
-        summary = summary.table("", estimate_table(&self.parameters, "value"));
+        summary =
+            summary.table("", estimate_table(&quoted_estimates(&self.parameters, &[]), "value"));
         for finding in &self.not_identifiable {
             summary = summary.note(format!("not identifiable: {}", finding.description));
         }

@@ -1,7 +1,7 @@
 //! The uncertainty budget of an estimate and its sensitivities to inputs, as tables.
 
 use crate::fit::report::digits;
-use crate::fit::report::estimate_table::has_known_inputs;
+use crate::fit::report::quoted::QuotedEstimate;
 use crate::fit::uncertainty::budget::entries::InputSensitivity;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::summary::quantity::quantity;
@@ -16,7 +16,7 @@ const DIGITS: usize = 2;
 pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
     if let (Some(combined), Some(factor), true) =
-        (e.combined_std, e.coverage_factor, has_known_inputs(e))
+        (e.combined_std, e.coverage_factor, QuotedEstimate::of(e).is_expanded)
     {
         let title = format!(
             "Uncertainty budget of {}: combined standard uncertainty {}, coverage factor {factor:.2}",

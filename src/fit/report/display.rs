@@ -1,6 +1,7 @@
 //! The summary of a fit: the grade, the estimates, the warnings, then details by topic.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
+use crate::fit::report::quoted::quoted_estimates;
 use crate::fit::report::{FitReport, effects, uncertainty, validation};
 use crate::fit::uncertainty::grade::Grade;
 use crate::summary::quantity::{duration, number, quantity};
@@ -42,7 +43,10 @@ impl FitReport {
             summary = summary.note(&self.status);
         }
         summary = validation::add(summary, self);
-        summary = summary.table("", estimate_table(&self.parameters, "estimate"));
+        let estimates = quoted_estimates(&self.parameters, &[]);
+        summary = summary.table("", estimate_table(&estimates, "estimate"));
+        let combinations = self.determined_groups.iter().filter(|g| g.interval95.is_some());
+        summary = summary.facts("Determined combination", combinations.map(ToString::to_string));
         if let Some(text) = interval_content(self) {
             summary = summary.note(text);
         }

@@ -47,11 +47,16 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 
-/// A size with a sign on both sides where the data do not determine it.
+/// A size with a sign on both sides where the data do not determine it. A pure number, which scales a number of the scene, is
+/// in per cent.
 fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
+    let size = |value: f64| match unit {
+        "" => number(100.0 * value, DIGITS) + " %",
+        _ => quantity(value, unit, DIGITS),
+    };
     match bias.estimate {
-        Some(_) => quantity(value, unit, DIGITS),
-        None => format!("+-{}", quantity(value.abs(), unit, DIGITS)),
+        Some(_) => size(value),
+        None => format!("+-{}", size(value.abs())),
     }
 }
 

@@ -7,6 +7,7 @@ pub(crate) mod estimate_table;
 pub(crate) mod fit_summary;
 pub(crate) mod outcome;
 pub(crate) mod plot_data;
+pub(crate) mod quoted;
 pub(crate) mod recorded_motion;
 #[cfg(feature = "cli")]
 pub(crate) mod renamed_keys;

@@ -15,6 +15,7 @@ use crate::fit::uncertainty::assessment::Assessment;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::{Conclusion, End, Grade, Severity, conclude};
 use crate::fit::uncertainty::noise::residual_noise::residual_rms;
+use crate::fit::uncertainty::resampling::cluster_jackknife::compares_experiments;
 
 /// All that a report says of a result.
 pub(crate) struct FitOutcome {
@@ -53,6 +54,7 @@ impl FitOutcome {
             identified: assessment.estimates.iter().all(|e| e.identifiable),
             interrupted,
             exit: &optimum.status,
+            compares_experiments: compares_experiments(&assessment.estimates),
         };
         let findings = assessment.covariance.as_ref().map_or(&[][..], |c| &c.findings);
         Self {

@@ -16,7 +16,9 @@ pub(super) fn add(mut summary: Summary, report: &FitReport) -> Summary {
         summary = add_intervals(summary, e);
     }
     summary = summary.facts("Correlation", correlations(report));
-    let groups = report.determined_groups.iter().map(ToString::to_string);
+    // Combinations of parameters are in the table of estimates.
+    let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
+    let groups = groups.map(ToString::to_string);
     summary = summary.facts("Known without density", groups);
     for e in &report.parameters {
         summary = budget::add(summary, e);

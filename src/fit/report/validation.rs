@@ -1,10 +1,9 @@
 //! The validation error of a fit, which belongs to its result.
 
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::discrepancy::free_run::counted;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;
 use crate::summary::Summary;
-use crate::summary::quantity::quantity;
+use crate::summary::quantity::{counted, quantity};
 
 /// Significant digits of errors.
 const DIGITS: usize = 3;

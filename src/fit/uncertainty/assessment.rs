@@ -13,7 +13,9 @@ use crate::fit::uncertainty::budget::input_errors::InputErrors;
 use crate::fit::uncertainty::budget::input_sensitivities::{
     InputSensitivities, are_unstated_wanted,
 };
-use crate::fit::uncertainty::covariance::determined_groups::{DeterminedGroup, determined_groups};
+use crate::fit::uncertainty::covariance::determined_groups::{
+    DeterminedGroup, determined_combinations, determined_groups,
+};
 use crate::fit::uncertainty::covariance::gauss_newton::{Covariance, LinearFit};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::covariance::observed_information;
@@ -34,7 +36,7 @@ use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::{LossEffect, Noise, losses, residual_rms};
 use crate::fit::uncertainty::resampling::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::resampling::cluster_jackknife::{
-    cluster_jackknife, uses_cluster_jackknife,
+    cluster_jackknife, compares_experiments,
 };
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::warnings::{
@@ -168,7 +170,7 @@ pub(crate) fn assess(
     let estimates = estimates(explained, &local, &corrected);
     let estimates = cluster_jackknife(estimates, fitted, &corrected);
     let sigma = search.estimated_sigmas(optimum);
-    let (sigma_narrow, test_narrow) = match uses_cluster_jackknife(&estimates) {
+    let (sigma_narrow, test_narrow) = match compares_experiments(&estimates) {
         true => ("", ""),
         false => (". The intervals are too narrow", ". The intervals are too narrow"),
     };
@@ -242,10 +244,10 @@ pub(crate) fn assess(
     };
     let mut estimates = budgeted(estimates, explained, given, &mut warnings);
     let inputs = early.iter().chain(&late).find_map(|(found, _)| found.as_ref());
-    let mut groups = Vec::new();
+    let mut groups = determined_combinations(explained, &local, &corrected);
     if let Some(inputs) = inputs {
         inputs.give_per_cents(search, &mut estimates);
-        groups = determined_groups(search, &estimates, inputs);
+        groups.extend(determined_groups(search, &estimates, inputs));
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
     scene_notes(fitted, &mut warnings);

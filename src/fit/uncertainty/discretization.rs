@@ -208,7 +208,10 @@ pub(crate) fn errors_of(
     warnings: &mut Warnings,
 ) -> Vec<DiscretizationError> {
     let search = fitted.search;
-    let errors = errors(fitted, shifts);
+    let mut errors = errors(fitted, shifts);
+    for (error, _) in errors.iter_mut().zip(estimates).filter(|(_, e)| !e.identifiable) {
+        [error.relative, error.mesh, error.step, error.correction] = [None; 4];
+    }
     let remedy = remedy(search.experiments);
     let mut weight = Severity::Numerics;
     let given = search.experiments.iter().any(|e| {

@@ -19,7 +19,7 @@ pub enum Grade {
     /// Correlated noise or a missing effect: the data do not separate the two, and a missing effect
     /// would bias the estimates.
     CorrelatedOrMissing,
-    /// Model inadequate: the residuals are not noise, and the intervals are too narrow.
+    /// Model inadequate: the residuals are not noise, and the intervals may be too narrow.
     ModelDoesNotExplain,
     /// The data do not determine all requested parameters.
     NotIdentifiable,
@@ -105,8 +105,13 @@ struct Warning {
     words: String,
     /// Of what many observations may have alike: which it is, and whose it is here.
     alike: Option<(&'static str, String)>,
+    /// Whether the finding changes the estimates by less than their standard errors.
+    is_minor: bool,
 }
 
+/// Verdict on residuals with a small effect only.
+const MINOR: &str = "an effect is missing in the model, which changes the estimates by less than their standard errors. Add it \
+                     to the scene, or fit it (--extend)";
 /// Warnings of experiments that stand out.
 pub(crate) const OUTLYING: &str = "that stand out";
 /// From so many warnings of one kind on, one line has the first of them and the number of the others.
@@ -116,7 +121,12 @@ const NAMED: usize = 5;
 
 impl Warnings {
     pub fn add(&mut self, severity: Severity, code: Code, words: impl Into<String>) {
-        self.0.push(Warning { severity, code, words: words.into(), alike: None });
+        self.0.push(Warning { severity, code, words: words.into(), alike: None, is_minor: false });
+    }
+
+    /// Adds a warning of a finding that changes the estimates by less than their standard errors. It stands behind all others.
+    pub fn add_minor(&mut self, severity: Severity, code: Code, words: String) {
+        self.0.push(Warning { severity, code, words, alike: None, is_minor: true });
     }
 
     /// One that other observations may have alike; `kind` tells which it is, `experiment` whose.
@@ -127,7 +137,13 @@ impl Warnings {
         (kind, experiment): (&'static str, &str),
         words: String,
     ) {
-        self.0.push(Warning { severity, code, words, alike: Some((kind, experiment.into())) });
+        self.0.push(Warning {
+            severity,
+            code,
+            words,
+            alike: Some((kind, experiment.into())),
+            is_minor: false,
+        });
     }
 
     /// Adds all of others.
@@ -163,6 +179,13 @@ impl Warnings {
         }
     }
 
+    /// Whether all warnings of noise or a missing effect are minor ones.
+    fn are_minor(&self) -> bool {
+        let severities = [Severity::Misfit, Severity::Ambiguous];
+        let mut own = self.0.iter().filter(|w| severities.contains(&w.severity)).peekable();
+        own.peek().is_some() && own.all(|w| w.is_minor)
+    }
+
     /// Whether the first warning of noise or a missing effect is one of outliers.
     fn begins_with_outliers(&self) -> bool {
         let first = self.0.iter().find(|w| w.severity == Severity::Ambiguous);
@@ -188,7 +211,7 @@ impl Warnings {
 
     /// The texts with their codes, the most severe first; of many alike some, and of which experiments the others are.
     pub fn into_words(mut self) -> (Vec<String>, Vec<Code>) {
-        self.0.sort_by_key(|w| w.severity);
+        self.0.sort_by_key(|w| (w.is_minor, w.severity));
         let kind = |w: &Warning| Some((w.severity, w.alike.as_ref()?.0));
         let (mut words, mut codes) = (Vec::new(), Vec::new());
         let mut say = |code: Code, said: &dyn fmt::Display| {
@@ -246,6 +269,8 @@ pub(crate) struct End<'a> {
     pub interrupted: bool,
     /// How the optimiser ended.
     pub exit: &'a str,
+    /// Whether all intervals contain the differences between experiments.
+    pub compares_experiments: bool,
 }
 
 /// What a report says of its result as a whole.
@@ -288,6 +313,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
             );
             ("converged".into(), words)
         }
+        Grade::CorrelatedOrMissing if warnings.are_minor() => ("converged".into(), MINOR.into()),
         Grade::CorrelatedOrMissing if warnings.begins_with_outliers() => {
             let words = "outliers bias the estimates, or an effect is missing in the model. Use a robust loss \
                          (huber, cauchy) before looking for an effect";
@@ -299,7 +325,9 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
                          sigma, or fit the likely omitted effects (--extend)";
             ("converged".into(), words.into())
         }
-        Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
+        Grade::ModelDoesNotExplain => {
+            ("converged".into(), warnings.of_the_model(end.compares_experiments))
+        }
         Grade::NotIdentifiable => (
             format!("not identifiable: {unknown}"),
             format!("the data do not determine all parameters{cause}"),
@@ -342,7 +370,7 @@ impl Warnings {
     }
 
     /// What is wrong with the model or its set-up.
-    fn of_the_model(&self) -> String {
+    fn of_the_model(&self, compares_experiments: bool) -> String {
         if let Some(words) = self.first(Severity::Suspicion) {
             return format!("large residuals, most likely because of {words}");
         }
@@ -361,13 +389,19 @@ impl Warnings {
             // The finding alone: the warning below has the reason and what to do.
             return words.split(". ").next().unwrap_or(words).into();
         }
+        if self.are_minor() {
+            return MINOR.into();
+        }
         if self.first(Severity::Misfit).is_some() {
-            let words = "the residuals are not noise, so that estimates may be biased and intervals are too narrow. An \
-                         effect is missing in the scene (damping, drag, a compliant or tilted clamp, clock or camera), or \
-                         sigma is too small";
+            // Intervals from the differences between experiments allow for it.
+            let narrow = if compares_experiments { "" } else { " and intervals are too narrow" };
+            let words = format!(
+                "the residuals are not noise, so that estimates may be biased{narrow}. An effect is missing in the scene \
+                 (damping, drag, a compliant or tilted clamp, clock or camera), or sigma is too small"
+            );
             return match self.outlying_experiments() {
                 Some(names) => format!("{names}, most experiments are explained. {words}"),
-                None => words.into(),
+                None => words,
             };
         }
         "the data contradict a bound, a prior or the validation data".into()
@@ -401,6 +435,38 @@ mod tests {
         for (fraction, words) in cases {
             assert_eq!(percent(fraction), words);
         }
+    }
+
+    fn verdict(warnings: Warnings, compares_experiments: bool) -> Conclusion {
+        let (converged, identified, interrupted, exit) = (true, true, false, "");
+        conclude(
+            End { converged, identified, interrupted, exit, compares_experiments },
+            &[],
+            warnings,
+        )
+    }
+
+    #[test]
+    fn intervals_from_differences_between_experiments_are_not_called_too_narrow() {
+        let mut warnings = Warnings::default();
+        warnings.add(Severity::Misfit, Code::ResidualsNotWhite, "autocorrelated");
+        let narrow = |compares| verdict(warnings.clone(), compares).verdict.contains("too narrow");
+        assert_eq!([narrow(false), narrow(true)], [true, false]);
+    }
+
+    #[test]
+    fn finding_of_a_small_bias_stands_last_and_in_the_verdict() {
+        let mut warnings = Warnings::default();
+        warnings.add_minor(Severity::Ambiguous, Code::OmittedEffect, "scale".into());
+        warnings.add(Severity::Note, Code::MayBeZero, "damping");
+        let conclusion = verdict(warnings.clone(), false);
+        assert_eq!(conclusion.grade, Grade::CorrelatedOrMissing);
+        assert!(conclusion.verdict.contains("less than their standard errors"));
+        assert_eq!(conclusion.warnings.1, [Code::MayBeZero, Code::OmittedEffect]);
+        warnings.add(Severity::Misfit, Code::ResidualsNotWhite, "autocorrelated");
+        let conclusion = verdict(warnings, false);
+        assert!(conclusion.verdict.contains("not noise"), "{}", conclusion.verdict);
+        assert_eq!(conclusion.warnings.1[0], Code::ResidualsNotWhite);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Groups of numbers that the data determine where they do not determine the mass.
+//! Groups of numbers that the data determine: combinations of parameters that are not identifiable, and ratios to the density.
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and density
 //! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus follows with the
@@ -7,8 +7,12 @@
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::budget::input_sensitivities::InputSensitivities;
+use crate::fit::uncertainty::covariance::combinations::Combination;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -19,13 +23,14 @@ const EXACT: f64 = 1e-3;
 /// Sections of several experiments are one where they differ by less than this part.
 const SAME_SECTION: f64 = 1e-9;
 
-/// A ratio to the density that the data determine.
+/// A combination of numbers that the data determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DeterminedGroup {
-    /// Name of the ratio: `EI/(rho A)` or `GJ/(rho A)`; `EI1` bends in the plane of `up` and `EI2`
-    /// across it.
+    /// Name of the group: a combination of parameters that are not identifiable, such as
+    /// `youngs_modulus/density`, or a ratio to the given density, `EI/(rho A)` or `GJ/(rho A)`; `EI1`
+    /// bends in the plane of `up` and `EI2` across it.
     pub name: String,
     /// Value at the estimate of the modulus, without the factors of a taper, in `unit`.
     pub value: f64,
@@ -33,13 +38,50 @@ pub struct DeterminedGroup {
     pub relative_std_error: f64,
     /// Unit of the value.
     pub unit: String,
+    /// 95 % interval of a combination of parameters, in `unit`; null for ratios to the density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval95: Option<[f64; 2]>,
 }
 
 impl fmt::Display for DeterminedGroup {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, relative_std_error, unit } = self;
-        write!(f, "{name} = {value:.4e} {unit} +- {:.2} %", 100.0 * relative_std_error)
+        let Self { name, value, relative_std_error, unit, interval95 } = self;
+        write!(f, "{name} = {value:.4e} {unit} +- {:.2} %", 100.0 * relative_std_error)?;
+        match interval95 {
+            Some([low, high]) => write!(f, ", 95 % [{low:.4e}, {high:.4e}]"),
+            None => Ok(()),
+        }
     }
+}
+
+/// The values of the combinations that the data determine. They are corrected for a discretization that the program chose, and
+/// intervals hold the error of the correction.
+pub(crate) fn determined_combinations(
+    Fitted { search, optimum }: Fitted,
+    LocalAnalysis { covariance, correlations, .. }: &LocalAnalysis,
+    shifts: &Shifts,
+) -> Vec<DeterminedGroup> {
+    if !optimum.converged {
+        return Vec::new();
+    }
+    let value = |combination: &Combination| {
+        let Combination { exponents, deviation } = combination;
+        let chosen = combination.shifts(shifts).into_iter().filter(|(_, is_chosen)| *is_chosen);
+        let correction: f64 = chosen.clone().map(|(shift, _)| shift).sum();
+        let open: f64 = chosen.map(|(shift, _)| OPEN * shift.abs()).sum();
+        let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
+        let log = log + correction;
+        let involved = combination.powers().map(|(j, _)| correlations.reach[j]);
+        let half = (involved.fold(0.0, f64::max) * deviation).hypot(open);
+        DeterminedGroup {
+            name: combination.name(search.unknowns),
+            value: log.exp(),
+            relative_std_error: *deviation,
+            unit: combination.unit(search.unknowns),
+            interval95: Some([log - half, log + half].map(f64::exp)),
+        }
+    };
+    covariance.combinations.iter().map(value).collect()
 }
 
 /// A factor between a modulus over the density and a group, m^2.
@@ -119,6 +161,7 @@ pub(crate) fn determined_groups(
                 value: value * factor,
                 relative_std_error: std_error / value,
                 unit: "m^4/s^2".into(),
+                interval95: None,
             });
         }
     }

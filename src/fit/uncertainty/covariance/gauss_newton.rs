@@ -1,6 +1,7 @@
 //! What the data can tell locally, and how well: singular values, covariance, intervals.
 
 use crate::error::Error;
+use crate::fit::uncertainty::covariance::combinations::{Combination, determined};
 use crate::fit::uncertainty::covariance::identifiability::{
     Finding, NonIdentifiability, SUSPICIOUS, findings, sparsest, without_effect,
 };
@@ -33,6 +34,8 @@ pub(crate) struct Covariance {
     pub correlation: Vec<Vec<Option<f64>>>,
     /// What cannot be identified.
     pub findings: Vec<Finding>,
+    /// Combinations of unknowns that are identifiable where the unknowns are not.
+    pub combinations: Vec<Combination>,
     /// Singular values of the Jacobian with columns scaled to length one, of the unknowns that
     /// have an effect; descending.
     pub singular_values: Vec<f64>,
@@ -76,6 +79,7 @@ impl Covariance {
             deviation: vec![None; n],
             correlation: vec![vec![None; n]; n],
             findings: out.map(|j| without_effect(&unknowns[j], active.is_empty())).collect(),
+            combinations: Vec::new(),
             singular_values: Vec::new(),
             inverse: vec![vec![0.0; n]; n],
             spread: vec![vec![0.0; n]; n],
@@ -140,6 +144,13 @@ impl Covariance {
         let (unseen, hidden) = sparsest(unseen, hidden);
         let named = |j: usize| unseen.iter().chain(&hidden).any(|along| along[j] != 0.0);
         let mut refused: Vec<bool> = (0..n).map(named).collect();
+        let directions: Vec<&Vec<f64>> = unseen.iter().chain(&hidden).collect();
+        for exponents in determined(unknowns, &directions) {
+            let deviation = local.variance_of(&exponents).sqrt();
+            if deviation < PRACTICAL_LOG {
+                local.combinations.push(Combination { exponents, deviation });
+            }
+        }
         let structural = findings(unknowns, unseen, NonIdentifiability::Structural, deviation);
         let mut practical = findings(unknowns, hidden, NonIdentifiability::Practical, deviation);
         for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
@@ -172,7 +183,14 @@ impl Covariance {
         Ok(local)
     }
 
-    /// How the unknowns that are identifiable or bounded from one side answer, on their scales, when the residuals
+    /// Variance of the sum of the unknowns, on their scales, with these factors.
+    fn variance_of(&self, factors: &[f64]) -> f64 {
+        let rows = self.spread.iter().zip(factors);
+        let product = |row: &Vec<f64>| row.iter().zip(factors).map(|(c, v)| c * v).sum::<f64>();
+        self.variance * rows.map(|(row, v)| v * product(row)).sum::<f64>()
+    }
+
+    /// How the unknowns that are identifiable, bounded from one side, or part of an identifiable combination answer, on their scales, when the residuals
     /// change by `change` for a reason of its own: `-(J'J)^-1 J' change`.
     pub fn response(&self, rows: &[Vec<f64>], change: &[f64]) -> Vec<Option<f64>> {
         let n = self.inverse.len();
@@ -181,7 +199,8 @@ impl Covariance {
         let answer = |j: usize| -> f64 {
             -self.inverse[j].iter().zip(&gradient).map(|(c, g)| c * g).sum::<f64>()
         };
-        let answers = |j: usize| self.deviation[j].is_some() || self.bounded[j];
+        let is_combined = |j: usize| self.combinations.iter().any(|c| c.exponents[j] != 0.0);
+        let answers = |j: usize| self.deviation[j].is_some() || self.bounded[j] || is_combined(j);
         (0..n).map(|j| answers(j).then(|| answer(j))).collect()
     }
 

@@ -6,6 +6,7 @@
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
+use crate::fit::uncertainty::covariance::combinations::{constant_exponents, product};
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -125,16 +126,12 @@ pub(crate) fn sparsest(
     (structural, practical)
 }
 
-/// Along (a, b) of two logarithms nothing changes: one^b / two^a is all the data see.
+/// The product of powers that is constant along a combination of two positive parameters.
 fn invariant(combination: &[(&Unknown, f64)]) -> Option<String> {
-    match combination {
-        [(one, a), (two, b)] if one.parameter.is_positive() && two.parameter.is_positive() => {
-            let unit = a.abs().min(b.abs()) * b.signum();
-            let (p, q) = (b / unit, -a / unit);
-            Some(power_product(&[(one.to_string(), p), (two.to_string(), q)]))
-        }
-        _ => None,
-    }
+    let (unknowns, direction): (Vec<Unknown>, Vec<f64>) =
+        combination.iter().map(|(unknown, a)| ((*unknown).clone(), *a)).unzip();
+    let exponents = constant_exponents(&unknowns, &direction)?;
+    Some(product(unknowns.iter().map(Unknown::to_string).zip(exponents).collect()))
 }
 
 fn structural(combination: &[(&Unknown, f64)]) -> String {
@@ -220,22 +217,6 @@ pub(crate) fn in_one_sentence(findings: &[Finding]) -> String {
         words.push(format!("and {} more like these", findings.len() - SAID));
     }
     words.join("; ")
-}
-
-/// `a^p b^q` with exponents rounded to what the singular vectors are good for.
-fn power_product(factors: &[(String, f64)]) -> String {
-    let power = |name: &str, p: f64| {
-        let p = (p.abs() * 1e2).round() / 1e2;
-        if p == 1.0 { name.to_string() } else { format!("{name}^{p}") }
-    };
-    let join = |positive: bool| {
-        let chosen = factors.iter().filter(|(_, p)| (*p > 0.0) == positive);
-        chosen.map(|(name, p)| power(name, *p)).collect::<Vec<_>>().join("*")
-    };
-    match (join(true), join(false)) {
-        (over, under) if under.is_empty() => over,
-        (over, under) => format!("{over}/{under}"),
-    }
 }
 
 #[cfg(test)]

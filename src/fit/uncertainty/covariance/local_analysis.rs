@@ -71,6 +71,11 @@ impl LocalAnalysis {
         let zero = self.bounds.iter().map(|bound| bound.is_some_and(|bound| bound.is_one_sided()));
         let deviations = self.covariance.deviation.iter();
         let identified = deviations.zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
+        let mut identified: Vec<bool> = identified;
+        // One unknown of a combination stands for it.
+        for combination in &self.covariance.combinations {
+            combination.powers().take(1).for_each(|(j, _)| identified[j] = true);
+        }
         LinearFit { identified, weights: self.noise.weights.clone() }
     }
 }

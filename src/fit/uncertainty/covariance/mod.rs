@@ -1,5 +1,6 @@
 //! Covariance of the estimates at an optimum, identifiability, and intervals by other methods.
 
+pub(crate) mod combinations;
 pub(crate) mod determined_groups;
 pub(crate) mod gauss_newton;
 pub(crate) mod identifiability;

@@ -1,5 +1,7 @@
 //! Findings on omitted effects in a report: score tests, and biases that the data do not reveal.
 
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::grade::percent;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -33,6 +35,21 @@ pub struct ScoreTest {
     /// autocorrelation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_value_if_correlated: Option<f64>,
+    /// Largest change of an estimate by the effect of this size, in standard errors of the estimate.
+    #[serde(default)]
+    pub bias_std_errors: f64,
+    /// Name of the parameter with that change.
+    #[serde(default)]
+    pub biased_parameter: String,
+}
+
+/// The size of an effect with its unit; a pure number, which scales a number of the scene, in per cent.
+pub(crate) fn size_text(size: f64, unit: &str) -> String {
+    match unit {
+        "" if size < 0.0 => format!("-{}", percent(-size)),
+        "" => percent(size),
+        _ => format!("{size:.1e} {unit}"),
+    }
 }
 
 impl ScoreTest {
@@ -45,8 +62,13 @@ impl ScoreTest {
 impl fmt::Display for ScoreTest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
-        let size = format!("{source}: {estimate:+.1e} {unit}");
-        write!(f, "{effect} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), z_score.abs())
+        let size = size_text(*estimate, unit);
+        let sign = if *estimate < 0.0 { "" } else { "+" };
+        write!(
+            f,
+            "{effect} ({source}: {sign}{size}, {:.1} sigma, p = {p_value:.0e})",
+            z_score.abs()
+        )
     }
 }
 
@@ -126,12 +148,26 @@ impl UndetectedBias {
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
-            Some(_) => format!("{size:.1e} {unit}"),
-            None => format!("+-{:.1e} {unit}", size.abs()),
+            Some(_) => size_text(*size, unit),
+            None => format!("+-{}", size_text(size.abs(), unit)),
         };
         let effects: Vec<String> = others.iter().map(|bias| bias.signed_bias()).collect();
-        format!("{effect}, {}: {}; test: {test}", size.trim_end(), effects.join(", "))
+        format!("{effect}, {size}: {}; test: {test}", effects.join(", "))
     }
+}
+
+/// The largest relative bias of every parameter, for the first parameters that have any.
+pub(crate) fn biases_beyond_interval<'a>(
+    all: &'a [UndetectedBias],
+    parameters: &[Estimate],
+) -> Vec<(f64, &'a UndetectedBias)> {
+    let largest = |e: &Estimate| {
+        let label = e.label();
+        let own = all.iter().filter(|bias| bias.parameter == label);
+        let sized = own.filter_map(|bias| Some((bias.relative?.abs(), bias)));
+        sized.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
 /// The effects with the largest biases above a standard error, each with its biases of all parameters.
@@ -145,4 +181,15 @@ pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>
     }
     effects.truncate(DESCRIBED);
     effects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size_text;
+
+    #[test]
+    fn sizes_of_factors_are_in_per_cent() {
+        assert_eq!([size_text(0.32, ""), size_text(-1.8e-4, "")], ["32 %", "-0.02 %"]);
+        assert_eq!(size_text(5.4e-2, "rad/(N m)"), "5.4e-2 rad/(N m)");
+    }
 }

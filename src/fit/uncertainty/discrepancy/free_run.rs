@@ -7,7 +7,7 @@ use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
-use crate::summary::quantity::quantity;
+use crate::summary::quantity::{counted, quantity};
 use crate::summary::{Summary, SummaryTable, TextColumn};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -192,8 +192,4 @@ impl RecordingErrors {
         }
         summary.table("Prediction error of each recording, per coordinate", table)
     }
-}
-
-pub(crate) fn counted(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

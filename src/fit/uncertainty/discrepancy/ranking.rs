@@ -85,6 +85,8 @@ mod tests {
                 z_score: sigmas,
                 p_value: (-0.5 * sigmas * sigmas).exp(),
                 p_value_if_correlated: None,
+                bias_std_errors: 0.0,
+                biased_parameter: String::new(),
             };
             Scored { test, takes: sigmas.abs(), along }
         };

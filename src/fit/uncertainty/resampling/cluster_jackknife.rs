@@ -165,9 +165,10 @@ pub(crate) fn cluster_jackknife(
     estimates.into_iter().zip(search.unknowns).enumerate().map(with).collect()
 }
 
-/// Whether the differences between experiments gave any of the intervals.
-pub(crate) fn uses_cluster_jackknife(estimates: &[Estimate]) -> bool {
-    estimates.iter().any(|e| e.cluster_jackknife.as_ref().is_some_and(|a| a.reported))
+/// Whether the intervals of all estimates are at least as wide as those from the differences between experiments.
+pub(crate) fn compares_experiments(estimates: &[Estimate]) -> bool {
+    let mut own = estimates.iter().filter(|e| e.std_error.is_some()).peekable();
+    own.peek().is_some() && own.all(|e| e.cluster_jackknife.is_some())
 }
 
 #[cfg(test)]

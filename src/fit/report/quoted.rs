@@ -1,0 +1,115 @@
+//! The interval of an estimate that is to be quoted. It is the model of the table of estimates, which the terminal and the
+//! pages render: the expanded interval where inputs have stated uncertainties, else the statistical one.
+
+use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
+use crate::fit::uncertainty::estimate::Estimate;
+
+/// A 95 % interval.
+#[derive(Clone, Copy)]
+pub(crate) enum QuotedInterval {
+    Between([f64; 2]),
+    /// Bounded from below only.
+    AtLeast(f64),
+    /// Bounded from above only.
+    AtMost(f64),
+}
+
+/// A row of the table of estimates. None of its numbers is there where the parameter is not identifiable.
+pub(crate) struct QuotedEstimate {
+    pub label: String,
+    pub unit: String,
+    pub value: Option<f64>,
+    /// Standard error, or combined standard uncertainty.
+    pub std: Option<f64>,
+    /// The same as a fraction of a value that is positive.
+    pub relative: Option<f64>,
+    pub interval: Option<QuotedInterval>,
+    /// Whether the interval is the expanded one.
+    pub is_expanded: bool,
+    /// Whether this is the statistical part of the estimate of the row above.
+    pub is_part: bool,
+}
+
+impl QuotedEstimate {
+    /// With the interval that is to be quoted.
+    pub fn of(e: &Estimate) -> Self {
+        let has_inputs = e.budget.iter().any(|line| line.std.is_some());
+        match e.expanded95.zip(e.combined_std).filter(|_| has_inputs) {
+            Some((ends, std)) => Self { is_expanded: true, ..Self::new(e, Some(std), Some(ends)) },
+            None => Self::new(e, e.std_error, e.interval95),
+        }
+    }
+
+    fn new(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
+        let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
+        let interval = match (e.lower95, e.upper95, ends) {
+            (Some(lower), ..) => Some(QuotedInterval::AtLeast(lower)),
+            (_, Some(upper), _) => Some(QuotedInterval::AtMost(upper)),
+            (_, _, ends) => ends.map(QuotedInterval::Between),
+        };
+        Self {
+            label: e.label(),
+            unit: e.name.unit().into(),
+            value: e.value,
+            std,
+            relative: std.zip(positive).map(|(std, value)| std / value),
+            interval,
+            is_expanded: false,
+            is_part: false,
+        }
+    }
+
+    /// A combination of parameters that are not identifiable by themselves; none for ratios to the density.
+    fn of_combination(group: &DeterminedGroup) -> Option<Self> {
+        Some(Self {
+            label: group.name.clone(),
+            unit: group.unit.clone(),
+            value: Some(group.value),
+            std: Some(group.value * group.relative_std_error),
+            relative: Some(group.relative_std_error),
+            interval: Some(QuotedInterval::Between(group.interval95?)),
+            is_expanded: false,
+            is_part: false,
+        })
+    }
+
+    /// The number that determines the unit in which the row is shown.
+    #[cfg(feature = "page")]
+    pub fn size(&self) -> f64 {
+        match (self.interval, self.value.filter(|value| *value != 0.0)) {
+            (Some(QuotedInterval::AtLeast(bound)), _) => bound,
+            (_, Some(value)) => value,
+            (Some(QuotedInterval::AtMost(bound)), None) => bound,
+            _ => 0.0,
+        }
+    }
+}
+
+/// The rows of the table of estimates. The statistical part of an expanded interval has a row of its own.
+pub(crate) fn quoted_estimates(
+    parameters: &[Estimate],
+    groups: &[DeterminedGroup],
+) -> Vec<QuotedEstimate> {
+    let mut rows = Vec::new();
+    for e in parameters {
+        let quoted = QuotedEstimate::of(e);
+        let part = QuotedEstimate::new(e, e.std_error, e.interval95);
+        let has_part = quoted.is_expanded && e.std_error.is_some() && e.interval95.is_some();
+        rows.push(quoted);
+        rows.extend(has_part.then(|| QuotedEstimate {
+            label: "statistical only".into(),
+            is_part: true,
+            ..part
+        }));
+    }
+    rows.extend(groups.iter().filter_map(QuotedEstimate::of_combination));
+    rows
+}
+
+/// The heading of the intervals.
+pub(crate) fn interval_heading(rows: &[QuotedEstimate]) -> &'static str {
+    match rows.iter().any(|row| row.is_expanded) {
+        true => "95 % interval (expanded)",
+        false => "95 % interval",
+    }
+}
