@@ -80,7 +80,7 @@ pub use search::local_minima::{LocalMinima, LocalMinimum, MinimumSource};
 pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo};
 pub use uncertainty::covariance::determined_groups::DeterminedGroup;
-pub use uncertainty::covariance::identifiability::{Finding, NonIdentifiability};
+pub use uncertainty::covariance::identifiability::{NonIdentifiability, UnidentifiableDirection};
 pub use uncertainty::covariance::profile_likelihood::Profile;
 #[cfg(feature = "page")]
 pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;

@@ -1,10 +1,12 @@
 //! Observations and model, residuals and their autocorrelation, coordinate by coordinate.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
+use crate::numerics::ordered;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{MODEL, OBSERVED, figure};
 use crate::page::html::{escaped, folded, note};
 use crate::page::number::{Scale, short};
+use std::cmp::Reverse;
 
 /// Lags of the autocorrelation, samples.
 const LAGS: usize = 40;
@@ -103,7 +105,7 @@ fn worst(series: &[Series]) -> Vec<&Series> {
     };
     let mut ranked: Vec<(usize, f64)> = series.iter().map(variance).enumerate().collect();
     if ranked.len() > MAX_SERIES {
-        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.sort_by_cached_key(|x| Reverse(ordered(x.1)));
         ranked.truncate(WORST_SERIES);
         ranked.sort_by_key(|(i, _)| *i);
     }

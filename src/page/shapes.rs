@@ -1,10 +1,12 @@
 //! The rod at a dozen times, with the observed points, in one plane or two.
 
 use crate::fit::{PlotData, RodShape, Series};
+use crate::numerics::ordered;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{OBSERVED, figure, row};
 use crate::page::html::escaped;
 use crate::page::number::{Scale, short};
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 /// Coordinates that vary by less than this part of the largest variation are not drawn.
@@ -28,8 +30,8 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
     let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
     let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
-    planes.sort_by(|a, b| smaller(b).total_cmp(&smaller(a)));
-    planes.sort_by(|a, b| larger(b).total_cmp(&larger(a)));
+    planes.sort_by_cached_key(|x| Reverse(ordered(smaller(x))));
+    planes.sort_by_cached_key(|x| Reverse(ordered(larger(x))));
     planes.truncate(2);
     // A rod that stays straight along an axis.
     if planes.is_empty() { vec![[0, 1]] } else { planes }

@@ -1,5 +1,7 @@
 //! What somebody may have meant who wrote a name that is none.
 
+use crate::numerics::ordered;
+use std::cmp::Reverse;
 /// What books write for some of them.
 const SYMBOLS: [(&str, &str); 6] = [
     ("E", "youngs_modulus"),
@@ -26,7 +28,7 @@ pub fn nearest(name: &str, names: &[&str]) -> String {
         return meant.to_string();
     }
     let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
-    names.sort_by(|a, b| b.0.total_cmp(&a.0));
+    names.sort_by_cached_key(|x| Reverse(ordered(x.0)));
     let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
     names.join(", ")
 }

@@ -11,6 +11,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::numerics::ordered;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{
@@ -161,7 +162,7 @@ impl Problem {
                 all += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
-        modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
+        modes.sort_by_cached_key(|x| ordered(x.frequency_rad_s));
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
@@ -341,7 +342,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
             let squared = if stiffness.is_zero() { 0.0 } else { stiffness.value };
             found[place] = (squared, combined(&vectors, &stiffness.combination));
         }
-        found[places.clone()].sort_by(|a, b| a.0.total_cmp(&b.0));
+        found[places.clone()].sort_by_cached_key(|x| ordered(x.0));
         places
     }
 

@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::fit::uncertainty::budget::entries::BudgetLine;
-use crate::fit::uncertainty::covariance::identifiability::Finding;
+use crate::fit::uncertainty::covariance::identifiability::UnidentifiableDirection;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
 use crate::fit::uncertainty::estimate::Estimate;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub struct Design {
     /// Singular values of the Jacobian with normalized columns, descending.
     pub singular_values: Vec<f64>,
     /// Combinations of parameters that the plan does not determine.
-    pub not_identifiable: Vec<Finding>,
+    pub not_identifiable: Vec<UnidentifiableDirection>,
     /// Parameters that no choice of the advice determines either.
     pub never_identifiable: Vec<String>,
     /// The budgets of all parameters in one list.

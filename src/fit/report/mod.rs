@@ -26,7 +26,7 @@ use crate::fit::search::Search;
 use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::uncertainty::budget::entries::BudgetLine;
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
-use crate::fit::uncertainty::covariance::identifiability::Finding;
+use crate::fit::uncertainty::covariance::identifiability::UnidentifiableDirection;
 use crate::fit::uncertainty::discrepancy::findings::{
     ScoreTest, UndetectedBias, largest_biases, likely_omitted_effects,
 };
@@ -79,7 +79,7 @@ pub struct FitReport {
     /// parameters are collinear.
     pub singular_values: Vec<f64>,
     /// Combinations of parameters that the data do not determine.
-    pub not_identifiable: Vec<Finding>,
+    pub not_identifiable: Vec<UnidentifiableDirection>,
     /// Discretization error of each parameter; empty if it was not estimated.
     pub discretization_error: Vec<DiscretizationError>,
     /// The budgets of all parameters in one list.

@@ -4,7 +4,9 @@ use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::percent;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
+use crate::numerics::ordered;
 use crate::summary::Summary;
+use std::cmp::Reverse;
 
 /// Pairs of parameters whose correlation is listed, the strongest first.
 const CORRELATIONS: usize = 6;
@@ -96,7 +98,7 @@ fn correlations(report: &FitReport) -> Vec<String> {
             pairs.extend(value.map(|value| (value, j, i)));
         }
     }
-    pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    pairs.sort_by_cached_key(|x| Reverse(ordered(x.0.abs())));
     let label = |k: usize| report.parameters[k].label();
     let named = pairs.iter().take(CORRELATIONS);
     named.map(|(value, i, j)| format!("{value:+.3} {} and {}", label(*i), label(*j))).collect()

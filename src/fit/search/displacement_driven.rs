@@ -20,6 +20,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
+use crate::numerics::ordered;
 use statrs::statistics::{Data, Median};
 
 /// Medians of a derivative's size from which on a value runs away.
@@ -115,7 +116,7 @@ impl Search<'_> {
             .collect();
         let mut lowest = lowest.into_iter();
         scanned.retain(|_| lowest.next() == Some(true));
-        scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        scanned.sort_by_cached_key(|x| ordered(x.cost));
         let least = scanned.first().map_or(0.0, |c| c.cost);
         let rivals = scanned.into_iter().filter(|c| c.cost <= RIVAL * least).take(DESCENTS);
         Ok(rivals.map(|c| c.x).collect())

@@ -4,6 +4,7 @@ use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
+use crate::numerics::ordered;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -186,7 +187,7 @@ impl Journal {
         };
         let mut history: Vec<Iterate> = self.records().history.iter().map(iterate).collect();
         // Threads share the counter.
-        history.sort_by(|a, b| a.simulations.total_cmp(&b.simulations));
+        history.sort_by_cached_key(|x| ordered(x.simulations));
         history
     }
 

@@ -102,21 +102,15 @@ impl<'a> Search<'a> {
         tolerance: f64,
     ) -> Result<Self, Error> {
         let (sigmas, full_work) = (first_sigmas(experiments), full_work(experiments)?);
-        Ok(Self {
+        let task = Task {
             experiments,
-            sigmas,
-            leverage_weights: Vec::new(),
+            sigmas: &[],
+            leverage_weights: &[],
             unknowns,
             full_work,
-            work: Work::default(),
-            progress,
-            journal: Arc::default(),
-            suspicious: false,
-            stops_at_first_fit: false,
             tolerance,
-            numerics: 0,
-            ends_crawling: false,
-        })
+        };
+        Ok(Self { sigmas, progress, ..task.search() })
     }
 
     /// The search goes on with the same experiments on other meshes or in other steps.
@@ -126,18 +120,10 @@ impl<'a> Search<'a> {
     {
         Ok(Search {
             experiments,
-            sigmas: self.sigmas.clone(),
-            leverage_weights: self.leverage_weights.clone(),
-            unknowns: self.unknowns,
             full_work: full_work(experiments)?,
-            work: self.work.clone(),
-            progress: self.progress.clone(),
-            journal: self.journal.clone(),
-            suspicious: self.suspicious,
             stops_at_first_fit: false,
-            tolerance: self.tolerance,
             numerics: self.journal.add_numerics(),
-            ends_crawling: self.ends_crawling,
+            ..self.clone()
         })
     }
 

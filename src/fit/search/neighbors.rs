@@ -10,6 +10,7 @@ use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::half_square;
+use crate::numerics::ordered;
 use rayon::prelude::*;
 
 /// Distance of the points on a line, on the scale of logarithms: a quarter of the scan's.
@@ -46,7 +47,7 @@ impl Search<'_> {
             let is_other = |i: &usize| (points[*i][j] - optimum.x[j]).abs() > 0.5 * SPACING;
             starts.extend(lowest.filter(is_other).map(|i| (points[i].clone(), at(i))));
         }
-        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        starts.sort_by_cached_key(|x| ordered(x.1));
         starts.truncate(MOST_STARTS);
         Ok(starts.into_iter().map(|(x, _)| x).collect())
     }

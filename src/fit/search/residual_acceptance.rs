@@ -8,6 +8,7 @@ use crate::fit::misfit::residual_tests::{self, ResidualTests};
 use crate::fit::search::Search;
 use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::optimum::Optimum;
+use crate::numerics::ordered;
 
 /// Residuals below this part of the rod's length are rounding errors, not noise.
 const ROUNDING: f64 = 1e-8;
@@ -20,7 +21,7 @@ pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
     /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
-    pub fn explained(&self, optimum: &Optimum) -> bool {
+    pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
             let size = own.size();
@@ -31,7 +32,7 @@ impl Search<'_> {
     }
 
     /// Whether at most half of every measurement is left: not a wrong minimum, but mesh and step may leave as much.
-    pub fn mostly_explained(&self, optimum: &Optimum) -> bool {
+    pub fn has_plausible_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         let is_explained = |(own, rms): (MeasuredResiduals, f64)| {
             let size = own.size();
@@ -42,7 +43,7 @@ impl Search<'_> {
 
     /// The part of what was measured that a misfit leaves, as the root of squares, where `counts` values
     /// of each measurement are looked at.
-    pub fn left(&self, cost: f64, counts: &[usize]) -> f64 {
+    pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
         let square = |(((e, m), sigma), count): (((&Experiment, &Measurement), &f64), &usize)| {
             *count as f64 * (m.size(&e.problem) / sigma).powi(2)
@@ -109,7 +110,7 @@ pub(crate) fn residual_tests(
     {
         // Both coordinates of an offset along the normal are one value.
         let mut offsets = shape.normal_offsets(&experiment.problem, residuals);
-        offsets.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        offsets.sort_by_cached_key(|x| ordered(x[0]));
         let (places, values): (Vec<f64>, Vec<f64>) =
             offsets.into_iter().map(|[along, offset]| (along, offset)).unzip();
         let label = (experiment.label(measurement), NORMAL);
@@ -120,7 +121,7 @@ pub(crate) fn residual_tests(
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
         let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
         let mut places: Vec<(f64, f64)> = seen.map(|(k, t)| (*t, residuals[*k])).collect();
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.sort_by_cached_key(|x| ordered(x.0));
         let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
         let (label, axis) = (experiment.label(measurement), coordinate.axis);
         let (loss, correlation) = (measurement.loss(), correlation(axis));

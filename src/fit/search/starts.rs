@@ -17,6 +17,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
+use crate::numerics::ordered;
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
@@ -99,9 +100,9 @@ impl Search<'_> {
         let enough = |b: &Optimum| {
             b.converged
                 && if self.stops_at_first_fit {
-                    self.mostly_explained(b)
+                    self.has_plausible_residuals(b)
                 } else {
-                    self.explained(b)
+                    self.has_acceptable_residuals(b)
                 }
         };
         // The first start is nearly always it; others are for when it was not, or left
@@ -255,7 +256,7 @@ impl Search<'_> {
         let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            candidates.sort_by_cached_key(|x| ordered(x.cost));
             let best = candidates[0].cost;
             candidates.retain(|c| c.cost <= 4.0 * best);
             candidates.dedup_by(|a, b| is_near(&a.x, &b.x));
@@ -267,7 +268,7 @@ impl Search<'_> {
                 break;
             }
             let counts = self.residuals(&horizons)?.counts();
-            let growth = (LEFT / self.left(best, &counts)).max(LEAST_GROWTH);
+            let growth = (LEFT / self.unexplained_fraction(best, &counts)).max(LEAST_GROWTH);
             horizons.iter_mut().zip(&trusted).for_each(|(h, most)| *h = (growth * *h).min(*most));
             self.descend(coarse, &horizons, &mut candidates)?;
         }
@@ -328,7 +329,7 @@ impl Search<'_> {
 
 /// The best of the points scanned that are not near a better one.
 fn apart(mut scanned: Vec<Candidate>, effort: &ScanLevel) -> Vec<Candidate> {
-    scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    scanned.sort_by_cached_key(|x| ordered(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
     for candidate in scanned {
         let far = |other: &Candidate| distance(&candidate.x, &other.x) > 0.9;

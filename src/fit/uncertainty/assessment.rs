@@ -136,7 +136,7 @@ pub(crate) fn assess(
     let finer = Finer::new(fitted, &local, &corrected);
     let apart_from_known = |optimum: &Optimum, warnings: &mut Warnings| {
         let here = Fitted { search, optimum };
-        known.as_ref()?.explained(here, &Noise::at(here), warnings)
+        known.as_ref()?.without_explained(here, &Noise::at(here), warnings)
     };
     let on_finer = |warnings: &mut Warnings| {
         let residuals = finer.residuals()?;
@@ -183,7 +183,7 @@ pub(crate) fn assess(
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
-    if !search.explained(optimum) {
+    if !search.has_acceptable_residuals(optimum) {
         suspicions.iter().for_each(|(code, words)| warnings.add(Severity::Suspicion, *code, words));
     }
     let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());

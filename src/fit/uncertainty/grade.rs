@@ -1,7 +1,9 @@
 //! The grade of a result, and the warnings that determine it.
 
 use crate::code::Code;
-use crate::fit::uncertainty::covariance::identifiability::{Finding, in_one_sentence};
+use crate::fit::uncertainty::covariance::identifiability::{
+    UnidentifiableDirection, in_one_sentence,
+};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::fmt;
@@ -112,12 +114,33 @@ struct Warning {
 /// Verdict on residuals with a small effect only.
 const MINOR: &str = "an effect is missing in the model, which changes the estimates by less than their standard errors. Add it \
                      to the scene, or fit it (--extend)";
-/// Warnings of experiments that stand out.
-pub(crate) const OUTLYING: &str = "that stand out";
 /// From so many warnings of one kind on, one line has the first of them and the number of the others.
 const SUMMARIZED: usize = 3;
 /// Experiments with their counts in a summary, those with the most warnings first.
 const NAMED: usize = 5;
+
+/// The kind of warnings that several observations may have, as a plural.
+fn kind(severity: Severity, code: Code) -> &'static str {
+    match code {
+        Code::OutlyingExperiment => "that stand out",
+        Code::LargeResiduals => "with large residuals",
+        Code::BeyondSigma => "with residuals beyond the stated sigma",
+        Code::ResidualsNotWhite => "coordinates whose residuals are not white noise",
+        Code::Outliers if severity == Severity::Note => "coordinates with possible outliers",
+        Code::Outliers => "coordinates with outliers",
+        Code::ExceedsNoiseScale => "coordinates with residuals beyond their noise scale",
+        Code::UnresolvedCorrelation => "coordinates with unresolved correlation",
+        Code::ConstantAxis => "coordinates with one value only",
+        Code::RepeatedFrames => "observations with repeated frames",
+        Code::SigmaDoubtful => "observations with a doubtful sigma",
+        Code::PredictionFailed => "whose validation data could not be predicted",
+        Code::LargePredictionError => "validation data with larger errors than expected",
+        Code::LostFrames => "gaps of lost frames",
+        Code::Glitches => "markers that jump",
+        Code::SwappedLabels => "exchanges of labels",
+        _ => "warnings of simulations",
+    }
+}
 
 impl Warnings {
     pub fn add(&mut self, severity: Severity, code: Code, words: impl Into<String>) {
@@ -129,21 +152,10 @@ impl Warnings {
         self.0.push(Warning { severity, code, words, alike: None, is_minor: true });
     }
 
-    /// One that other observations may have alike; `kind` tells which it is, `experiment` whose.
-    pub fn add_alike(
-        &mut self,
-        severity: Severity,
-        code: Code,
-        (kind, experiment): (&'static str, &str),
-        words: String,
-    ) {
-        self.0.push(Warning {
-            severity,
-            code,
-            words,
-            alike: Some((kind, experiment.into())),
-            is_minor: false,
-        });
+    /// Adds a warning that other observations may have as well, of an experiment.
+    pub fn add_alike(&mut self, severity: Severity, code: Code, experiment: &str, words: String) {
+        let alike = Some((kind(severity, code), experiment.into()));
+        self.0.push(Warning { severity, code, words, alike, is_minor: false });
     }
 
     /// Adds all of others.
@@ -286,7 +298,11 @@ pub(crate) struct Conclusion {
 }
 
 /// Grades a result that `findings` and `warnings` speak against.
-pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -> Conclusion {
+pub(crate) fn conclude(
+    end: End,
+    findings: &[UnidentifiableDirection],
+    mut warnings: Warnings,
+) -> Conclusion {
     let unknown = in_one_sentence(findings);
     let cause = warnings.first(Severity::Suspicion);
     let cause = cause.map_or(String::new(), |words| format!(". Probable cause: {words}"));

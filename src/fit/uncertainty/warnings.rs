@@ -16,7 +16,7 @@ use crate::fit::search::residual_acceptance::{is_noisy, residual_tests};
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::{OUTLYING, Severity, Warnings, percent};
+use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
 use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, WRONG_SIGMA};
 use crate::fit::uncertainty::noise::autocorrelation::Correlations;
 use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
@@ -86,8 +86,7 @@ pub(crate) fn unexplained(
                 parts.count(),
                 percent(parts.median())
             );
-            let alike = (OUTLYING, &experiment.name[..]);
-            warnings.add_alike(Severity::Misfit, Code::OutlyingExperiment, alike, words);
+            warnings.add_alike(Severity::Misfit, Code::OutlyingExperiment, &experiment.name, words);
         } else if is_unexplained {
             // Standing still at the mean of what was observed leaves no more.
             let weight = if relative >= 1.0 { Severity::Worthless } else { Severity::Unexplained };
@@ -97,8 +96,7 @@ pub(crate) fn unexplained(
                  point, dimensions",
                 percent(relative)
             );
-            let alike = ("with large residuals", &experiment.name[..]);
-            warnings.add_alike(weight, Code::LargeResiduals, alike, words);
+            warnings.add_alike(weight, Code::LargeResiduals, &experiment.name, words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, residuals.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
@@ -107,9 +105,7 @@ pub(crate) fn unexplained(
                  to the scene",
                 times(rms / sigma)
             );
-            let kind = "with residuals beyond the stated sigma";
-            let alike = (kind, &experiment.name[..]);
-            warnings.add_alike(Severity::Misfit, Code::BeyondSigma, alike, words);
+            warnings.add_alike(Severity::Misfit, Code::BeyondSigma, &experiment.name, words);
         }
     }
 }
@@ -143,10 +139,8 @@ pub(crate) fn jumps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings)
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, words) in experiment.problem.step_warnings() {
-            let kind = "warnings of simulations";
             let words = experiment.key(&words);
-            let alike = (kind, &experiment.name[..]);
-            warnings.add_alike(Severity::Numerics, code, alike, words);
+            warnings.add_alike(Severity::Numerics, code, &experiment.name, words);
         }
     }
 }
@@ -169,18 +163,19 @@ pub(crate) fn test_residuals(
                      omitted effects, or try --extend",
                     tests.observation, tests.axis, tests.verdict
                 );
-                let kind = "coordinates whose residuals are not white noise";
-                let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Severity::Misfit, Code::ResidualsNotWhite, alike, words);
+                warnings.add_alike(
+                    Severity::Misfit,
+                    Code::ResidualsNotWhite,
+                    &experiment.name,
+                    words,
+                );
             } else if !tests.passed {
                 let words = format!(
                     "{}, {}: {}. Outliers may bias the estimates. Use a robust loss (huber, cauchy), which \
                      down-weights them",
                     tests.observation, tests.axis, tests.verdict
                 );
-                let kind = "coordinates with possible outliers";
-                let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Severity::Note, Code::Outliers, alike, words);
+                warnings.add_alike(Severity::Note, Code::Outliers, &experiment.name, words);
             }
             all.push(tests);
         }
@@ -213,16 +208,14 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
                 "{observation}, {axis}: the residuals (RMS {rms:.2e} m) exceed the noise scale of the samples, and some \
                  are outliers, which bias the estimates. Use a robust loss (huber, cauchy)"
             );
-            let alike = ("coordinates with outliers", experiment);
-            warnings.add_alike(Severity::Ambiguous, Code::Outliers, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::Outliers, experiment, words);
         } else if let (Some(p), Some(value), None) = (exceeded, scale.value, stated_sigma) {
             let words = format!(
                 "{observation}, {axis}: the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
                  samples ({value:.2e} m, p = {p:.0e}). The noise is autocorrelated or the model lacks an effect. \
                  Record the rod at rest and state its scatter as sigma"
             );
-            let alike = ("coordinates with residuals beyond their noise scale", experiment);
-            warnings.add_alike(Severity::Ambiguous, Code::ExceedsNoiseScale, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::ExceedsNoiseScale, experiment, words);
         } else if *is_at_cap
             || *correlation > STRONG_CORRELATION && scale.value.is_none() && stated_sigma.is_none()
         {
@@ -232,8 +225,7 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
                  noise scale is available{reason}. Autocorrelated noise and a missing effect cannot be separated. \
                  State sigma"
             );
-            let alike = ("coordinates with unresolved correlation", experiment);
-            warnings.add_alike(Severity::Ambiguous, Code::UnresolvedCorrelation, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::UnresolvedCorrelation, experiment, words);
         }
     }
 }
@@ -245,8 +237,7 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
             "{observation}, {axis}: all {samples} values are {value} m. The coordinate is left out of the fit and \
              of the noise estimate. Leave the column out of the file"
         );
-        let kind = ("coordinates with one value only", "");
-        warnings.add_alike(Severity::Note, Code::ConstantAxis, kind, words);
+        warnings.add_alike(Severity::Note, Code::ConstantAxis, "", words);
     }
 }
 
@@ -257,8 +248,7 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
             "{observation}: {repeated} of {frames} frames repeat the one before, as in a video that was converted to a higher \
              frame rate. Repeated positions belong to earlier times and bias the estimates. Keep one frame of each"
         );
-        let kind = ("observations with repeated frames", "");
-        warnings.add_alike(Severity::Misfit, Code::RepeatedFrames, kind, words);
+        warnings.add_alike(Severity::Misfit, Code::RepeatedFrames, "", words);
     }
 }
 
@@ -285,8 +275,7 @@ pub(crate) fn stated_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut
                 "{label}: the stated sigma ({sigma:.1e} m) differs from the scatter that {source} show \
                  ({scatter:.1e} m). {consequence}. Check its unit, or leave sigma out to have it estimated"
             );
-            let alike = ("observations with a doubtful sigma", &experiment.name[..]);
-            warnings.add_alike(Severity::Note, Code::SigmaDoubtful, alike, words);
+            warnings.add_alike(Severity::Note, Code::SigmaDoubtful, &experiment.name, words);
         }
     }
 }
@@ -312,16 +301,12 @@ fn warn_of_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &
 pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, words) in experiment.problem.recording_warnings() {
-            let kind = match code {
-                Code::LostFrames => "gaps of lost frames",
-                Code::Glitches => "markers that jump",
-                Code::SwappedLabels => "exchanges of labels",
-                _ => {
-                    warnings.add(Severity::Note, code, words);
-                    continue;
+            match code {
+                Code::LostFrames | Code::Glitches | Code::SwappedLabels => {
+                    warnings.add_alike(Severity::Note, code, &experiment.name, words);
                 }
-            };
-            warnings.add_alike(Severity::Note, code, (kind, &experiment.name), words);
+                _ => warnings.add(Severity::Note, code, words),
+            }
         }
     }
 }

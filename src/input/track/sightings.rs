@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::input::track::sheet::{Lines, Row, Sighted};
+use crate::numerics::ordered;
 use std::collections::HashMap;
 
 /// Most places of all markers in all frames: a line for each of a million markers would make a million rows of a million.
@@ -40,7 +41,7 @@ impl Sightings {
         axes: [bool; 3],
         sure: bool,
     ) -> Result<(Vec<Row>, Vec<Sighted>), Error> {
-        self.all.sort_by(|a, b| a.row.clock.total_cmp(&b.row.clock));
+        self.all.sort_by_cached_key(|x| ordered(x.row.clock));
         let mut rows: Vec<Row> = Vec::new();
         for sighting in &self.all {
             // Zero and minus zero are one time.

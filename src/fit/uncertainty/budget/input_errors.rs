@@ -92,7 +92,7 @@ impl<'a> InputErrors<'a> {
     /// The optimum with the residuals that would be left if the known numbers were what the data say that they are
     /// within their uncertainties: what they explain is no noise, and no fault of the model. Numbers that would have to be
     /// farther off than chance has them are a warning, and explain nothing.
-    pub fn explained(
+    pub fn without_explained(
         &self,
         fitted: Fitted,
         noise: &Noise,

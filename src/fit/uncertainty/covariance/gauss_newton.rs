@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, determined};
 use crate::fit::uncertainty::covariance::identifiability::{
-    Finding, NonIdentifiability, SUSPICIOUS, findings, sparsest, without_effect,
+    NonIdentifiability, SUSPICIOUS, UnidentifiableDirection, findings, sparsest, without_effect,
 };
 use crate::fit::uncertainty::covariance::zero_bound::Bound;
 use crate::fit::unknown::Unknown;
@@ -33,7 +33,7 @@ pub(crate) struct Covariance {
     /// Correlation of the identifiable ones.
     pub correlation: Vec<Vec<Option<f64>>>,
     /// What cannot be identified.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<UnidentifiableDirection>,
     /// Combinations of unknowns that are identifiable where the unknowns are not.
     pub combinations: Vec<Combination>,
     /// Singular values of the Jacobian with columns scaled to length one, of the unknowns that

@@ -8,8 +8,10 @@ use crate::code::Code;
 use crate::fit::search::damping::is_damping;
 use crate::fit::uncertainty::covariance::combinations::{constant_exponents, product};
 use crate::fit::unknown::Unknown;
+use crate::numerics::ordered;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 
 /// Unknowns with less than this share in a combination are not part of it.
 const SHARE: f64 = 0.05;
@@ -48,7 +50,7 @@ impl NonIdentifiability {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Finding {
+pub struct UnidentifiableDirection {
     /// Kind of non-identifiability.
     pub kind: NonIdentifiability,
     /// Parameters of the combination.
@@ -59,7 +61,7 @@ pub struct Finding {
 
 /// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
 /// come out at zero.
-pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> Finding {
+pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> UnidentifiableDirection {
     let (kind, words) = match is_damping(unknown) && !alone {
         true => (
             NonIdentifiability::Practical,
@@ -67,7 +69,7 @@ pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> Finding {
         ),
         false => (NonIdentifiability::Structural, no_effect(unknown)),
     };
-    Finding { kind, parameters: vec![unknown.parameter], description: words }
+    UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description: words }
 }
 
 fn no_effect(unknown: &Unknown) -> String {
@@ -81,7 +83,7 @@ pub(crate) fn findings(
     directions: Vec<Vec<f64>>,
     kind: NonIdentifiability,
     deviation: impl Fn(usize) -> f64,
-) -> Vec<Finding> {
+) -> Vec<UnidentifiableDirection> {
     let name = |direction: Vec<f64>| {
         let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
         let combination: Vec<(&Unknown, f64)> =
@@ -91,7 +93,7 @@ pub(crate) fn findings(
             NonIdentifiability::Practical => practical(&combination, &involved, &deviation),
         };
         let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
-        Finding { kind, parameters, description: words }
+        UnidentifiableDirection { kind, parameters, description: words }
     };
     directions.into_iter().map(name).collect()
 }
@@ -203,14 +205,14 @@ fn sum(combination: &[(&Unknown, f64)]) -> String {
 fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
     let mut all: Vec<usize> = (0..combination.len()).collect();
     if all.len() > MANY[0] {
-        all.sort_by(|a, b| combination[*b].1.abs().total_cmp(&combination[*a].1.abs()));
+        all.sort_by_cached_key(|x| Reverse(ordered(combination[*x].1.abs())));
         all.truncate(MANY[1]);
     }
     all
 }
 
 /// What the data do not determine, in one sentence.
-pub(crate) fn in_one_sentence(findings: &[Finding]) -> String {
+pub(crate) fn in_one_sentence(findings: &[UnidentifiableDirection]) -> String {
     let mut words: Vec<String> =
         findings.iter().take(SAID).map(|f| f.description.clone()).collect();
     if findings.len() > SAID {

@@ -12,6 +12,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
+use crate::numerics::ordered;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -195,7 +196,7 @@ impl Interval {
     /// The curve, and where its 95 % interval ends.
     pub fn profile(&self, unknown: &Unknown, reach: f64) -> Profile {
         let mut points = self.points.clone();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points.sort_by_cached_key(|x| ordered(x.0));
         Profile {
             name: unknown.parameter,
             label: unknown.to_string(),

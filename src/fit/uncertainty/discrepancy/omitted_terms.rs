@@ -118,7 +118,16 @@ pub(crate) struct Beside {
 const ABOUT_THE_MIDDLE: Option<Beside> =
     Some(Beside { place: "rod.taper.radius.from", own: 0.5, other: -0.5 });
 
-const NOT_ADDED: fn(&mut Scene, &Sizes) = |_, _| {};
+/// An effect whose number is in every scene.
+const NOTHING_ADDED: Extension = Extension {
+    place: "",
+    words: "",
+    test: "",
+    add: |_, _| {},
+    plausible: |_| None,
+    usual: None,
+    beside: None,
+};
 const ANOTHER_LENGTH: &str = "repeat at another free length";
 const A_LONGER_RECORD: &str = "record until the motion has decayed";
 
@@ -131,19 +140,17 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         place: "supports.start_compliance.rotation",
         words: "compliant clamp",
         test: ANOTHER_LENGTH,
-        add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "supports.angle",
         words: "tilted clamp",
         test: "photograph the rod at rest, with and without its weight",
-        add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.mass.0.mass",
@@ -155,17 +162,14 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
             }
         },
         plausible: |s| Some(MARKER * s.mass),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.shape.length",
         words: "different free length",
         test: "measure from clamp to tip",
-        add: NOT_ADDED,
         plausible: |s| Some(SCALE * s.length),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.taper.radius.to",
@@ -180,6 +184,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         plausible: |_| Some(SECTION),
         usual: Some(1.0),
         beside: ABOUT_THE_MIDDLE,
+        ..NOTHING_ADDED
     },
     Extension {
         place: GRIP_STIFFNESS,
@@ -193,34 +198,28 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |_| Some(GRIPPED),
         usual: Some(1.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "material.density",
         words: "different density",
         test: "weigh a known length of the rod",
-        add: NOT_ADDED,
         plausible: |s| Some(DATA_SHEET * s.density),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.section.radius",
         words: "different radius",
         test: "calliper at several places",
-        add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.radius?),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.section.height",
         words: "different height of the section",
         test: "calliper at several places",
-        add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.height?),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.shape.angle",
@@ -235,25 +234,23 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |_| Some(2.0 * BY_EYE),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "rod.natural_curvature",
         words: "different natural curvature",
         test: "photograph the rod lying flat",
-        add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(1.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "loads.damping.mass",
         words: "mass damping",
         test: A_LONGER_RECORD,
-        add: NOT_ADDED,
         plausible: |s| Some(2.0 * DAMPED * s.swing?),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "loads.damping.stiffness",
@@ -266,7 +263,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |s| Some(2.0 * DAMPED / s.swing?),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "loads.drag.linear_normal",
@@ -275,7 +272,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: with_drag,
         plausible: |s| Some(2.0 * DAMPED * s.swing? * s.mass / s.length),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "loads.drag.quadratic_normal",
@@ -284,7 +281,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: with_drag,
         plausible: |s| s.swing.map(|_| AIR * s.thickness),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: FRICTION,
@@ -299,44 +296,38 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
             }
         },
         plausible: |s| s.swing.and(s.bend).map(|_| STRANDS),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "camera.time_offset",
         words: "clock offset",
         test: "start the record before the release",
-        add: NOT_ADDED,
         plausible: |s| s.frame,
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "camera.pixel_scale",
         words: "different scale of the camera",
         test: "place a scale in the plane of motion",
-        add: NOT_ADDED,
         plausible: |_| Some(SCALE),
-        usual: None,
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "camera.in_plane_rotation",
         words: "tilted camera",
         test: "place a plumb line in the picture",
-        add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
     Extension {
         place: "supports.end_compliance.rotation",
         words: "compliant clamp at the end",
         test: ANOTHER_LENGTH,
-        add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),
-        beside: None,
+        ..NOTHING_ADDED
     },
 ];
 

@@ -73,9 +73,12 @@ pub(crate) fn predictions(
                     "{whose}the validation data could not be predicted: the simulation failed ({error}). The fit \
                      is not validated by them. Check the scene of these data"
                 );
-                let kind = "whose validation data could not be predicted";
-                let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Severity::Contradiction, Code::PredictionFailed, alike, words);
+                warnings.add_alike(
+                    Severity::Contradiction,
+                    Code::PredictionFailed,
+                    &experiment.name,
+                    words,
+                );
             }
         }
     }
@@ -89,13 +92,7 @@ pub(crate) fn predictions(
                 p.observation,
                 times(ratio)
             );
-            let kind = "validation data with larger errors than expected";
-            warnings.add_alike(
-                Severity::Contradiction,
-                Code::LargePredictionError,
-                (kind, ""),
-                words,
-            );
+            warnings.add_alike(Severity::Contradiction, Code::LargePredictionError, "", words);
         }
     }
     predictions

@@ -38,9 +38,11 @@ use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
 use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::unknown::Unknown;
+use crate::numerics::ordered;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use std::cmp::Reverse;
 
 /// Steps of the coarse model in the first period.
 const COARSE_STEPS: f64 = 48.0;
@@ -335,9 +337,7 @@ impl TestInputs<'_> {
         if !is_coarse {
             let mut order: Vec<usize> =
                 (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
-            order.sort_by(|a, b| {
-                weighed[*b].largest_change().total_cmp(&weighed[*a].largest_change())
-            });
+            order.sort_by_cached_key(|x| Reverse(ordered(weighed[*x].largest_change())));
             for k in order.into_iter().take(MOST_RELINEARIZED) {
                 let change = changes[weighed[k].term];
                 let slope = weighed[k].answer.slope.clone();

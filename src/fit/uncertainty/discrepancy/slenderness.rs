@@ -20,10 +20,12 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
 use crate::fit::uncertainty::noise::residual_noise::Noise;
 use crate::fit::unknown::Unknown;
+use crate::numerics::ordered;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Scene};
 use crate::vibration::{About, Among, Kind, ModeName, thickness_effects};
+use std::cmp::Reverse;
 use std::f64::consts::PI;
 
 /// Part of a standard error from which a bias is reported: it then widens a 95 % interval by 1.5 %.
@@ -124,7 +126,7 @@ pub(crate) fn check_slenderness(
         })
         .filter(|(bias, _)| bias.std_errors.abs() > WORTH_A_NOTE)
         .collect();
-    named.sort_by(|a, b| b.0.std_errors.abs().total_cmp(&a.0.std_errors.abs()));
+    named.sort_by_cached_key(|x| Reverse(ordered(x.0.std_errors.abs())));
     let soft = percent(usual.largest);
     let Some((worst, _)) = named.first() else {
         // Not even the size is known where no parameter has an answer to it.

@@ -6,6 +6,7 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
     FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, Series, quantum,
 };
+use crate::numerics::ordered;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -74,7 +75,7 @@ impl CoordinateSamples {
         let factors: Vec<f64> = measurement.sigmas(*sigma).iter().map(|own| own / sigma).collect();
         let mut places: Vec<(usize, f64)> =
             coordinate.places.iter().filter(|(k, _)| *k < residuals.len()).copied().collect();
-        places.sort_by(|a, b| a.1.total_cmp(&b.1));
+        places.sort_by_cached_key(|x| ordered(x.1));
         let pick = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             places.iter().map(|(k, _)| of(*k)).collect()
         };
