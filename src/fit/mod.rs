@@ -335,8 +335,18 @@ impl Fit {
         experiments: &[Experiment],
         state: Refinements,
     ) -> Result<FitReport, Error> {
-        let Fitted { search, optimum } = fitted;
-        let local = LocalAnalysis::new(fitted, None)?;
+        let search = fitted.search;
+        let mut local = LocalAnalysis::new(fitted, None)?;
+        let held = local.covariance.held_unknowns();
+        let reduced = match (!held.is_empty()).then(|| fitted.without_undetermined(&held)) {
+            Some(Err(Error::Interrupted)) => return Err(Error::Interrupted),
+            found => found.and_then(Result::ok),
+        };
+        let optimum = reduced.as_ref().unwrap_or(fitted.optimum);
+        let fitted = Fitted { search, optimum };
+        if reduced.is_some() {
+            local = LocalAnalysis::new(fitted, None)?;
+        }
         let mut warnings = Warnings::default();
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
         let shifts = match open {

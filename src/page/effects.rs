@@ -104,7 +104,7 @@ fn score_table(tests: &[&ScoreTest]) -> Table {
             Some(test.rank.to_string()),
             Some(escaped(&size(test.estimate, &test.unit))),
             Some(short(test.z_score.abs())),
-            (!test.biased_parameter.is_empty()).then(|| short(test.bias_std_errors)),
+            test.is_significant().then(|| short(test.bias_std_errors)),
             Some(short(test.p_value)),
             test.p_value_if_correlated.map(short),
         ];

@@ -59,14 +59,21 @@ impl Search<'_> {
 
     /// The optimum with unknown `i` held at a value on its scale; the others start `from` there.
     pub fn optimum_with_held(&self, i: usize, held: f64, from: &[f64]) -> Result<Optimum, Error> {
-        let mut unknowns = self.unknowns.to_vec();
-        let value = unknowns[i].from_scale(held);
-        unknowns[i] = unknowns[i].clone().bounds(value, value);
-        let search = Task { unknowns: &unknowns, ..self.task() }.search();
         let mut start = from.to_vec();
         start[i] = held;
+        self.optimum_with_all_held(&[i], &start)
+    }
+
+    /// The optimum from a start with some unknowns held at their values there.
+    fn optimum_with_all_held(&self, held: &[usize], start: &[f64]) -> Result<Optimum, Error> {
+        let mut unknowns = self.unknowns.to_vec();
+        for i in held {
+            let value = unknowns[*i].from_scale(start[*i]);
+            unknowns[*i] = unknowns[*i].clone().bounds(value, value);
+        }
+        let search = Task { unknowns: &unknowns, ..self.task() }.search();
         // Without free unknowns this takes one run.
-        let optimum = search.polish(&start);
+        let optimum = search.polish(start);
         self.work.add(search.work.total());
         optimum
     }
@@ -82,6 +89,14 @@ impl<'a> Fitted<'a> {
     /// Every measurement with its residuals.
     pub fn measured(self) -> impl Iterator<Item = MeasuredResiduals<'a>> {
         self.search.measured(self.optimum)
+    }
+
+    /// The optimum again, with these unknowns held. A step along a direction that the data do not determine
+    /// may end at the limits of the step, and the search there, short of the optimum along the others.
+    pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
+        let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
+        self.search.follow(&self.optimum.x, &found.x, &found);
+        Ok(found)
     }
 
     /// The problem of an experiment with the fitted values.

@@ -183,6 +183,15 @@ impl Covariance {
         Ok(local)
     }
 
+    /// One unknown of each identifiable combination: with it held, the others are determined.
+    pub fn held_unknowns(&self) -> Vec<usize> {
+        let last = |c: &Combination| c.powers().map(|(j, _)| j).last();
+        let mut held: Vec<usize> = self.combinations.iter().filter_map(last).collect();
+        held.sort_unstable();
+        held.dedup();
+        held
+    }
+
     /// Variance of the sum of the unknowns, on their scales, with these factors.
     fn variance_of(&self, factors: &[f64]) -> f64 {
         let rows = self.spread.iter().zip(factors);
