@@ -135,7 +135,7 @@ impl Attached {
 
     pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Attached<D> {
         let known = self.code.as_ref().map_or(&[][..], |code| code.parameters());
-        let values = n.table(&*self.name, |n| {
+        let values = n.table(&self.name, |n| {
             let each = |(i, (name, value)): (usize, &(Arc<str>, f64))| {
                 let quantity = known.get(i).map_or(Quantity::signed(""), |(_, quantity)| *quantity);
                 (name.clone(), n.number(name, *value, quantity))

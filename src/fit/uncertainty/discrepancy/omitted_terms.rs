@@ -184,7 +184,6 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         plausible: |_| Some(SECTION),
         usual: Some(1.0),
         beside: ABOUT_THE_MIDDLE,
-        ..NOTHING_ADDED
     },
     Extension {
         place: GRIP_STIFFNESS,
