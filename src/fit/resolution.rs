@@ -115,14 +115,12 @@ pub(crate) fn refined(
         let finer = ErrorModel::of_second_order(both(i)).finer_for(allowed, segments);
         (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
     }
-    for (combination, shifts) in
-        local.covariance.combinations.iter().filter_map(|c| Some((c, shifts?)))
-    {
-        let errors = combination
-            .shifts(shifts)
-            .map(|(shift, is_chosen)| if is_chosen { shift.abs() } else { 0.0 });
-        let factors = factors(errors, (OF_ERROR * combination.deviation).max(OF_VALUE) / OPEN);
-        (mesh, step) = (mesh.max(factors[0]), step.max(factors[1]));
+    for (combination, shifts) in local.covariance.combinations.iter().zip(shifts.iter().cycle()) {
+        let along = shifts.along(&combination.exponents);
+        let errors = along.map(|(shift, is_chosen)| if is_chosen { shift } else { 0.0 });
+        let allowed = (OF_ERROR * combination.deviation).max(OF_VALUE) / OPEN;
+        let finer = ErrorModel::of_second_order(errors).finer_for(allowed, segments);
+        (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
     }
     if optimum.halved {
         // Steps that are taken in halves make the misfit jump.

@@ -30,6 +30,17 @@ impl Shifts {
         [(of(&self.mesh), self.chosen[0]), (of(&self.step), self.chosen[1])]
     }
 
+    /// Shifts of the sum of the unknowns with these factors, by mesh and by step, each with whether the program chose it.
+    pub fn along(&self, factors: &[f64]) -> [(f64, bool); 2] {
+        let mut sums = self.chosen.map(|is_chosen| (0.0, is_chosen));
+        for (j, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for (sum, (shift, _)) in sums.iter_mut().zip(self.parts(j)) {
+                sum.0 += factor * shift.unwrap_or(0.0);
+            }
+        }
+        sums
+    }
+
     /// By how much unknown `i` is corrected on its scale.
     pub fn correction(&self, i: usize) -> f64 {
         self.parts(i).iter().filter(|(_, chosen)| *chosen).filter_map(|(shift, _)| *shift).sum()

@@ -5,7 +5,6 @@
 //! constant along it, and the data determine it where it is constant along all other such directions as well. Its logarithm
 //! `v.x` has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
 
-use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::unknown::Unknown;
 
 /// Cosine of an angle up to which a combination is constant along a direction.
@@ -48,17 +47,6 @@ pub(crate) fn determined(unknowns: &[Unknown], directions: &[&Vec<f64>]) -> Vec<
 }
 
 impl Combination {
-    /// The shifts of its logarithm by mesh and by step, each with whether the program chose it.
-    pub fn shifts(&self, shifts: &Shifts) -> [(f64, bool); 2] {
-        let mut sums = [(0.0, false); 2];
-        for (j, power) in self.exponents.iter().enumerate().filter(|(_, power)| **power != 0.0) {
-            for (sum, (shift, is_chosen)) in sums.iter_mut().zip(shifts.parts(j)) {
-                *sum = (sum.0 + power * shift.unwrap_or(0.0), is_chosen);
-            }
-        }
-        sums
-    }
-
     /// Name, such as `youngs_modulus/density`.
     pub fn name(&self, unknowns: &[Unknown]) -> String {
         product(self.powers().map(|(j, power)| (unknowns[j].to_string(), power)).collect())

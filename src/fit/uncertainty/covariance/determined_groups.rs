@@ -66,7 +66,7 @@ pub(crate) fn determined_combinations(
     }
     let value = |combination: &Combination| {
         let Combination { exponents, deviation } = combination;
-        let chosen = combination.shifts(shifts).into_iter().filter(|(_, is_chosen)| *is_chosen);
+        let chosen = shifts.along(exponents).into_iter().filter(|(_, is_chosen)| *is_chosen);
         let correction: f64 = chosen.clone().map(|(shift, _)| shift).sum();
         let open: f64 = chosen.map(|(shift, _)| OPEN * shift.abs()).sum();
         let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
