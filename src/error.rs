@@ -1,11 +1,9 @@
 //! What can go wrong, in words a user can act on.
 
-pub(crate) mod printable;
-
 use crate::code::Code;
-use crate::error::printable::{printable, printable_name, printable_path, token, with_tokens_cut};
-use std::borrow::Cow;
-use std::io::ErrorKind;
+use marker_files::printable::{
+    clipped, io_reason, printable, printable_name, printable_path, shown, token,
+};
 use std::path::{Path, PathBuf};
 
 /// Every error of the crate.
@@ -211,20 +209,6 @@ pub enum Error {
     Fit(String),
 }
 
-/// The reason of an input or output error, and what to do where that is known.
-fn io_reason(source: &std::io::Error) -> String {
-    if source.raw_os_error().is_none() {
-        return source.to_string();
-    }
-    match source.kind() {
-        ErrorKind::NotFound => "No such file or folder. Check the path".into(),
-        ErrorKind::PermissionDenied => {
-            "permission denied. Check the permissions of the file and its folder".into()
-        }
-        _ => source.to_string(),
-    }
-}
-
 /// A change of the energy in words, unless there is hardly any motion to compare it with.
 fn of_kinetic(fraction: f64) -> String {
     match 100.0 * fraction {
@@ -234,46 +218,8 @@ fn of_kinetic(fraction: f64) -> String {
     }
 }
 
-/// A message on a file: printable, and without more of the file than the tokens at fault.
-fn shown(message: &str) -> String {
-    printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
-}
-
 fn prefix(file: &Option<PathBuf>) -> String {
     file.as_ref().map(|path| format!("{}: ", printable_path(path))).unwrap_or_default()
-}
-
-/// Words and lines longer than this, bytes, are not shown whole.
-const LONG: [usize; 2] = [200, 3000];
-/// What is shown of them: so much of the beginning and of the end.
-const SHOWN: [usize; 2] = [120, 60];
-
-/// A text of which long words and lines, such as 50 MB without a break, are cut to what can be read.
-fn clipped(text: &str) -> Cow<'_, str> {
-    if text.len() <= LONG[0] {
-        return text.into();
-    }
-    let line = |line: &str| {
-        let words: Vec<_> = line.split(' ').map(|word| cut(word, LONG[0])).collect();
-        cut(&words.join(" "), LONG[1]).into_owned()
-    };
-    text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
-}
-
-/// A text without its middle if it is longer than `most` bytes.
-fn cut(text: &str, most: usize) -> Cow<'_, str> {
-    if text.len() <= most {
-        return text.into();
-    }
-    let boundary = |i: &usize| text.is_char_boundary(*i);
-    let head = (0..=SHOWN[0]).rev().find(boundary).unwrap_or(0);
-    if text.bytes().all(|byte| byte == b'^') {
-        // What points at the place.
-        return text[..head].into();
-    }
-    let tail = (text.len() - SHOWN[1]..).find(boundary).unwrap_or(text.len());
-    let left_out = tail - head;
-    format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
 impl Error {
@@ -341,5 +287,20 @@ impl Error {
     /// Whether the input is at fault, and not the computation.
     pub fn is_input(&self) -> bool {
         self.code().is_none()
+    }
+}
+
+impl From<marker_files::Error> for Error {
+    fn from(error: marker_files::Error) -> Self {
+        match error {
+            marker_files::Error::Io { path, source } => Self::io(&path, source),
+            marker_files::Error::Data { path, line, message } => Self::Data { path, line, message },
+            marker_files::Error::Accelerations { path, allowed } => {
+                let found = "accelerations instead of positions; those of a moved end, `ax, ay, az`, belong in \
+                             [[supports.motion]]";
+                Self::Data { path, line: 1, message: format!("found {found}, allowed: {allowed}") }
+            }
+            other => Self::Fit(other.to_string()),
+        }
     }
 }

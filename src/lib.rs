@@ -133,10 +133,10 @@ pub use code::Code;
 pub use dynamics::{Reversible, Slopes, Snapshot, Trajectory};
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
-pub use error::printable::{printable, printable_name};
 pub use fit::{Fit, FitReport, Observation, Unknown};
 #[cfg(feature = "cli")]
 pub use input::part_file::PartFile;
+pub use marker_files::printable::{printable, printable_name};
 pub use numerics::scalar::Scalar;
 pub use problem::{AnyProblem, Discretized, PlanarProblem, Problem, SpatialProblem};
 pub use scene::{Parameter, Point, Scene};

@@ -3,9 +3,9 @@
 use crate::campaign::collect::Collected;
 use crate::campaign::plan::Task;
 use crate::error::Error;
-use crate::error::printable::with_tokens_cut;
 use crate::fit::{Bootstrap, Estimate, Unknown};
 use crate::input::text_cell::to_cell;
+use marker_files::printable::with_tokens_cut;
 use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;

@@ -3,10 +3,10 @@
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::row::Row;
 use crate::error::Error;
-use crate::error::printable::token;
-use crate::input::file::data;
-use crate::input::table::{csv_error, delimiter};
 use crate::input::text_cell::of_cell;
+use marker_files::file::data;
+use marker_files::printable::token;
+use marker_files::table::{csv_error, delimiter};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 

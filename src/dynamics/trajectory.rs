@@ -297,7 +297,7 @@ impl Trajectory {
                 point.fixed().stencil(&self.problem.scene().over_parameters(seed).made_mesh())?;
             stencil.nodes.retain(|(_, weight)| *weight != Dual64::from(0.0));
             let position = self.record.along(Some(k)).position(&stencil, Dual64::from(time))?;
-            Ok(position.map(|x| x.eps))
+            Ok::<_, Error>(position.map(|x| x.eps))
         };
         let rates = self.parameters.iter().enumerate().map(rate).collect::<Result<_, _>>()?;
         Ok((position, rates))

@@ -188,12 +188,12 @@ impl ExperimentForm {
     fn read(self, file: &Path, admit: &Admit) -> Result<Experiment, Error> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let follow = |scene: &mut Scene| match &self.path {
-            Some(path) => scene.follow(crate::input::file::at(folder, path)),
+            Some(path) => scene.follow(marker_files::file::at(folder, path)),
             None => Ok(()),
         };
         let scene = match &self.scene {
             SceneForm::File(scene) => {
-                Scene::load_with(crate::input::file::at(folder, scene), follow)?
+                Scene::load_with(marker_files::file::at(folder, scene), follow)?
             }
             SceneForm::Here(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
         };
@@ -322,7 +322,7 @@ impl FitFile {
     }
 
     fn load_plan(path: &Path, admit: &Admit) -> Result<Self, Error> {
-        Self::read(&crate::input::file::text(path)?, path, admit)
+        Self::read(&marker_files::file::text(path)?, path, admit)
     }
 
     /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the

@@ -4,12 +4,12 @@ use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
-use crate::input::track::axes::Axes;
-use crate::input::track::format::Format;
-use crate::input::track::recording::{Recording, Vertical};
-use crate::input::track::sigma::SigmaColumns;
 use crate::problem::Problem;
 use crate::scene::Point;
+use marker_files::Axes;
+use marker_files::Format;
+use marker_files::SigmaColumns;
+use marker_files::{Recording, Vertical};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -169,7 +169,7 @@ impl ObservationForm {
             let mut planned =
                 planned.map_err(|error| error.below(key))?.at(point.unwrap_or_default());
             if let Some(axes) = axes {
-                planned.samples.iter_mut().for_each(|s| s.position = axes.turned(s.position));
+                planned.samples.iter_mut().for_each(|s| s.position = axes.to_world(s.position));
             }
             return Ok(vec![said(planned)]);
         }
@@ -179,7 +179,7 @@ impl ObservationForm {
                 let (found, allowed) = ("no markers beside it", "with markers = \"free\" only");
                 return Err(Error::invalid(format!("{key}.{own}"), found, allowed));
             }
-            let file = crate::input::file::at(folder, &file.unwrap_or_default());
+            let file = marker_files::file::at(folder, &file.unwrap_or_default());
             let Some(Markers::Named(markers)) = markers else {
                 let read = Observation::read_as(file, &recording)?;
                 return Ok(vec![said(read.at(point.unwrap_or_default()))]);

@@ -5,7 +5,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::observation_form::Sigma;
-use crate::input::track::recording::{Recording, Vertical};
+use marker_files::{Recording, Vertical};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ impl ShapeForm {
         let recording = Recording { scale, origin, y, sigma: columns, ..Recording::default() };
         let read = match &self.file {
             Some(file) if self.at.is_empty() => {
-                RestShape::read_as(crate::input::file::at(folder, file), &recording)?
+                RestShape::read_as(marker_files::file::at(folder, file), &recording)?
             }
             None if self.at.is_empty() => {
                 let allowed = "a file, or at = [arc lengths in m] of what is planned";

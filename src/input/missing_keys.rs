@@ -1,7 +1,7 @@
 //! Keys that a file must have and does not, all at once: the reader stops at the first.
 
 use crate::error::Error;
-use crate::error::printable::{column_name, token, with_tokens_cut};
+use marker_files::printable::{column_name, token, with_tokens_cut};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 

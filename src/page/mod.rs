@@ -39,8 +39,8 @@ pub use prediction::prediction_page;
 pub use simulation::simulation_page;
 pub use study::study_page;
 
-use crate::error::printable::printable;
 use crate::page::html::escaped;
+use marker_files::printable::printable;
 
 const STYLE: &str = include_str!("page.css");
 /// The title of the program in citations.

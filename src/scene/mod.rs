@@ -258,7 +258,7 @@ impl Scene {
 
     /// What is generic over a path does nothing else: programs that use it would compile the reading of scenes again.
     fn load_file(path: &Path) -> Result<Self, Error> {
-        Self::read(&crate::input::file::text(path)?, path)
+        Self::read(&marker_files::file::text(path)?, path)
     }
 
     /// Reads and validates a scene file with [energies of one's own](crate::energy::own), which
@@ -268,7 +268,7 @@ impl Scene {
         give: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        Self::read_with(&crate::input::file::text(path)?, path, give)
+        Self::read_with(&marker_files::file::text(path)?, path, give)
     }
 
     /// Reads and validates the text of a scene file. Paths in it are relative to `folder`; messages name
@@ -388,13 +388,13 @@ impl Scene {
             if let Shape::Polyline { file, points, .. } = shape
                 && points.is_empty()
             {
-                let path = crate::input::file::at(&folder, file);
+                let path = marker_files::file::at(&folder, file);
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
         }
         for motion in &mut self.supports.motion {
             if !motion.file.as_os_str().is_empty() {
-                let file = crate::input::file::at(&folder, &motion.file);
+                let file = marker_files::file::at(&folder, &motion.file);
                 motion.file =
                     std::path::absolute(&file).map_err(|source| Error::io(&file, source))?;
             }
@@ -402,7 +402,7 @@ impl Scene {
         if let Some(path) = &mut self.supports.path
             && !path.file.as_os_str().is_empty()
         {
-            let file = crate::input::file::at(&folder, &path.file);
+            let file = marker_files::file::at(&folder, &path.file);
             path.file = std::path::absolute(&file).map_err(|source| Error::io(&file, source))?;
         }
         Ok(())
@@ -413,15 +413,15 @@ impl Scene {
         let shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
             Shape::Polyline { file, points, .. } if points.is_empty() => {
-                Some(crate::input::file::at(&self.folder(), file))
+                Some(marker_files::file::at(&self.folder(), file))
             }
             _ => None,
         });
         let recording = self.supports.path.iter().filter(|path| !path.file.as_os_str().is_empty());
-        let recording = recording.map(|path| crate::input::file::at(&self.folder(), &path.file));
+        let recording = recording.map(|path| marker_files::file::at(&self.folder(), &path.file));
         let moved = self.supports.motion.iter().map(|motion| &motion.file);
         let moved = moved.filter(|file| !file.as_os_str().is_empty());
-        let moved = moved.map(|file| crate::input::file::at(&self.folder(), file));
+        let moved = moved.map(|file| marker_files::file::at(&self.folder(), file));
         self.path.iter().cloned().chain(polylines).chain(recording).chain(moved).collect()
     }
 

@@ -1,13 +1,13 @@
 //! `[supports.path]`: ends that follow recorded markers.
 
 use crate::error::Error;
-use crate::input::track::axes::Axes;
-use crate::input::track::format::Format;
-use crate::input::track::recording::{Recording, Vertical};
-use crate::input::track::sheet::is_called;
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
+use marker_files::Axes;
+use marker_files::Format;
+use marker_files::is_same_name;
+use marker_files::{Recording, Vertical};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ impl Recorded {
         let track = match self.track.take() {
             Some(track) => track,
             None => {
-                let file = crate::input::file::at(folder, &self.file);
+                let file = marker_files::file::at(folder, &self.file);
                 Arc::new(Track::read_as(&file, &self.recording(), &self.markers)?)
             }
         };
@@ -174,7 +174,8 @@ impl Recorded {
     /// The markers between the ends that lead the rod.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
-        let is_inner = |j: &usize| self.inner.iter().any(|name| is_called(&markers[*j].name, name));
+        let is_inner =
+            |j: &usize| self.inner.iter().any(|name| is_same_name(&markers[*j].name, name));
         (0..markers.len()).filter(is_inner).collect()
     }
 
@@ -229,7 +230,7 @@ impl Recorded {
             .filter(|(node, _)| **node >= first && **node + last <= segments)
             .map(|(_, marker)| &*marker.name)
             .collect();
-        let is_between = |name: &&String| between.iter().any(|marker| is_called(marker, name));
+        let is_between = |name: &&String| between.iter().any(|marker| is_same_name(marker, name));
         if let Some(name) = self.inner.iter().find(|name| !is_between(name)) {
             let found = format!("{name:?}, which is not a marker between the supports");
             let allowed = format!("some of {between:?}");

@@ -1,10 +1,10 @@
 //! A rod's shape as a smooth curve through given points.
 
 use crate::error::Error;
-use crate::input::table::{LENGTHS, Table};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add};
 use crate::scene::mesh::{Mesh, angle};
+use marker_files::table::{LENGTHS, Table};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -55,14 +55,14 @@ impl Polyline {
         let table = Table::read(path)?;
         let column = |name: &str| {
             let column = table.require(name)?;
-            Ok((column, table.factor(column, &LENGTHS, "")?))
+            Ok::<_, Error>((column, table.factor(column, &LENGTHS, "")?))
         };
         let columns = [column("x")?, column("y")?, column("z")?];
         let place = table.find("s").map(|_| column("s")).transpose()?;
         if place.is_some() && !on_a_rod {
             let message = "column `s`, allowed: only in the file of initial.shape, where it gives the arc length \
                            of a row";
-            return Err(table.error(1, message));
+            return Err(table.error(1, message).into());
         }
         let mut points: Vec<Vector3<f64>> = Vec::with_capacity(table.rows.len());
         let mut arc_length: Vec<f64> = Vec::new();
@@ -79,7 +79,7 @@ impl Polyline {
                 let s = value(place).ok_or_else(blank)?;
                 if let Some(before) = arc_length.last().filter(|before| **before >= s) {
                     let message = format!("s = {s} m after {before} m, allowed: increasing");
-                    return Err(table.error(row.line, &message));
+                    return Err(table.error(row.line, &message).into());
                 }
                 arc_length.push(s);
             }

@@ -1,12 +1,11 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 
 use crate::error::Error;
-use crate::input::table::{TIMES, Table};
-use crate::input::track;
-use crate::input::track::format::Format;
-use crate::input::track::recording::Recording;
 use crate::scene::fault::Fault;
 use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
+use marker_files::Format;
+use marker_files::Recording;
+use marker_files::table::{TIMES, Table};
 use std::path::Path;
 
 /// Standard gravity, m/s^2.
@@ -26,11 +25,11 @@ impl Track {
     /// # Errors
     /// Those of [`read`](Self::read), and more than one point.
     pub fn read_one(path: &Path, time_zero: Option<f64>) -> Result<Self, Error> {
-        let (format, bytes) = track::open(path, None)?;
+        let (format, bytes) = marker_files::open(path, None)?;
         if format == Format::Csv {
             let table = Table::of(path, &bytes)?;
             if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
-                return integrated(&table, time_zero);
+                return Ok(integrated(&table, time_zero)?);
             }
         }
         let recording = Recording { time_zero, ..Recording::default() };
@@ -49,7 +48,7 @@ impl Track {
 ///
 /// # Errors
 /// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
-fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, Error> {
+fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_files::Error> {
     let clocks = ["t", "time"].into_iter().filter_map(|name| table.find(name));
     let clock = match clocks.collect::<Vec<_>>()[..] {
         [clock] => clock,
@@ -112,7 +111,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, Error> {
 }
 
 /// Metres per second squared in the unit of a column's header.
-fn acceleration_unit(table: &Table, column: usize) -> Result<f64, Error> {
+fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
     // "mm/s2", "m s^-2" and the like.

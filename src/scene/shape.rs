@@ -165,7 +165,7 @@ impl Shape {
     /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
-            let path = crate::input::file::at(folder, file);
+            let path = marker_files::file::at(folder, file);
             let given = !points.is_empty();
             // Others than were read are read anew.
             let read = |line: &Arc<Polyline>| match given {

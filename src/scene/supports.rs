@@ -328,7 +328,7 @@ impl Motion {
             Some(track) => track,
             None if is_empty(&self.file) => return Ok(()),
             None => {
-                let file = crate::input::file::at(folder, &self.file);
+                let file = marker_files::file::at(folder, &self.file);
                 Track::read_one(&file, self.time_zero)?.into()
             }
         };

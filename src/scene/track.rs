@@ -2,13 +2,11 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::input::track;
-use crate::input::track::recording::Recording;
-use crate::input::track::sheet::Sighted;
 use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 use crate::scene::fault::Fault;
+use marker_files::{MarkerData, Recording};
 use std::ops::Range;
 use std::path::Path;
 
@@ -59,39 +57,39 @@ impl Track {
     /// # Errors
     /// Those of [`read`](Self::read), a marker that is not there, and what makes no sense beside this file.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
-        let (format, bytes) = track::open(path, recording.format)?;
-        let sheet = track::parse(path, format, &bytes)?;
+        let (format, bytes) = marker_files::open(path, recording.format)?;
+        let file = marker_files::parse(path, format, &bytes)?;
         let named = |name: &String| {
-            Recording { marker: Some(name.clone()), ..Recording::default() }.chosen(&sheet)
+            Recording { marker: Some(name.clone()), ..Recording::default() }.select_marker(&file)
         };
-        let chosen: Vec<&Sighted> = match names.is_empty() {
-            true => sheet.markers.iter().collect(),
+        let chosen: Vec<&MarkerData> = match names.is_empty() {
+            true => file.markers.iter().collect(),
             false => names.iter().map(named).collect::<Result<_, _>>()?,
         };
         let (mut times, mut markers) = (Vec::new(), Vec::with_capacity(chosen.len()));
         for marker in chosen {
             if !marker.axes[0] || !marker.axes[1] {
                 let message = format!("marker `{0}` without a column x{0} or y{0}", marker.name);
-                return Err(sheet.error(1, message));
+                return Err(file.error(1, message).into());
             }
-            let along = recording.seen_along(marker.axes);
-            let converted = recording.convert(&sheet, marker)?;
+            let along = recording.observed_axes(marker.axes);
+            let converted = recording.convert(&file, marker)?;
             let before = converted.times.partition_point(|(_, t)| *t < -CLOCK_TOLERANCE);
             let before = if recording.time_zero.is_some() { before } else { 0 };
             let place = |place: &[Option<f64>; 3]| {
                 let whole = (0..3).all(|c| place[c].is_some() == along[c]);
                 whole.then(|| place.map(Option::unwrap_or_default))
             };
-            let seen = converted.places[before..].iter().map(place).collect();
+            let seen = converted.positions[before..].iter().map(place).collect();
             markers.push((marker.name.clone(), seen));
             times = converted.times[before..].to_vec();
         }
         if let Some((line, first)) = times.first() {
-            check_clock(*first, TIME_ZERO_REMEDY).map_err(|message| sheet.error(*line, message))?;
+            check_clock(*first, TIME_ZERO_REMEDY).map_err(|message| file.error(*line, message))?;
         }
         let found = markers.len();
         let track = Self::new(times.into_iter().map(|(_, t)| t).collect(), markers);
-        track.map_err(|message| sheet.error(1, format!("{message}; {found} markers")))
+        track.map_err(|message| file.error(1, format!("{message}; {found} markers")).into())
     }
 
     /// The motion of one point by its places and velocities at increasing times, s, m and m/s.

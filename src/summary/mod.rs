@@ -8,7 +8,7 @@ pub(crate) mod quantity;
 mod table;
 
 use crate::code::Code;
-use crate::error::printable::{printable, printable_name};
+use marker_files::printable::{printable, printable_name};
 use std::fmt;
 
 pub use layout::{DEFAULT_WIDTH, wrap_message};

@@ -1,7 +1,7 @@
 //! Tables whose columns are as wide as their longest cell.
 
-use crate::error::printable::printable_name;
 use crate::summary::layout::{columns, wrapped};
+use marker_files::printable::printable_name;
 
 /// Spaces between columns.
 const GAP: usize = 2;

@@ -7,32 +7,12 @@ use crate::error::Error;
 use crate::fit::measurement::loss::{Loss, typical};
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::simulated::{Requirements, Simulated};
-use crate::input::track::recording::Recording;
 use crate::problem::Problem;
+use marker_files::{Dropped, Recording};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::fmt::Debug;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
-
-/// Numbers of dropped rows of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Dropped {
-    /// Number of rows before the start of the motion.
-    pub before_time_zero: usize,
-    /// Number of rows without any position.
-    pub empty: usize,
-}
-
-impl fmt::Display for Dropped {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
-        let said = counts.iter().filter(|(count, _)| *count > 0);
-        let said: Vec<String> = said.map(|(count, what)| format!("{count} {what}")).collect();
-        write!(f, "{}", said.join(", "))
-    }
-}
 
 /// A unit that data are given in, and reports display them in.
 #[derive(Clone, Copy, Debug, PartialEq)]

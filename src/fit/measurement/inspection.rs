@@ -4,12 +4,11 @@ use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::measurement::repeated_frames::count_repeated_frames;
 use crate::input::onset::onset_of_motion;
-use crate::input::track;
-use crate::input::track::format::Format;
-use crate::input::track::recording::{Recording, Vertical};
-use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
 use crate::numerics::noise_scale::Series;
 use crate::scene::{LostFrames, SwappedLabels, Track};
+use marker_files::Format;
+use marker_files::{Clock, LengthUnit, MarkerData, MarkerFile};
+use marker_files::{Recording, Vertical};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -92,11 +91,11 @@ impl Inspection {
     }
 
     fn of_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
-        let (format, bytes) = track::open(path, recording.format)?;
-        let sheet = track::parse(path, format, &bytes)?;
-        let clocks: Vec<f64> = sheet.rows.iter().map(|row| row.clock).collect();
+        let (format, bytes) = marker_files::open(path, recording.format)?;
+        let source = marker_files::parse(path, format, &bytes)?;
+        let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
         let step = median(clocks.windows(2).map(|w| w[1] - w[0]).collect());
-        let (clock_unit, rate) = match sheet.clock {
+        let (clock_unit, rate) = match source.clock {
             Clock::Time(unit) => {
                 let named = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
                 let name = named.iter().find(|(_, own)| *own == unit).map_or("s", |(name, _)| name);
@@ -109,7 +108,7 @@ impl Inspection {
             (steps > STEP).then(|| (w[0], (steps.round() as usize).saturating_sub(1).max(1)))
         };
         let markers: Vec<InspectedMarker> =
-            sheet.markers.iter().map(|marker| inspected(marker, &clocks, step)).collect();
+            source.markers.iter().map(|marker| inspected(marker, &clocks, step)).collect();
         let mut inspection = Self {
             file: path.into(),
             format,
@@ -118,19 +117,19 @@ impl Inspection {
             clock: [clocks[0], clocks[clocks.len() - 1]],
             clock_unit: clock_unit.into(),
             clock_gaps: clocks.windows(2).filter_map(leap).collect(),
-            unit: match sheet.lengths {
-                Lengths::Known(unit, _) => unit,
-                Lengths::Pixels { .. } => "px",
-                Lengths::Calibrated => "unnamed",
+            unit: match source.lengths {
+                LengthUnit::Known(unit, _) => unit,
+                LengthUnit::Pixels { .. } => "px",
+                LengthUnit::Calibrated => "unnamed",
             }
             .into(),
             markers,
-            faults: faults(&sheet, recording),
+            faults: faults(&source, recording),
             recording: recording.clone(),
             observation: String::new(),
         };
-        inspection.recording = inspection.read_as(&sheet, recording);
-        inspection.observation = inspection.pasted(&quoted(&path.display().to_string()), &sheet);
+        inspection.recording = inspection.read_as(&source, recording);
+        inspection.observation = inspection.pasted(&quoted(&path.display().to_string()), &source);
         if let Err(error) = read_back(path, &inspection.observation) {
             let error = error.to_string().replace('\n', " ");
             inspection.observation += &format!("# fit does not read this: {error}\n");
@@ -152,25 +151,25 @@ impl Inspection {
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
-    fn read_as(&self, sheet: &Sheet, said: &Recording) -> Recording {
+    fn read_as(&self, source: &MarkerFile, said: &Recording) -> Recording {
         let marker = self.foremost();
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.low_confidence).map(|_| SURE),
-            y: said.y.or(self.is_of_an_image(sheet).then_some(Vertical::Down)),
-            time_zero: Some(marker.and_then(|m| onset(sheet, &m.name)).unwrap_or(self.clock[0])),
+            y: said.y.or(self.is_of_an_image(source).then_some(Vertical::Down)),
+            time_zero: Some(marker.and_then(|m| onset(source, &m.name)).unwrap_or(self.clock[0])),
             ..said.clone()
         }
     }
 
     /// Whether y points down.
-    fn is_of_an_image(&self, sheet: &Sheet) -> bool {
-        let pixels = matches!(sheet.lengths, Lengths::Pixels { down: None | Some(true) });
+    fn is_of_an_image(&self, source: &MarkerFile) -> bool {
+        let pixels = matches!(source.lengths, LengthUnit::Pixels { down: None | Some(true) });
         pixels || self.format == Format::TrackMate
     }
 
     /// The observation, of a file with this name as TOML writes it.
-    fn pasted(&self, file: &str, sheet: &Sheet) -> String {
+    fn pasted(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
         let mut line = |key: &str, value: String, words: &str| {
@@ -198,21 +197,21 @@ impl Inspection {
             line("axes", "[\"x\", \"y\", \"z\"]".into(), words);
         }
         let or_dots = |value: Option<f64>| value.map_or("..".into(), |value| value.to_string());
-        if matches!(sheet.clock, Clock::Frames { rate: None, .. }) {
+        if matches!(source.clock, Clock::Frames { rate: None, .. }) {
             line("fps", or_dots(read.fps), "the camera's frames a second: the file does not say");
         }
-        let metres = match sheet.lengths {
-            Lengths::Known(_, factor) => Some(factor),
-            Lengths::Pixels { .. } => {
+        let metres = match source.lengths {
+            LengthUnit::Known(_, factor) => Some(factor),
+            LengthUnit::Pixels { .. } => {
                 line("scale", or_dots(read.scale), "metres a pixel");
                 read.scale
             }
-            Lengths::Calibrated => {
+            LengthUnit::Calibrated => {
                 line("scale", or_dots(read.scale), "metres a unit of the calibration; 1 is metres");
                 read.scale
             }
         };
-        if self.is_of_an_image(sheet) {
+        if self.is_of_an_image(source) {
             line("y", "\"down\"".into(), "as in images");
         }
         line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
@@ -231,10 +230,10 @@ impl Inspection {
 }
 
 /// Clock reading of the frame nearest to the onset of a marker's motion; none where it moves from the first frame on.
-fn onset(sheet: &Sheet, name: &str) -> Option<f64> {
-    let marker = sure(sheet.markers.iter().find(|m| m.name == name)?);
-    let clocks: Vec<f64> = sheet.rows.iter().map(|row| row.clock).collect();
-    let onset = onset_of_motion(&clocks, &marker.places)?;
+fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
+    let marker = sure(source.markers.iter().find(|m| m.name == name)?);
+    let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
+    let onset = onset_of_motion(&clocks, &marker.positions)?;
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
@@ -264,10 +263,10 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// The marker where the program is sure of it.
-fn sure(marker: &Sighted) -> Sighted {
+fn sure(marker: &MarkerData) -> MarkerData {
     let mut marker = marker.clone();
     let unsure = |sure: &Option<f64>| sure.is_none_or(|sure| sure < SURE);
-    for (place, sure) in marker.places.iter_mut().zip(marker.likelihood.iter().flatten()) {
+    for (place, sure) in marker.positions.iter_mut().zip(marker.likelihood.iter().flatten()) {
         if unsure(sure) {
             *place = [None; 3];
         }
@@ -276,20 +275,20 @@ fn sure(marker: &Sighted) -> Sighted {
 }
 
 /// With a usual `step` of the clock: frames about a leap are not compared.
-fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
+fn inspected(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
     let marker = &sure(marker);
     let steady = |frames: Range<usize>| {
         let most = STEP * step.unwrap_or(f64::INFINITY);
         clocks[frames].windows(2).all(|w| w[1] - w[0] < most)
     };
     let there: Vec<bool> =
-        marker.places.iter().map(|place| place.iter().any(Option::is_some)).collect();
+        marker.positions.iter().map(|place| place.iter().any(Option::is_some)).collect();
     let first = there.iter().position(|seen| *seen).unwrap_or(0);
     let last = there.iter().rposition(|seen| *seen).map_or(0, |k| k + 1);
     let lost = there[first..last.max(first)].chunk_by(|a, b| a == b).filter(|run| !run[0]);
     let lost: Vec<usize> = lost.map(<[bool]>::len).collect();
     let axes: Vec<usize> = (0..3).filter(|c| marker.axes[*c]).collect();
-    let along = |c: usize| marker.places.iter().map(move |place| place[c]);
+    let along = |c: usize| marker.positions.iter().map(move |place| place[c]);
     let range = |c: &usize| {
         let seen = along(*c).flatten().map(|x| [x, x]);
         seen.reduce(|[a, b], [x, y]| [a.min(x), b.max(y)])
@@ -309,7 +308,7 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         range: axes.iter().map(range).collect(),
         noise: (!variances.is_empty()).then(|| variance.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
-        repeated: count_repeated_frames(&marker.places),
+        repeated: count_repeated_frames(&marker.positions),
     }
 }
 
@@ -323,17 +322,17 @@ fn noise(clocks: &[f64], places: impl Iterator<Item = Option<f64>>) -> Option<f6
 
 /// Frames in which a marker is off the cubic through two places on each side of it, far more than usual and than a
 /// few frames away.
-fn jumps(marker: &Sighted, steady: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
+fn jumps(marker: &MarkerData, steady: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     let off = |k: usize| -> Option<f64> {
         let mut squares = 0.0;
         for c in (0..3).filter(|c| marker.axes[*c]) {
-            let at = |k: usize| marker.places[k][c];
+            let at = |k: usize| marker.positions[k][c];
             let between = (4.0 * (at(k - 1)? + at(k + 1)?) - at(k - 2)? - at(k + 2)?) / 6.0;
             squares += (at(k)? - between).powi(2);
         }
         Some(squares.sqrt())
     };
-    let frames = marker.places.len();
+    let frames = marker.positions.len();
     let all: Vec<Option<f64>> = (0..frames)
         .map(|k| if k >= 2 && k + 2 < frames && steady(k - 2..k + 3) { off(k) } else { None })
         .collect();
@@ -353,29 +352,29 @@ fn jumps(marker: &Sighted, steady: impl Fn(Range<usize>) -> bool) -> Vec<usize> 
 }
 
 /// Frames that were lost while the clock went on, and labels that change places, of markers along a rod.
-fn faults(sheet: &Sheet, recording: &Recording) -> Vec<String> {
+fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     let known = Recording {
         fps: recording.fps,
         scale: recording.scale,
         y: recording.y.or(Some(Vertical::Up)),
         ..Recording::default()
     };
-    let along = |marker: &Sighted| {
-        let converted = known.convert(sheet, marker).ok()?;
+    let along = |marker: &MarkerData| {
+        let converted = known.convert(source, marker).ok()?;
         let place = |place: &[Option<f64>; 3]| {
             let whole = (0..3).all(|c| place[c].is_some() == marker.axes[c]);
             whole.then(|| place.map(Option::unwrap_or_default))
         };
         let times = converted.times.iter().map(|(_, t)| *t).collect();
-        Some((times, converted.places.iter().map(place).collect()))
+        Some((times, converted.positions.iter().map(place).collect()))
     };
-    let Some(all) = sheet.markers.iter().map(along).collect::<Option<Vec<_>>>() else {
+    let Some(all) = source.markers.iter().map(along).collect::<Option<Vec<_>>>() else {
         return Vec::new();
     };
     let Some((times, _)) = all.first().cloned().filter(|_| all.len() > 2) else {
         return Vec::new();
     };
-    let names = sheet.markers.iter().map(|m| m.name.clone());
+    let names = source.markers.iter().map(|m| m.name.clone());
     let markers = names.zip(all.into_iter().map(|(_, seen)| seen)).collect();
     let Ok(track) = Track::new(times, markers) else { return Vec::new() };
     let held: Vec<usize> = (0..track.markers().len()).collect();

@@ -1,11 +1,11 @@
 //! The summary of a file of markers.
 
-use crate::error::printable::printable_path;
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
-use crate::input::track::format::Format;
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use marker_files::Format;
+use marker_files::printable::printable_path;
 use std::fmt;
 
 /// Leaps of the clock that are listed.

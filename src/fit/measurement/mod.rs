@@ -15,7 +15,7 @@ pub(crate) mod shape;
 pub(crate) mod simulated;
 
 use crate::error::Error;
-use crate::fit::measurement::dataset::{DataKind, DataUnit, Dataset, Dropped};
+use crate::fit::measurement::dataset::{DataKind, DataUnit, Dataset};
 use crate::fit::measurement::frequencies::ModeFrequencies;
 use crate::fit::measurement::gauge::GaugeReadings;
 use crate::fit::measurement::loss::Loss;
@@ -23,6 +23,7 @@ use crate::fit::measurement::motion::{Observation, PointMotion};
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::measurement::simulated::Simulated;
+use marker_files::Dropped;
 use std::ops::{Deref, DerefMut};
 
 /// Makes the enumeration of the kinds of data, which have the names of their types.

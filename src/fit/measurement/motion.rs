@@ -1,20 +1,15 @@
 //! Recorded motion: positions of a point of the rod over time.
 
 use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Dropped, Header, Subject};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Subject};
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::simulated::{Requirements, Simulated};
-use crate::input::table::Table;
-use crate::input::track;
-use crate::input::track::format::Format;
-use crate::input::track::recording::{BEYOND, Recording, is_finite};
-use crate::input::track::sheet::Sheet;
-use crate::input::unknown_file::described_places;
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::marker::{self, is_beside};
 use crate::scene::track::Marker;
 use crate::scene::validate::positive;
+use marker_files::{Recording, Trajectory, is_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -57,9 +52,6 @@ pub struct PointMotion {
 
 /// A recorded point.
 pub type Observation = Dataset<PointMotion>;
-
-/// Line, time, s, position, m, and the standard deviation of that, if it is said.
-type ReadRow = (u64, f64, [Option<f64>; 3], [Option<f64>; 3]);
 
 /// Samples of a plan beyond this are a slip of the pen.
 const MOST_PLANNED: f64 = 1e6;
@@ -160,41 +152,13 @@ impl Observation {
     }
 
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
-        let (format, bytes) = track::open(path, recording.format)?;
-        if format != Format::Csv || recording.marker.is_some() {
-            return Self::of_sheet(&track::parse(path, format, &bytes)?, recording);
-        }
-        let table = Table::of(path, &bytes)?;
-        let columns = match recording.columns(&table) {
-            Ok(columns) => columns,
-            // Not `x`, `y` and `z`, but those of markers, of which the only one needs no name.
-            Err(error) => {
-                let unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
-                return match track::parse(path, format, &bytes) {
-                    Ok(sheet) if !unnamed && recording.sigma.is_none() => {
-                        Self::of_sheet(&sheet, recording)
-                    }
-                    Err(own @ Error::Data { line: 2.., .. }) if !unnamed => Err(own),
-                    _ => Err(described_places(path, &bytes, error)),
-                };
-            }
-        };
-        let (clock, unit) = columns.time;
-        let start = recording.time_zero.unwrap_or(0.0);
-        if !start.is_finite() {
-            return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
-        }
-        let rows = table.rows.iter().map(|row| {
-            let read = row.values[clock]
-                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
-            let position = recording.position(&columns.axes, &row.values);
-            let time = (read - start) * unit;
-            // What is left out has no noise.
-            let seen = position.map(|x| x.is_some() && time >= 0.0 && recording.sigma.is_some());
-            let sigma = recording.sigma(&table, &columns.sigma, row, seen)?;
-            Ok((row.line, time, position, sigma))
-        });
-        Self::of_rows(path, recording, rows)
+        Ok(Self::of_trajectory(path, recording, marker_files::read(path, recording)?))
+    }
+
+    fn of_trajectory(path: &Path, recording: &Recording, read: Trajectory) -> Self {
+        let pairs = read.times.into_iter().zip(read.positions);
+        let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
+        Self::new(samples).read_from(path, recording, read.dropped).sigmas(&read.sigmas)
     }
 
     /// Reads several markers of a file, by their names, each at its point of the rod.
@@ -207,85 +171,21 @@ impl Observation {
         recording: &Recording,
         markers: &BTreeMap<String, Point>,
     ) -> Result<Vec<Self>, Error> {
-        Self::read_sheet(path.as_ref(), recording, markers)
+        Self::read_several(path.as_ref(), recording, markers)
     }
 
-    fn read_sheet(
+    fn read_several(
         path: &Path,
         recording: &Recording,
         markers: &BTreeMap<String, Point>,
     ) -> Result<Vec<Self>, Error> {
-        let (format, bytes) = track::open(path, recording.format)?;
-        let sheet = track::parse(path, format, &bytes)?;
-        let one = |(name, point): (&String, &Point)| {
+        let names = markers.keys().map(String::as_str);
+        let read = marker_files::read_several(path, recording, names)?.into_iter();
+        let one = |(trajectory, (name, point)): (Trajectory, (&String, &Point))| {
             let own = Recording { marker: Some(name.clone()), ..recording.clone() };
-            Ok(Self::of_sheet(&sheet, &own)?.at(*point))
+            Self::of_trajectory(path, &own, trajectory).at(*point)
         };
-        markers.iter().map(one).collect()
-    }
-
-    /// Of the marker in a file that `recording` names.
-    ///
-    /// # Errors
-    ///
-    /// A marker that is not there, and what makes no sense beside this file.
-    fn of_sheet(sheet: &Sheet, recording: &Recording) -> Result<Self, Error> {
-        let converted = recording.convert(sheet, recording.chosen(sheet)?)?;
-        let rows = converted.times.iter().zip(&converted.places);
-        let rows = rows.map(|((line, time), place)| Ok((*line, *time, *place, [None; 3])));
-        Self::of_rows(&sheet.path, recording, rows)
-    }
-
-    /// Of rows with their line, time, s, position, m, and the standard deviation of that, if it is said.
-    fn of_rows(
-        path: &Path,
-        recording: &Recording,
-        rows: impl ExactSizeIterator<Item = Result<ReadRow, Error>>,
-    ) -> Result<Self, Error> {
-        let error = |line, message: String| Error::Data { path: path.into(), line, message };
-        let count = rows.len();
-        let mut samples: Vec<Sample> = Vec::with_capacity(count);
-        let (mut dropped, mut sigmas) = (Dropped::default(), Vec::new());
-        let mut last = f64::NEG_INFINITY;
-        for row in rows {
-            let (line, time, position, sigma) = row?;
-            if !is_finite(time, &position) {
-                return Err(error(line, BEYOND.into()));
-            }
-            if time < 0.0 {
-                if recording.time_zero.is_some() {
-                    dropped.before_time_zero += 1;
-                    continue;
-                }
-                let message = format!(
-                    "t = {time} s, allowed: 0 or later; set time_zero to the start of the motion on the file's \
-                     clock"
-                );
-                return Err(error(line, message));
-            }
-            if last >= time {
-                let message = format!("t = {time} s after {last} s, allowed: increasing times");
-                return Err(error(line, message));
-            }
-            last = time;
-            match position.iter().any(Option::is_some) {
-                true => samples.push(Sample { time, position }),
-                false => dropped.empty += 1,
-            }
-            sigmas.extend(sigma.iter().flatten());
-        }
-        let observation = Self::new(samples).read_from(path, recording, dropped);
-        if observation.values() == 0 {
-            let message = match dropped == Dropped::default() {
-                true => "no value below the header, allowed: one row with a value at least".into(),
-                false => format!(
-                    "no usable value in {count} rows ({dropped}). Check time_zero, likelihood and \
-                                  the units"
-                ),
-            };
-            return Err(error(1, message));
-        }
-        Ok(observation.sigmas(&sigmas))
+        Ok(read.zip(markers).map(one).collect())
     }
 
     /// Of another point than the tip.

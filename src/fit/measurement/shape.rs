@@ -1,14 +1,14 @@
 //! Shapes of a rod at rest: positions of its points, or of its center line.
 
 use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Dropped, Header, Subject};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Subject};
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::simulated::{Requirements, Simulated};
 use crate::fit::misfit::foot_point::Curve;
-use crate::input::table::{LENGTHS, Row, Table};
-use crate::input::track::recording::{BEYOND, Recording, is_finite};
 use crate::problem::Problem;
 use crate::scene::{Point, Stencil};
+use marker_files::table::{LENGTHS, Row, Table};
+use marker_files::{Dropped, NOT_FINITE, Recording, is_finite};
 use std::path::Path;
 
 /// Where a point of the rod at rest was seen. World coordinates, m; a coordinate that was not seen
@@ -90,10 +90,10 @@ impl RestShape {
     ///
     /// Those of [`read`](Self::read).
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        Self::read_file(path.as_ref(), recording)
+        Ok(Self::read_file(path.as_ref(), recording)?)
     }
 
-    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
+    fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         let table = Table::read(path)?;
         let known = ["s", "node", "x", "y", "z"];
         recording.check_columns(&table, &known)?;
@@ -112,7 +112,7 @@ impl RestShape {
                 _ => 0.0,
             };
             if !is_finite(place, &position) {
-                return Err(table.error(row.line, BEYOND));
+                return Err(table.error(row.line, NOT_FINITE));
             }
             if position.iter().flatten().count() < fewest {
                 dropped.empty += 1;
@@ -120,7 +120,9 @@ impl RestShape {
             }
             if recording.sigma.is_some() {
                 let seen = position.map(|x| x.is_some());
-                sigmas.extend(recording.sigma(&table, &sigma_columns, row, seen)?.iter().flatten());
+                sigmas.extend(
+                    recording.row_sigma(&table, &sigma_columns, row, seen)?.iter().flatten(),
+                );
             }
             points.extend(point);
             positions.push(position);
@@ -157,7 +159,7 @@ enum PointColumn {
 
 impl PointColumn {
     /// That of a table; none of a center line.
-    fn find(table: &Table) -> Result<Option<Self>, Error> {
+    fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
         match (table.find("s"), table.find("node")) {
             (Some(column), None) => {
                 Ok(Some(Self::ArcLength(column, table.factor(column, &LENGTHS, "")?)))
@@ -178,7 +180,7 @@ impl PointColumn {
     }
 
     /// The point of a row.
-    fn point(&self, table: &Table, row: &Row) -> Result<Point, Error> {
+    fn point(&self, table: &Table, row: &Row) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column]
             .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;

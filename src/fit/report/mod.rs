@@ -17,7 +17,6 @@ mod validation;
 
 use crate::code::Code;
 use crate::fit::measurement::dataset::DataUnit;
-use crate::fit::measurement::dataset::Dropped;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::report::outcome::FitOutcome;
@@ -39,6 +38,7 @@ use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
 use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
+use marker_files::Dropped;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 

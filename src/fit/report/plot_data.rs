@@ -8,8 +8,8 @@ use crate::fit::report::recorded_motion::RecordingPlots;
 use crate::fit::search::grid::Landscape;
 use crate::fit::search::journal::Iterate;
 use crate::fit::uncertainty::covariance::profile_likelihood::Profile;
-use crate::input::track::recording::Recording;
 use crate::scene::Parameter;
+use marker_files::Recording;
 use serde::{Deserialize, Serialize};
 
 /// Data of the plots: observations, model, search and shapes of the rod.

@@ -1,4 +1,4 @@
-//! Reading files that others name: only what ends, and what fits.
+//! Files of limited size. Folders, pipes and devices are rejected, as reading them may never end.
 
 use crate::error::Error;
 use std::ffi::OsString;
@@ -6,18 +6,26 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a table.
+/// Largest size of a table, bytes.
 const MOST_DATA: u64 = 500_000_000;
-/// Most bytes of a scene or fit file; a table within it counts for many times its size.
+/// Largest size of a text, bytes; its parsed form may need many times its size.
 const MOST_TEXT: u64 = 100_000_000;
 
 /// The bytes of a table.
-pub(crate) fn data(path: &Path) -> Result<Vec<u8>, Error> {
+///
+/// # Errors
+///
+/// A file that cannot be read, or is too large.
+pub fn data(path: &Path) -> Result<Vec<u8>, Error> {
     bytes(path, MOST_DATA).map_err(|source| unreadable(path, source))
 }
 
-/// The text of a scene or fit file.
-pub(crate) fn text(path: &Path) -> Result<String, Error> {
+/// The text of a file.
+///
+/// # Errors
+///
+/// A file that cannot be read, is too large, or is not UTF-8 text.
+pub fn text(path: &Path) -> Result<String, Error> {
     let bytes = bytes(path, MOST_TEXT).map_err(|source| unreadable(path, source))?;
     String::from_utf8(bytes).map_err(|error| {
         let message = format!("byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
@@ -25,7 +33,7 @@ pub(crate) fn text(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// The error of a file that could not be read; it names an environment variable that the path needs and that is not set.
+/// The error of a file that could not be read, with the environment variable of its path if that is not set.
 fn unreadable(path: &Path, source: io::Error) -> Error {
     let mut parts = path.iter().filter_map(|part| part.to_str()?.strip_prefix('$'));
     let unset = parts.find(|name| !name.is_empty() && variable(name).is_none());
@@ -46,7 +54,7 @@ fn variable(name: &str) -> Option<OsString> {
 }
 
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    // A pipe may have nobody who writes into it, and would be waited for forever.
+    // A pipe without a writer blocks forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
         let message =
             "found a folder, a pipe or a device, allowed: a regular file, /dev/stdin or /dev/fd/N";
@@ -62,14 +70,14 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a path is the end of a pipe that the shell has opened already.
+/// Whether a path is a pipe that the shell has already opened.
 fn is_handed_over(path: &Path) -> bool {
     let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
     path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
 }
 
-/// Where a file is that is named relative to a folder. A name may begin with `$NAME/`, a folder that an
-/// environment variable names: recordings need not lie beside what is said of them.
+/// Path of a file whose name is relative to a folder. A name may begin with `$NAME/`, a folder that an environment
+/// variable states.
 pub fn at(folder: &Path, name: &Path) -> PathBuf {
     let text = name.to_string_lossy();
     let Some((own, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/')) else {

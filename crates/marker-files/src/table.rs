@@ -1,13 +1,14 @@
-//! CSV files with a header of names and units, as motion trackers write them: separated by commas,
-//! or by semicolons or tabs (then with decimal commas or points).
+//! Tables of numbers with a header of names and units. Columns are separated by commas, or by semicolons or tabs, then
+//! with decimal commas or points.
 
 use crate::error::Error;
-use crate::error::printable::{column_name, token};
-use crate::input::unknown_file::{check_text, described};
+use crate::printable::{column_name, token};
+use crate::unknown_file::{check_text, describe_table};
 use std::path::{Path, PathBuf};
 
-/// Units of times, in s, and of lengths, in m.
+/// Units of time with their sizes in s.
 pub const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
+/// Units of length with their sizes in m.
 pub const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
 
 /// A table of numbers; blanks and NaN are missing.
@@ -16,8 +17,8 @@ pub struct Table {
     path: PathBuf,
     /// Name and unit of every column: `("x", Some("mm"))` for `x[mm]`.
     pub columns: Vec<(String, Option<String>)>,
-    /// The names as they are written, with capitals.
-    pub written: Vec<String>,
+    /// The names as they are in the file; those in `columns` are in lower case.
+    pub original_names: Vec<String>,
     /// The rows below the header.
     pub rows: Vec<Row>,
 }
@@ -33,15 +34,23 @@ pub struct Row {
 
 impl Table {
     /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, and a line that is not as the header.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        Self::of(path, &crate::input::file::data(path)?)
+        Self::of(path, &crate::file::data(path)?)
     }
 
-    /// The same of the bytes of a file. Columns without a name are left out where they are blank, as spreadsheet programs
-    /// pad lines, and before all others, where the rows are numbered.
+    /// Reads the bytes of a file. Columns without a name are left out if they are blank, as spreadsheet programs pad lines,
+    /// and in the first place, as they number rows.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read`](Self::read).
     pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         check_text(path, bytes)?;
-        Self::of_text(path, bytes).map_err(|error| described(path, bytes, error))
+        Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
@@ -60,17 +69,17 @@ impl Table {
             |i: &usize| !(header[*i].is_empty() && header.len() > 1 && (*i == 0 || is_blank(*i)));
         let kept: Vec<usize> = (0..header.len()).filter(is_kept).collect();
         let split = |i: &usize| {
-            let (written, unit) = split_unit(&header[*i]);
-            ((written.to_lowercase(), unit), written)
+            let (original_names, unit) = split_unit(&header[*i]);
+            ((original_names.to_lowercase(), unit), original_names)
         };
-        let (columns, written) = kept.iter().map(split).unzip();
+        let (columns, original_names) = kept.iter().map(split).unzip();
         let mut rows = Vec::with_capacity(records.len());
         for record in &records {
             let line = record.position().map_or(0, |position| position.line());
             let value = |i: &usize| {
                 let (field, name) = (&record[*i], &header[*i]);
                 match b";\t".contains(&delimiter) && field.contains(',') {
-                    // The error shows the field as in the file.
+                    // The error shows the field as it is in the file.
                     true => number(&field.replace(',', "."), name, path, line)
                         .or_else(|_| number(field, name, path, line)),
                     false => number(field, name, path, line),
@@ -79,7 +88,7 @@ impl Table {
             let values = kept.iter().map(value).collect::<Result<_, _>>()?;
             rows.push(Row { line, values });
         }
-        Ok(Self { path: path.into(), columns, written, rows })
+        Ok(Self { path: path.into(), columns, original_names, rows })
     }
 
     /// Index of a column.
@@ -87,7 +96,11 @@ impl Table {
         self.columns.iter().position(|(column, _)| column == name)
     }
 
-    /// Index of a column that must be there.
+    /// Index of a column that must be present.
+    ///
+    /// # Errors
+    ///
+    /// A table without it.
     pub fn require(&self, name: &str) -> Result<usize, Error> {
         self.find(name).ok_or_else(|| {
             self.error(1, &format!("no column `{name}`; found {}", self.columns_found()))
@@ -100,8 +113,12 @@ impl Table {
         token(&found.join(", "))
     }
 
-    /// What the numbers of a column are multiplied by, as the unit in its header says; 1 without one.
-    /// `more` names units that are allowed beside the `known` ones.
+    /// Size of the unit in the header of a column; 1 without a unit. `more` are allowed units beside the `known` ones,
+    /// for the message.
+    ///
+    /// # Errors
+    ///
+    /// Another unit.
     pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
         let (name, unit) = &self.columns[column];
         let Some(unit) = unit else { return Ok(1.0) };
@@ -120,15 +137,15 @@ impl Table {
     }
 }
 
-/// What separates the columns of the header, the first line that is not a comment.
-pub(crate) fn delimiter(bytes: &[u8]) -> u8 {
+/// The separator of the columns in the header, the first line that is not a comment.
+pub fn delimiter(bytes: &[u8]) -> u8 {
     let mut lines = bytes.split(|b| *b == b'\n');
     let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
     *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
 }
 
-/// `X [mm]` or `X (mm)` is `X` in `mm`.
-pub(crate) fn split_unit(header: &str) -> (String, Option<String>) {
+/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`.
+pub fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
         Some((name, unit)) => (name.trim().into(), Some(unit.trim().into())),
@@ -136,13 +153,8 @@ pub(crate) fn split_unit(header: &str) -> (String, Option<String>) {
     }
 }
 
-/// A finite number, or nothing where the field is blank or NaN.
-pub(crate) fn number(
-    field: &str,
-    column: &str,
-    path: &Path,
-    line: u64,
-) -> Result<Option<f64>, Error> {
+/// A finite number, or none if the field is blank or NaN.
+pub fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f64>, Error> {
     if field.is_empty() || field.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
@@ -160,7 +172,8 @@ pub(crate) fn number(
     }
 }
 
-pub(crate) fn csv_error(path: &Path, error: csv::Error) -> Error {
+/// The error of a file that cannot be split into fields.
+pub fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {
         csv::ErrorKind::Io(source) => Error::io(path, source),

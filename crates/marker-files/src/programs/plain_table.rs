@@ -1,21 +1,20 @@
-//! Tables with a clock and columns `xA, yA, zA` of every marker A, or `A_x, A_y, A_z`, or x, y and z of one without a
-//! name.
+//! Tables with a clock and columns `xA, yA, zA` or `A_x, A_y, A_z` of every marker A, or x, y and z of one without a name.
 
 use crate::error::Error;
-use crate::input::table::{LENGTHS, TIMES, Table};
-use crate::input::track::format::Format;
-use crate::input::track::sheet::{Clock, Lengths, Row, Sheet, Sighted};
-use crate::input::unknown_file::described_places;
+use crate::format::Format;
+use crate::marker_file::{Clock, Frame, LengthUnit, MarkerData, MarkerFile};
+use crate::table::{LENGTHS, TIMES, Table};
+use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// In SI or the units of the header; pixels where all are in pixels.
-pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
+/// In SI units or those of the header; in pixels if all columns are.
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let table = Table::of(path, bytes)?;
-    of_table(path, &table).map_err(|error| described_places(path, bytes, error))
+    of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
 }
 
-fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
+fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
         return Err(table.error(1, "no column t, time or frame"));
@@ -24,10 +23,10 @@ fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
         true => Clock::Frames { first: 0.0, rate: None },
         false => Clock::Time(table.factor(column, &TIMES, "")?),
     };
-    // Frames may be numbered beside a clock.
+    // A table may have frame numbers in addition to a clock.
     let is_clock = |i: usize| i == column || table.columns[i].0 == "frame";
     let coordinates: Vec<usize> = (0..table.columns.len()).filter(|i| !is_clock(*i)).collect();
-    // `tipx` is of no marker `ipx`.
+    // `tipx` is x of the marker `tip`, not t of `ipx`.
     let behind = coordinates.iter().all(|i| axis_behind(&table.columns[*i].0).is_some())
         && coordinates.iter().any(|i| axis_before(&table.columns[*i].0).is_none());
     let mut names: Vec<(String, &str)> = Vec::new();
@@ -46,8 +45,8 @@ fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
             return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
         }
         if called.insert(marker.to_string()) {
-            // The name as it is written, with capitals.
-            let written = &table.written[i];
+            // The name as it is in the file.
+            let written = &table.original_names[i];
             let written = match behind {
                 true => written.get(..marker.len()),
                 false => written.get(1..),
@@ -55,17 +54,17 @@ fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
             names.push((marker.to_string(), written.unwrap_or_default()));
         }
     }
-    let mut rows: Vec<Row> = Vec::with_capacity(table.rows.len());
+    let mut frames: Vec<Frame> = Vec::with_capacity(table.rows.len());
     for row in &table.rows {
         let blank = || table.error(row.line, "the time is blank, allowed: a time");
         let time = row.values[column].ok_or_else(blank)?;
-        if let Some(before) = rows.last().filter(|before| before.clock >= time) {
+        if let Some(before) = frames.last().filter(|before| before.clock >= time) {
             let message = format!("t = {time} after {}, allowed: increasing times", before.clock);
             return Err(table.error(row.line, &message));
         }
-        rows.push(Row { line: row.line, clock: time });
+        frames.push(Frame { line: row.line, clock: time });
     }
-    if rows.is_empty() {
+    if frames.is_empty() {
         return Err(table.error(1, "no row below the header, allowed: one at least"));
     }
     let pixels = |i: usize| is_clock(i) || table.columns[i].1.as_deref() == Some("px");
@@ -86,24 +85,24 @@ fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
             let message = format!("marker `{name}` without a column x{name} or y{name}");
             return Err(table.error(1, &message));
         }
-        let place = |row: &crate::input::table::Row| {
+        let position = |row: &crate::table::Row| {
             axes.map(|axis| axis.and_then(|(column, factor)| Some(row.values[column]? * factor)))
         };
-        markers.push(Sighted {
+        markers.push(MarkerData {
             name: written.into(),
             axes: axes.map(|axis| axis.is_some()),
-            places: table.rows.iter().map(place).collect(),
+            positions: table.rows.iter().map(position).collect(),
             likelihood: None,
         });
     }
     let lengths = match pixels {
-        true => Lengths::Pixels { down: None },
-        false => Lengths::Known("m", 1.0),
+        true => LengthUnit::Pixels { down: None },
+        false => LengthUnit::Known("m", 1.0),
     };
-    Ok(Sheet { path: path.into(), format: Format::Csv, clock, lengths, rows, markers })
+    Ok(MarkerFile { path: path.into(), format: Format::Csv, clock, lengths, frames, markers })
 }
 
-/// Letters of the axes.
+/// Names of the axes.
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// Axis and marker of a column `xA`.

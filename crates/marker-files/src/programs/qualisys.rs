@@ -1,16 +1,16 @@
-//! Qualisys Track Manager's TSV export: keys with their values, the markers' names among them, then x, y and z of
-//! each in mm; the frame's number and the time may stand before them, and a line with the names of the columns
-//! above. What was not seen is empty, or 0 in all three.
+//! TSV export of Qualisys Track Manager: keys with values, among them the names of the markers, then x, y and z of each in
+//! mm. The frame number and the time may precede them, and the names of the columns may be above. Missing positions are
+//! empty, or 0 in all three coordinates.
 
 use crate::error::Error;
-use crate::input::track::format::Format;
-use crate::input::track::sheet::{Clock, Layout, Lengths, Line, Lines, Says, Sheet};
+use crate::format::Format;
+use crate::marker_file::{Clock, ColumnKind, Layout, LengthUnit, Line, Lines, MarkerFile};
 use std::path::Path;
 
-pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = Lines::of(path, bytes, b'\t')?;
-    let not = |line, found: &str, allowed: &str| {
-        Err(lines.not_of(Format::Qualisys, line, found, allowed))
+    let rejected = |line, found: &str, allowed: &str| {
+        Err(lines.format_error(Format::Qualisys, line, found, allowed))
     };
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");
     let types = |l: &Line| l.field(0) == "TRAJECTORY_TYPES";
@@ -18,25 +18,25 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         named.map_or(0, |at| at + 1 + usize::from(lines.list.get(at + 1).is_some_and(types)));
     let key = |name: &str| lines.list[..header].iter().find(|l| l.field(0) == name);
     let Some(called) = key("MARKER_NAMES") else {
-        return not(1, "no line `MARKER_NAMES`", "it: export with the header switched on");
+        return rejected(1, "no line `MARKER_NAMES`", "it: export with the header switched on");
     };
     let Some(rate) = key("FREQUENCY") else {
-        return not(1, "no line `FREQUENCY`", "it: export with the header switched on");
+        return rejected(1, "no line `FREQUENCY`", "it: export with the header switched on");
     };
     if let Some(data) = key("DATA_INCLUDED").filter(|l| l.field(1) != "3D") {
-        return not(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
+        return rejected(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
     }
     let per_second = lines.rate(rate, 1, "FREQUENCY")?;
     let names: Vec<&str> = called.fields().skip(1).filter(|name| !name.is_empty()).collect();
     let mut rows = &lines.list[header..];
-    // Names of columns.
+    // The names of the columns.
     if let [first, rest @ ..] = rows
         && first.field(0).parse::<f64>().is_err()
         && !first.field(0).is_empty()
     {
         rows = rest;
     }
-    // The frame's number and the time may stand before the places, and a tab may end each line.
+    // The frame number and the time may precede the positions, and a tab may end each line.
     let found = rows.first().map_or(0, Line::len);
     let tab = found > 0 && rows.iter().all(|l| l.field(found - 1).is_empty());
     let columns = match found.saturating_sub(3 * names.len()) {
@@ -47,26 +47,34 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     if columns < 3 * names.len() || before > 2 {
         let line = rows.first().map_or(called.number, |line| line.number);
         let found = format!("{columns} columns for {} markers", names.len());
-        return not(line, &found, "three for each, after the frame's number and the time at most");
+        return rejected(
+            line,
+            &found,
+            "three for each, after the frame's number and the time at most",
+        );
     }
     let mut layout = Layout::default();
     for (k, name) in names.iter().enumerate() {
         for axis in 0..3 {
-            layout.add(&lines, called.number, (before + 3 * k + axis, name, Says::Axis(axis)))?;
+            layout.add(
+                &lines,
+                called.number,
+                (before + 3 * k + axis, name, ColumnKind::Axis(axis)),
+            )?;
         }
     }
     let frame = |k: usize, line: &Line| match before {
         0 => Ok((k + 1) as f64),
-        _ => lines.some_number(line, 0, "Frame"),
+        _ => lines.required_number(line, 0, "Frame"),
     };
     let rows = rows.iter();
-    let (rows, mut markers) = layout.read(&lines, (called.number, columns), rows, frame)?;
-    for place in markers.iter_mut().flat_map(|m| &mut m.places) {
-        if *place == [Some(0.0); 3] {
-            *place = [None; 3];
+    let (frames, mut markers) = layout.read(&lines, (called.number, columns), rows, frame)?;
+    for position in markers.iter_mut().flat_map(|m| &mut m.positions) {
+        if *position == [Some(0.0); 3] {
+            *position = [None; 3];
         }
     }
     let clock = Clock::Frames { first: 1.0, rate: Some(per_second) };
-    let lengths = Lengths::Known("mm", 1e-3);
-    Ok(Sheet { path: path.into(), format: Format::Qualisys, clock, lengths, rows, markers })
+    let lengths = LengthUnit::Known("mm", 1e-3);
+    Ok(MarkerFile { path: path.into(), format: Format::Qualisys, clock, lengths, frames, markers })
 }

@@ -1,13 +1,13 @@
-//! Columns of a table that say how far off its places are.
+//! Columns of a table with the standard deviations of its positions.
 
 use crate::error::Error;
-use crate::input::table::Table;
+use crate::table::Table;
 use serde::{Deserialize, Serialize};
 
 /// Columns with the standard deviations of the positions, row by row, in the unit of their headers
 /// or of the positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected the name of a column, or { x = \"..\", y = \"..\" } of those of the axes"
@@ -21,7 +21,7 @@ pub enum SigmaColumns {
 
 /// Names of the columns with standard deviations, by axis of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct AxisColumnNames {
     /// Column of x.
@@ -44,13 +44,13 @@ impl SigmaColumns {
         }
     }
 
-    /// All columns, as tables name them.
-    pub(crate) fn all(&self) -> Vec<String> {
+    /// Names of all columns, in lower case as in tables.
+    pub fn all(&self) -> Vec<String> {
         self.names().into_iter().flatten().map(str::to_lowercase).collect()
     }
 
-    /// The column of each axis that is `there`; axes of the table are no columns of this kind.
-    pub(crate) fn find(
+    /// The column of each `present` axis; `others` are columns with other contents.
+    pub fn find(
         &self,
         table: &Table,
         there: [bool; 3],

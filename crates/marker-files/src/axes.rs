@@ -1,22 +1,22 @@
-//! Which of a file's axes are the world's.
+//! Map from the axes of a file to those of the world.
 
 use serde::{Deserialize, Serialize};
 
 /// Axes of the file that are the world's x, y and z: `["x", "z", "-y"]`; `"none"` for a coordinate
 /// that was not observed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Vec<String>", into = "Vec<String>")]
 pub struct Axes([Option<(usize, f64)>; 3]);
 
-/// An axis that was not seen.
+/// Name of an axis that was not observed.
 const NONE: &str = "none";
 
 impl Axes {
     /// From the names of the file's axes, with a minus where they point the other way.
     ///
     /// # Errors
-    /// Other names, an axis twice, and axes that mirror what was seen, in words.
+    /// Other names, an axis twice, and left-handed axes, as a message.
     pub fn new(names: [&str; 3]) -> Result<Self, String> {
         let mut axes = [None; 3];
         for (to, name) in axes.iter_mut().zip(names) {
@@ -47,18 +47,18 @@ impl Axes {
         }
     }
 
-    /// A place along the file's axes, along the world's.
-    pub(crate) fn turned(self, place: [Option<f64>; 3]) -> [Option<f64>; 3] {
-        self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * place[c]?)))
+    /// A position in the axes of the file, in those of the world.
+    pub fn to_world(self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
-    /// What there is of each of the file's axes, for those of the world.
-    pub(crate) fn chosen<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
+    /// Properties of the axes of the file, for those of the world.
+    pub fn select<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
         self.0.map(|axis| axis.and_then(|(c, _)| of[c]))
     }
 
-    /// Refuses axes that the file does not have.
-    pub(crate) fn check(self, has: [bool; 3]) -> Result<(), String> {
+    /// Rejects axes that the file does not have.
+    pub fn check(self, has: [bool; 3]) -> Result<(), String> {
         match self.0.iter().flatten().find(|(axis, _)| !has[*axis]) {
             Some((axis, _)) => {
                 let name = ["x", "y", "z"][*axis];

@@ -1,14 +1,15 @@
-//! Text from elsewhere as it is shown: file names, names of markers and lines of files may hold control
-//! characters, which color, hide or rewrite what a terminal shows.
+//! Text of files in messages. File names, names of markers and lines of files may have control characters, which color,
+//! hide or rewrite the output of a terminal.
 
 use std::borrow::Cow;
 use std::fmt::Write;
+use std::io::ErrorKind;
 use std::path::Path;
 
-/// Most characters of a token that are shown of a file that cannot be read.
-pub(crate) const LONGEST_TOKEN: usize = 80;
+/// Largest number of characters of a token in a message.
+pub const LONGEST_TOKEN: usize = 80;
 
-/// Most characters of the name of a column that are shown beside such a token.
+/// Largest number of characters of the name of a column in a message.
 const LONGEST_NAME: usize = 24;
 
 /// A text whose control characters are shown as `\x1b`, and characters that reverse the direction of text as
@@ -17,24 +18,23 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c != '\n' && c != '\t')
 }
 
-/// The same for a name, which stands on one line: line breaks and tabs are shown as `\n` and `\t`.
+/// A name on one line: as [`printable`], and line breaks and tabs are shown as `\n` and `\t`.
 pub fn printable_name(name: &str) -> Cow<'_, str> {
     escaped(name, |_| true)
 }
 
 /// A path as a printable name.
-pub(crate) fn printable_path(path: &Path) -> String {
+pub fn printable_path(path: &Path) -> String {
     printable_name(&path.display().to_string()).into_owned()
 }
 
-/// A token of a file that cannot be read: printable, and cut to 80 characters, since the file may be one that the
-/// reader of the message must not see.
-pub(crate) fn token(text: &str) -> String {
+/// A token of a file that cannot be read: printable, and cut to 80 characters. The file may be confidential.
+pub fn token(text: &str) -> String {
     cut(text, LONGEST_TOKEN)
 }
 
-/// The name of a column that a token stands in, cut to 24 characters.
-pub(crate) fn column_name(name: &str) -> String {
+/// The name of a column, printable and cut to 24 characters.
+pub fn column_name(name: &str) -> String {
     cut(name, LONGEST_NAME)
 }
 
@@ -48,14 +48,13 @@ fn cut(text: &str, longest: usize) -> String {
     }
 }
 
-/// A message whose tokens, those between two `quote` characters, are cut to 80 characters where they are longer. Tokens
-/// that are cut already stay.
-pub(crate) fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
+/// A message whose tokens between two `quote` characters are cut to 80 characters. Tokens that are already cut stay.
+pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     let is_long = |token: &str| {
         token.len() > LONGEST_TOKEN && (!token.ends_with(" ..]") || token.len() > 2 * LONGEST_TOKEN)
     };
     let mut parts = message.split(quote);
-    // Every other part is a token, if a quote ends it.
+    // Every second part is a token, if a quote ends it.
     let count = message.matches(quote).count() / 2 * 2;
     if message.split(quote).skip(1).step_by(2).all(|token| !is_long(token)) {
         return message.into();
@@ -71,6 +70,58 @@ pub(crate) fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     whole.into()
 }
 
+/// The reason of an input or output error, with the remedy where it is known.
+pub fn io_reason(source: &std::io::Error) -> String {
+    if source.raw_os_error().is_none() {
+        return source.to_string();
+    }
+    match source.kind() {
+        ErrorKind::NotFound => "No such file or folder. Check the path".into(),
+        ErrorKind::PermissionDenied => {
+            "permission denied. Check the permissions of the file and its folder".into()
+        }
+        _ => source.to_string(),
+    }
+}
+
+/// A message about a file: printable, with cut tokens, words and lines.
+pub fn shown(message: &str) -> String {
+    printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
+}
+
+/// Words and lines longer than this, bytes, are shown without their middle.
+const LONG: [usize; 2] = [200, 3000];
+/// Lengths of the beginning and of the end that are shown of them, bytes.
+const SHOWN: [usize; 2] = [120, 60];
+
+/// A text whose long words and lines are shown without their middle.
+pub fn clipped(text: &str) -> Cow<'_, str> {
+    if text.len() <= LONG[0] {
+        return text.into();
+    }
+    let line = |line: &str| {
+        let words: Vec<_> = line.split(' ').map(|word| without_middle(word, LONG[0])).collect();
+        without_middle(&words.join(" "), LONG[1]).into_owned()
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
+}
+
+/// A text without its middle if it is longer than `most` bytes.
+fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
+    if text.len() <= most {
+        return text.into();
+    }
+    let boundary = |i: &usize| text.is_char_boundary(*i);
+    let head = (0..=SHOWN[0]).rev().find(boundary).unwrap_or(0);
+    if text.bytes().all(|byte| byte == b'^') {
+        // Carets below a line, which mark a token.
+        return text[..head].into();
+    }
+    let tail = (text.len() - SHOWN[1]..).find(boundary).unwrap_or(text.len());
+    let left_out = tail - head;
+    format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
+}
+
 fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() || reverses(c)) && is_shown(c);
     if !text.contains(acts) {
@@ -78,7 +129,7 @@ fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     }
     let mut shown = String::with_capacity(text.len() + 8);
     for c in text.chars() {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = match c {
             c if !acts(c) => shown.write_char(c),
             '\n' => shown.write_str("\\n"),
@@ -98,7 +149,7 @@ fn reverses(c: char) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::error::printable::{printable, printable_name, token, with_tokens_cut};
+    use crate::printable::{printable, printable_name, token, with_tokens_cut};
     use std::borrow::Cow;
 
     #[test]

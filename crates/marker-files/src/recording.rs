@@ -1,39 +1,19 @@
-//! Recordings as laboratories write them: their columns, units, clocks and image axes.
+//! Conversion of the contents of a file to seconds and meters in the axes of the world.
 
+use crate::axes::Axes;
 use crate::error::Error;
-use crate::error::printable::token;
-use crate::input::table::Row;
-use crate::input::table::{LENGTHS, TIMES, Table};
-use crate::input::track::axes::Axes;
-use crate::input::track::format::Format;
-use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted, is_called};
-use crate::input::track::sigma::SigmaColumns;
-use serde::{Deserialize, Serialize};
+use crate::format::Format;
+use crate::marker_file::{Clock, LengthUnit, MarkerData, MarkerFile, is_same_name};
+use crate::printable::token;
+use crate::sigma::SigmaColumns;
+use crate::table::Row;
+use crate::table::{LENGTHS, TIMES, Table};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Units, axes and marker of a recorded file. The default is SI units or the units of the header.
-///
-/// ```
-/// use rodfit::Observation;
-/// use rodfit::fit::{Recording, Vertical};
-/// // A 240 Hz camera that sees 0.4 mm a pixel, the clamp at pixel (112, 305), release at frame 37.
-/// let recording = Recording {
-///     fps: Some(240.0),
-///     scale: Some(0.4e-3),
-///     origin: Some([112.0, 305.0, 0.0]),
-///     y: Some(Vertical::Down),
-///     time_zero: Some(37.0),
-///     ..Recording::default()
-/// };
-/// # let folder = tempfile::tempdir()?;
-/// # let path = folder.path().join("tip.csv");
-/// std::fs::write(&path, "frame,x[px],y[px]\n36,1362,305\n38,1361,310\n39,1358,\n")?;
-/// let observation = Observation::read_as(&path, &recording)?;
-/// assert_eq!(observation.samples.len(), 2);
-/// assert_eq!(observation.samples[0].position[1], Some(-5.0 * 0.4e-3));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Recording {
     /// Program that wrote the file; null: determined from the first bytes.
@@ -53,7 +33,7 @@ pub struct Recording {
     /// Meters per pixel, or per unit that the file does not name.
     pub scale: Option<f64>,
     /// Position of the world's origin in the file's own coordinates and unit.
-    #[serde(deserialize_with = "crate::input::arrays::some_numbers")]
+    #[serde(deserialize_with = "three_numbers")]
     pub origin: Option<[f64; 3]>,
     /// Direction of the file's y axis; required for pixels, up for lengths.
     pub y: Option<Vertical>,
@@ -65,9 +45,16 @@ pub struct Recording {
     pub sigma: Option<SigmaColumns>,
 }
 
+/// Three numbers or null; TOML's reader would ignore a fourth one.
+fn three_numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 3]>, D::Error> {
+    let Some(values) = Option::<Vec<f64>>::deserialize(deserializer)? else { return Ok(None) };
+    let wrong_length = |values: Vec<f64>| D::Error::invalid_length(values.len(), &"3 numbers");
+    values.try_into().map(Some).map_err(wrong_length)
+}
+
 /// Direction of the vertical image axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Vertical {
     /// Upward, as in drawings.
@@ -76,51 +63,57 @@ pub enum Vertical {
     Down,
 }
 
-/// The columns x, y, z with their factors to metres.
-pub(crate) type AxisColumns = [Option<(usize, f64)>; 3];
+/// Columns of x, y and z with their factors to meters.
+pub type AxisColumns = [Option<(usize, f64)>; 3];
 
-/// The columns of a recording.
-pub(crate) struct Columns {
-    /// The clock's column, and its unit in s.
+/// Columns of a table with one marker.
+pub struct Columns {
+    /// Column of the clock, and its unit in s.
     pub time: (usize, f64),
+    /// Columns of the positions.
     pub axes: AxisColumns,
-    /// Of the standard deviations, likewise.
+    /// Columns of their standard deviations.
     pub sigma: AxisColumns,
 }
 
-/// What is said of a time or a place that no number holds.
-pub(crate) const BEYOND: &str =
+/// Message on a time or position that is not finite.
+pub const NOT_FINITE: &str =
     "a time or position that is not finite, allowed: a rate, scale and origin of plausible size";
 
-/// Whether a time and a place are numbers, whatever rate, scale and origin made of them.
-pub(crate) fn is_finite(time: f64, place: &[Option<f64>; 3]) -> bool {
-    time.is_finite() && place.iter().flatten().all(|x| x.is_finite())
+/// Whether a time and a position are finite after the conversion by rate, scale and origin.
+pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
+    time.is_finite() && position.iter().flatten().all(|x| x.is_finite())
 }
 
-/// A marker in seconds and metres of the world, row by row.
-pub(crate) struct Converted {
-    /// Line in the file, and when, s; before 0 where `time_zero` leaves a row out.
+/// A marker in seconds and meters in the axes of the world.
+pub struct Converted {
+    /// Line in the file and time, s, of all frames; negative before `time_zero`.
     pub times: Vec<(u64, f64)>,
-    pub places: Vec<[Option<f64>; 3]>,
+    /// Positions in all frames, m.
+    pub positions: Vec<[Option<f64>; 3]>,
 }
 
 impl Recording {
-    /// Where a row saw the point, m.
-    pub(crate) fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
+    /// The position in a row of a table, m.
+    pub fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
         let origin = self.origin.unwrap_or_default();
-        self.turned(std::array::from_fn(|c| {
+        self.to_world(std::array::from_fn(|c| {
             let (column, factor) = axes[c]?;
             row[column].map(|value| (value - origin[c]) * factor)
         }))
     }
 
-    /// How far off a row says that its `seen` coordinates are, m.
-    pub(crate) fn sigma(
+    /// Standard deviations of the `observed` coordinates in a row, m.
+    ///
+    /// # Errors
+    ///
+    /// An observed coordinate without a standard deviation above 0.
+    pub fn row_sigma(
         &self,
         table: &Table,
         columns: &AxisColumns,
         row: &Row,
-        seen: [bool; 3],
+        observed: [bool; 3],
     ) -> Result<[Option<f64>; 3], Error> {
         let mut own = [None; 3];
         for (own, column) in own.iter_mut().zip(columns) {
@@ -130,10 +123,10 @@ impl Recording {
         let there = columns.iter().flatten().next().map_or(0, |(column, _)| *column);
         let turned = match self.axes {
             None => own,
-            Some(axes) => axes.chosen(own),
+            Some(axes) => axes.select(own),
         };
         let mut sigma = [None; 3];
-        for c in (0..3).filter(|c| seen[*c]) {
+        for c in (0..3).filter(|c| observed[*c]) {
             let refused = |column: usize, found: String| {
                 let name = &table.columns[column].0;
                 let allowed = "a finite number above 0 for every place that was seen";
@@ -153,9 +146,13 @@ impl Recording {
         Ok(sigma)
     }
 
-    /// The columns of standard deviations beside those of these `axes`, with their factors to metres; none where no
-    /// column says them. Those without a unit have that of the places.
-    pub(crate) fn sigma_columns(
+    /// Columns of the standard deviations of these `axes`, with their factors to meters; none if no column is stated.
+    /// Columns without a unit have that of the positions. `others` are columns with other contents.
+    ///
+    /// # Errors
+    ///
+    /// Columns that are missing or have other contents.
+    pub fn sigma_columns(
         &self,
         table: &Table,
         axes: &AxisColumns,
@@ -175,68 +172,76 @@ impl Recording {
         Ok(columns)
     }
 
-    /// A place along the world's axes.
-    fn turned(&self, place: [Option<f64>; 3]) -> [Option<f64>; 3] {
-        self.axes.map_or(place, |axes| axes.turned(place))
+    /// A position in the axes of the world.
+    fn to_world(&self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        self.axes.map_or(position, |axes| axes.to_world(position))
     }
 
-    /// Which of the world's axes a place along some of the file's has.
-    pub(crate) fn seen_along(&self, file: [bool; 3]) -> [bool; 3] {
-        self.turned(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
+    /// The axes of the world that are observed if these axes of the file are.
+    pub fn observed_axes(&self, file: [bool; 3]) -> [bool; 3] {
+        self.to_world(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
     }
 
-    /// Refuses axes that the file does not have.
+    /// Rejects axes that the file does not have.
     fn check_axes(&self, has: [bool; 3]) -> Result<(), String> {
         self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
 
-    /// The marker that is meant; capitals count where they tell markers apart.
-    pub(crate) fn chosen<'a>(&self, sheet: &'a Sheet) -> Result<&'a Sighted, Error> {
-        let exact = |name: &String| sheet.markers.iter().any(|m| m.name == *name);
+    /// The marker that is stated, or the only one. Case matters if names differ in case only.
+    ///
+    /// # Errors
+    ///
+    /// A marker that is not in the file, or several markers without a stated one.
+    pub fn select_marker<'a>(&self, file: &'a MarkerFile) -> Result<&'a MarkerData, Error> {
+        let exact = |name: &String| file.markers.iter().any(|m| m.name == *name);
         let is_exact = self.marker.as_ref().is_some_and(exact);
-        let own = |m: &&Sighted| match &self.marker {
+        let own = |m: &&MarkerData| match &self.marker {
             Some(name) if is_exact => *name == m.name,
-            Some(name) => is_called(&m.name, name),
+            Some(name) => is_same_name(&m.name, name),
             None => true,
         };
-        let mut found = sheet.markers.iter().filter(own);
+        let mut found = file.markers.iter().filter(own);
         match (found.next(), found.next()) {
             (Some(marker), None) => Ok(marker),
             (first, _) => {
-                let names: Vec<&str> = sheet.markers.iter().map(|m| &m.name[..]).collect();
+                let names: Vec<&str> = file.markers.iter().map(|m| &m.name[..]).collect();
                 if names.is_empty() {
-                    return Err(sheet.error(1, "no column x, y or z"));
+                    return Err(file.error(1, "no column x, y or z"));
                 }
-                let said = match (&self.marker, first) {
+                let stated = match (&self.marker, first) {
                     (Some(name), None) => format!("marker = {name:?}"),
                     _ => format!("{} markers and no marker = \"..\"", names.len()),
                 };
                 let message = format!(
-                    "{said} in a file of {}, allowed: one of {}",
-                    sheet.format.program(),
+                    "{stated} in a file of {}, allowed: one of {}",
+                    file.format.program(),
                     names.join(", ")
                 );
-                Err(sheet.error(1, message))
+                Err(file.error(1, message))
             }
         }
     }
 
-    /// A marker in seconds and metres.
-    pub(crate) fn convert(&self, sheet: &Sheet, marker: &Sighted) -> Result<Converted, Error> {
-        let refused = |message: String| sheet.error(1, message);
+    /// A marker in seconds and meters.
+    ///
+    /// # Errors
+    ///
+    /// Statements that contradict the file, and missing ones.
+    pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
+        let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
             let message = "sigma names columns, allowed: a number, m, for markers that are named and files of \
                            other programs";
             return Err(refused(message.into()));
         }
-        let start = self.time_zero.unwrap_or(match sheet.clock {
+        let start = self.time_zero.unwrap_or(match file.clock {
             Clock::Time(_) => 0.0,
             Clock::Frames { first, .. } => first,
         });
         if !start.is_finite() {
             return Err(refused(format!("time_zero = {start}, allowed: a finite number")));
         }
-        let rate = match (sheet.clock, self.fps) {
+        let rate = match (file.clock, self.fps) {
             (Clock::Time(_), None) => None,
             (Clock::Frames { rate: Some(rate), .. }, None) => Some(rate),
             (Clock::Frames { rate: None, .. }, Some(fps)) if fps.is_finite() && fps > 0.0 => {
@@ -261,39 +266,39 @@ impl Recording {
                 )));
             }
         };
-        let seconds = |clock: f64| match (sheet.clock, rate) {
+        let seconds = |clock: f64| match (file.clock, rate) {
             (_, Some(rate)) => (clock - start) / rate,
             (Clock::Time(unit), None) => (clock - start) * unit,
             (Clock::Frames { .. }, None) => f64::NAN,
         };
-        let factor = match (sheet.lengths, self.scale) {
+        let factor = match (file.lengths, self.scale) {
             (_, Some(scale)) if !(scale.is_finite() && scale > 0.0) => {
                 return Err(refused(format!("scale = {scale}, allowed: above 0")));
             }
-            (Lengths::Known(_, factor), None) => factor,
-            (Lengths::Known(unit, _), Some(scale)) => {
+            (LengthUnit::Known(_, factor), None) => factor,
+            (LengthUnit::Known(unit, _), Some(scale)) => {
                 let message = format!(
                     "scale = {scale}, metres a pixel, beside lengths in {unit}, allowed: beside pixels, or where \
                      the file does not name the unit"
                 );
                 return Err(refused(message));
             }
-            (Lengths::Pixels { .. }, Some(scale)) => scale,
-            (Lengths::Pixels { .. }, None) => {
+            (LengthUnit::Pixels { .. }, Some(scale)) => scale,
+            (LengthUnit::Pixels { .. }, None) => {
                 let message =
                     format!("`{}` is in pixels, which needs scale = metres a pixel", marker.name);
                 return Err(refused(message));
             }
-            (Lengths::Calibrated, scale) => scale.unwrap_or(1.0),
+            (LengthUnit::Calibrated, scale) => scale.unwrap_or(1.0),
         };
-        let down = match (self.y, sheet.lengths) {
+        let down = match (self.y, file.lengths) {
             (Some(y), _) => y == Vertical::Down,
-            (None, Lengths::Pixels { down: Some(down) }) => down,
-            (None, Lengths::Pixels { down: None }) => {
+            (None, LengthUnit::Pixels { down: Some(down) }) => down,
+            (None, LengthUnit::Pixels { down: None }) => {
                 let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
                 return Err(refused(message.into()));
             }
-            (None, _) if sheet.format == Format::TrackMate => {
+            (None, _) if file.format == Format::TrackMate => {
                 let message = "`y` is an image coordinate, which needs y = \"down\" or \"up\"";
                 return Err(refused(message.into()));
             }
@@ -311,7 +316,9 @@ impl Recording {
         self.check_axes(marker.axes).map_err(refused)?;
         let least = match (self.likelihood, &marker.likelihood) {
             (None, _) => None,
-            (Some(least), Some(sure)) if (0.0..=1.0).contains(&least) => Some((least, sure)),
+            (Some(least), Some(confidence)) if (0.0..=1.0).contains(&least) => {
+                Some((least, confidence))
+            }
             (Some(least), Some(_)) => {
                 return Err(refused(format!("likelihood = {least}, allowed: from 0 to 1")));
             }
@@ -322,24 +329,31 @@ impl Recording {
             }
         };
         let factors = [factor, if down { -factor } else { factor }, factor];
-        let place = |(k, place): (usize, &[Option<f64>; 3])| {
-            // What the program says nothing of it is not sure of.
-            if least.is_some_and(|(least, sure)| sure[k].is_none_or(|sure| sure < least)) {
+        let position = |(k, position): (usize, &[Option<f64>; 3])| {
+            // A position without a confidence is uncertain.
+            if least.is_some_and(|(least, confidence)| {
+                confidence[k].is_none_or(|confidence| confidence < least)
+            }) {
                 return [None; 3];
             }
-            self.turned([0, 1, 2].map(|c| Some((place[c]? - origin[c]) * factors[c])))
+            self.to_world([0, 1, 2].map(|c| Some((position[c]? - origin[c]) * factors[c])))
         };
         let times: Vec<(u64, f64)> =
-            sheet.rows.iter().map(|row| (row.line, seconds(row.clock))).collect();
-        let places: Vec<_> = marker.places.iter().enumerate().map(place).collect();
-        match times.iter().zip(&places).find(|((_, time), place)| !is_finite(*time, place)) {
-            Some(((line, _), _)) => Err(sheet.error(*line, BEYOND)),
-            None => Ok(Converted { times, places }),
+            file.frames.iter().map(|row| (row.line, seconds(row.clock))).collect();
+        let positions: Vec<_> = marker.positions.iter().enumerate().map(position).collect();
+        match times.iter().zip(&positions).find(|((_, time), position)| !is_finite(*time, position))
+        {
+            Some(((line, _), _)) => Err(file.error(*line, NOT_FINITE)),
+            None => Ok(Converted { times, positions }),
         }
     }
 
-    /// Refuses columns of other names, and two of one.
-    pub(crate) fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
+    /// Rejects columns with other names, and two with one name.
+    ///
+    /// # Errors
+    ///
+    /// Such a column.
+    pub fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
         let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
             if !names.contains(&name.as_str()) && !sigma.contains(name) {
@@ -353,7 +367,12 @@ impl Recording {
         Ok(())
     }
 
-    pub(crate) fn columns(&self, table: &Table) -> Result<Columns, Error> {
+    /// The columns of a table with one marker.
+    ///
+    /// # Errors
+    ///
+    /// Missing, unknown and duplicate columns, and statements that contradict the header.
+    pub fn columns(&self, table: &Table) -> Result<Columns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
@@ -361,7 +380,7 @@ impl Recording {
         let time = match clocks[..] {
             [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table, clock)?),
             [clock] => (clock, self.clock_time(table, clock)?),
-            // Frames may be numbered beside a clock.
+            // A table may have frame numbers in addition to a clock.
             [clock, frame] if table.columns[frame].0 == "frame" => match self.fps {
                 Some(_) => (frame, self.frame_time(table, frame)?),
                 None => (clock, self.clock_time(table, clock)?),
@@ -378,8 +397,12 @@ impl Recording {
         Ok(Columns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
-    /// The columns of positions. What says how to read columns that are not there is refused.
-    pub(crate) fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
+    /// The columns of positions.
+    ///
+    /// # Errors
+    ///
+    /// No column of a position, and statements on columns that are missing.
+    pub fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
         let mut axes = [None; 3];
         let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
         if let Some(scale) = self.scale.filter(|_| !table.columns.iter().any(pixels)) {
@@ -420,7 +443,7 @@ impl Recording {
         Ok(axes)
     }
 
-    /// Seconds a unit of a clock that counts no frames.
+    /// Seconds per unit of a clock.
     fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(fps) = self.fps {
             let name = &table.columns[clock].0;
@@ -432,7 +455,7 @@ impl Recording {
         table.factor(clock, &TIMES, "")
     }
 
-    /// Seconds a frame.
+    /// Seconds per frame.
     fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(unit) = &table.columns[clock].1 {
             return Err(table.error(1, &format!("unit [{unit}] of `frame`, allowed: none")));
@@ -446,7 +469,7 @@ impl Recording {
         }
     }
 
-    /// Metres a unit of an axis, negative where it points down.
+    /// Meters per unit of an axis, negative if it points down.
     fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
         let (name, unit_name) = &table.columns[column];
         let pixels = unit_name.as_deref() == Some("px");

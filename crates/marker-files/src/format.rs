@@ -1,13 +1,13 @@
-//! Which program wrote a file, by its first bytes.
+//! Programs that write files of markers, recognized by the first bytes.
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes that are looked at.
+/// Number of bytes that are examined.
 const FIRST: usize = 4096;
 
 /// Tracking programs whose files are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Format {
@@ -36,8 +36,8 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
-    pub(crate) const ALL: [Self; 11] = [
+    /// All formats.
+    pub const ALL: [Self; 11] = [
         Self::Csv,
         Self::Motive,
         Self::Vicon,
@@ -68,7 +68,7 @@ impl Format {
         }
     }
 
-    /// As fit files name it.
+    /// Name of the format in configuration files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -85,8 +85,8 @@ impl Format {
         }
     }
 
-    /// Of the program that a file looks like one of; else a table.
-    pub(crate) fn of(bytes: &[u8]) -> Self {
+    /// The format of a file by its first bytes; a table if no program is recognized.
+    pub fn detect(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');
         let mut lines = text.lines().filter(|line| !line.trim_matches([',', ' ', '\t']).is_empty());
@@ -96,7 +96,7 @@ impl Format {
             cell.trim().trim_matches('"').to_lowercase()
         };
         let (begins, below) = (cell(first), cell(second));
-        // Spreadsheet programs pad a line with empty columns.
+        // Spreadsheet programs pad lines with empty columns.
         let alone = !first.trim_end_matches([',', ';', '\t', ' ']).contains([',', ';', '\t']);
         match &begins[..] {
             "format version" => Self::Motive,
@@ -124,7 +124,7 @@ impl Format {
     }
 }
 
-/// `pt1_x` or `pt12_cam2_y`.
+/// Whether a name is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`.
 fn is_point(cell: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let Some((point, rest)) = cell.strip_prefix("pt").and_then(|rest| rest.split_once('_')) else {
@@ -163,7 +163,7 @@ mod tests {
             ("t\n0\n", Format::Csv),
             ("point_x,y\n", Format::Csv),
         ] {
-            assert_eq!(Format::of(text.as_bytes()), format, "{text:?}");
+            assert_eq!(Format::detect(text.as_bytes()), format, "{text:?}");
         }
     }
 }

@@ -1,13 +1,13 @@
-//! Description of files that no reader takes, by their first bytes and lines, with the list of formats that are read.
+//! Descriptions of files that cannot be read, by their first bytes and lines.
 
 use crate::error::Error;
-use crate::input::track::format::Format;
+use crate::format::Format;
 use std::path::Path;
 
-/// Bytes of text that are examined.
+/// Number of bytes of a text that are examined.
 const EXAMINED: usize = 4096;
 
-/// Beginnings of binary files, and what these are.
+/// First bytes of binary files, with descriptions.
 const BINARY: [(&[u8], &str); 15] = [
     (b"PK\x03\x04", "a zip archive, as spreadsheets (.xlsx, .ods) and Capture files (.cap) are"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp)"),
@@ -30,7 +30,7 @@ const C3D: u8 = 0x50;
 /// Largest number of that block.
 const LARGEST_C3D_BLOCK: u8 = 16;
 
-/// Refuses bytes that are no text, with a description.
+/// Rejects binary files, with a description.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
         Some(found) => Err(unknown(path, found)),
@@ -38,34 +38,41 @@ pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// The error of a file that was read as a table and is none: its description, where there is one.
-pub(crate) fn described(path: &Path, bytes: &[u8], error: Error) -> Error {
+/// The error of a file that was read as a table: its description where it is none, else `error`.
+pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
         None => error,
     }
 }
 
-/// The same of a file that was read as a table of places.
-pub(crate) fn described_places(path: &Path, bytes: &[u8], error: Error) -> Error {
-    match text(bytes).or_else(|| accelerations(bytes)) {
+/// The same of a file that was read as a table of positions.
+pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -> Error {
+    match text(bytes) {
         Some(found) => unknown(path, &found),
+        None if has_accelerations(bytes) => {
+            Error::Accelerations { path: path.into(), allowed: readable_files() }
+        }
         None => error,
     }
 }
 
-/// The error of a file of which this was found.
 fn unknown(path: &Path, found: &str) -> Error {
-    let programs: Vec<&str> =
-        Format::ALL.iter().filter(|f| **f != Format::Csv).map(|f| f.program()).collect();
-    let message = format!(
-        "found {found}, allowed: a table (a header such as `t,x,y`, with commas, semicolons or tabs), or an export of {}",
-        programs.join(", ")
-    );
+    let message = format!("found {found}, allowed: {}", readable_files());
     Error::Data { path: path.into(), line: 1, message }
 }
 
-/// What a file that is no text is.
+/// The files that are read, for messages.
+fn readable_files() -> String {
+    let programs: Vec<&str> =
+        Format::ALL.iter().filter(|f| **f != Format::Csv).map(|f| f.program()).collect();
+    format!(
+        "a table (a header such as `t,x,y`, with commas, semicolons or tabs), or an export of {}",
+        programs.join(", ")
+    )
+}
+
+/// Description of a binary file.
 fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
@@ -80,13 +87,13 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// What a text is that is no table with a clock and places.
+/// Description of a text that is no table with a header.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let (first, second) = (lines.next()?, lines.next().unwrap_or(""));
-    // A line without an end has its own error.
+    // A line without an end has another error.
     if bytes.len() > EXAMINED && second.is_empty() {
         return None;
     }
@@ -117,16 +124,14 @@ fn text(bytes: &[u8]) -> Option<String> {
 }
 
 /// Whether a header names accelerations.
-fn accelerations(bytes: &[u8]) -> Option<String> {
+fn has_accelerations(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'))?;
-    let fields = first.split([',', ';', '\t']).map(|field| field.trim().trim_matches('"'));
-    let is_acceleration = |field: &str| {
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let Some(header) = lines.next() else { return false };
+    let mut fields = header.split([',', ';', '\t']).map(|field| field.trim().trim_matches('"'));
+    fields.any(|field| {
         ["accel", "m/s^2", "m/s\u{b2}", "m/s2"].iter().any(|word| field.contains(word))
             || ["ax", "ay", "az"].contains(&field.split(['[', '(']).next().unwrap_or("").trim())
-    };
-    fields.into_iter().any(is_acceleration).then(|| {
-        "accelerations instead of positions; those of a moved end, `ax, ay, az`, belong in [[supports.motion]]".into()
     })
 }
 
@@ -167,7 +172,7 @@ mod tests {
         for content in
             ["\"Time (s)\";\"Linear Acceleration x (m/s^2)\"\n0,0E0;1,2E-1\n", "t,ax,ay\n"]
         {
-            assert!(accelerations(content.as_bytes()).is_some(), "{content}");
+            assert!(has_accelerations(content.as_bytes()), "{content}");
         }
     }
 

@@ -1,25 +1,30 @@
-//! DeepLabCut's CSV: rows `scorer`, `individuals` where there are several animals, `bodyparts` and `coords` over
-//! the columns; before them the number of the frame, or the name of its image. Pixels, with y down; of cameras that
-//! were put together, x, y and z in the unit of their calibration.
+//! CSV of DeepLabCut. Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the
+//! columns. The first columns have the number of the frame or the name of its image. Positions are in pixels with y down;
+//! triangulated ones are in the unit of the calibration.
 
 use crate::error::Error;
-use crate::input::track::format::Format;
-use crate::input::track::sheet::{Clock, Layout, Lengths, Line, Lines, Says, Sheet};
+use crate::format::Format;
+use crate::marker_file::{Clock, ColumnKind, Layout, LengthUnit, Line, Lines, MarkerFile};
 use std::path::Path;
 
-pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = Lines::of(path, bytes, b',')?;
     let format = Format::DeepLabCut;
-    let not = |line, found: &str, allowed: &str| Err(lines.not_of(format, line, found, allowed));
+    let rejected =
+        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
     let header: Vec<&Line> = lines.list.iter().take(4).collect();
     let row = |name: &str| header.iter().find(|l| l.field(0) == name).copied();
     let (Some(scorer), Some(parts), Some(coords)) =
         (row("scorer"), row("bodyparts"), row("coords"))
     else {
-        return not(1, "no rows `scorer`, `bodyparts` and `coords`", "all three over the columns");
+        return rejected(
+            1,
+            "no rows `scorer`, `bodyparts` and `coords`",
+            "all three over the columns",
+        );
     };
     let individuals = row("individuals");
-    // Names of images may take several columns.
+    // Names of images may fill several columns.
     let first = (1..scorer.len()).find(|i| !scorer.field(*i).is_empty()).unwrap_or(scorer.len());
     let mut layout = Layout::default();
     let mut in_space = false;
@@ -31,21 +36,21 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
             None => part.to_string(),
         };
         let coordinate = coords.field(column);
-        let says = match coordinate {
-            "likelihood" => Says::Likelihood,
-            coordinate => match Says::axis(coordinate) {
-                Some(says) => says,
+        let kind = match coordinate {
+            "likelihood" => ColumnKind::Likelihood,
+            coordinate => match ColumnKind::axis(coordinate) {
+                Some(kind) => kind,
                 None => {
                     let found = format!("coords `{coordinate}`");
-                    return not(coords.number, &found, "x, y, z or likelihood");
+                    return rejected(coords.number, &found, "x, y, z or likelihood");
                 }
             },
         };
-        in_space |= says == Says::Axis(2);
-        layout.add(&lines, coords.number, (column, &name, says))?;
+        in_space |= kind == ColumnKind::Axis(2);
+        layout.add(&lines, coords.number, (column, &name, kind))?;
     }
     if layout.is_empty() {
-        return not(coords.number, "no column", "x and y of one body part at least");
+        return rejected(coords.number, "no column", "x and y of one body part at least");
     }
     let rows: Vec<&Line> = lines
         .list
@@ -54,11 +59,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         .filter(|l| !l.is_empty())
         .collect();
     let names: Vec<&str> = rows.iter().map(|line| line.field(first.saturating_sub(1))).collect();
-    let place = counting_group(&names);
+    let position = counting_group(&names);
     let rows = rows.into_iter();
     let frame = |_, line: &Line| {
         let name = line.field(first.saturating_sub(1));
-        let number = frame(name, place);
+        let number = frame(name, position);
         number.ok_or_else(|| {
             let message = format!(
                 "found `{name}`, allowed: a frame's number, or an image with one in its name"
@@ -66,17 +71,17 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
             lines.error(line.number, message)
         })
     };
-    let (rows, markers) = layout.read(&lines, (coords.number, coords.len()), rows, frame)?;
+    let (frames, markers) = layout.read(&lines, (coords.number, coords.len()), rows, frame)?;
     let lengths = match in_space {
-        true => Lengths::Calibrated,
-        false => Lengths::Pixels { down: Some(true) },
+        true => LengthUnit::Calibrated,
+        false => LengthUnit::Pixels { down: Some(true) },
     };
     let clock = Clock::Frames { first: 0.0, rate: None };
-    Ok(Sheet { path: path.into(), format, clock, lengths, rows, markers })
+    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
 }
 
-/// The number of a frame, or the number in the name of its image, `img0012_cam1.png`, in this group of digits from the
-/// end.
+/// The number of a frame, or that in the name of its image, `img0012_cam1.png`: the group of digits with this index from
+/// the end.
 fn frame(name: &str, group: usize) -> Option<f64> {
     if let Ok(number) = name.parse::<f64>() {
         return (number.is_finite() && number >= 0.0).then_some(number);
@@ -90,7 +95,7 @@ fn digits(name: &str) -> impl Iterator<Item = &str> {
     stem.rsplit(|c: char| !c.is_ascii_digit()).filter(|digits| !digits.is_empty())
 }
 
-/// The last group of digits that increases from name to name: others are the number of a camera, or a date.
+/// Index of the last group of digits that increases from name to name. Others are the number of a camera or a date.
 fn counting_group(names: &[&str]) -> usize {
     let groups = names.first().map_or(0, |name| digits(name).count());
     let number = |name: &str, group: usize| digits(name).nth(group)?.parse::<f64>().ok();

@@ -1,0 +1,99 @@
+//! Files with one line for every detection of a marker, in any order, as a table with one row for every frame.
+
+use crate::error::Error;
+use crate::marker_file::{Frame, Lines, MarkerData};
+use std::collections::HashMap;
+
+/// Most positions of all markers in all frames. A file of a million lines with a marker each would need 1e12 of them.
+const MAX_POSITIONS: usize = 10_000_000;
+
+/// The detections of a file.
+#[derive(Default)]
+pub(crate) struct Detections {
+    markers: HashMap<String, usize>,
+    names: Vec<String>,
+    all: Vec<Detection>,
+}
+
+struct Detection {
+    row: Frame,
+    marker: usize,
+    position: [Option<f64>; 3],
+    likelihood: Option<f64>,
+}
+
+impl Detections {
+    /// Adds a detection in a frame.
+    pub(crate) fn add(
+        &mut self,
+        row: Frame,
+        name: &str,
+        position: [Option<f64>; 3],
+        likelihood: Option<f64>,
+    ) {
+        let marker = self.markers.get(name).copied().unwrap_or_else(|| {
+            self.markers.insert(name.into(), self.names.len());
+            self.names.push(name.into());
+            self.names.len() - 1
+        });
+        self.all.push(Detection { row, marker, position, likelihood });
+    }
+
+    /// Frames and markers by increasing time. `axes` are those of the file, `has_confidence` is whether it has a confidence.
+    pub(crate) fn table(
+        mut self,
+        lines: &Lines,
+        axes: [bool; 3],
+        has_confidence: bool,
+    ) -> Result<(Vec<Frame>, Vec<MarkerData>), Error> {
+        self.all.sort_by(|a, b| a.row.clock.total_cmp(&b.row.clock));
+        let mut rows: Vec<Frame> = Vec::new();
+        for sighting in &self.all {
+            // Zero and minus zero are equal times.
+            if rows.last().is_none_or(|row| row.clock < sighting.row.clock) {
+                rows.push(sighting.row);
+            }
+        }
+        if rows.is_empty() {
+            return Err(
+                lines.error(1, "no line with the position of a marker, allowed: one at least")
+            );
+        }
+        if self.names.len().saturating_mul(rows.len()) > MAX_POSITIONS {
+            let message = format!(
+                "{} markers in {} frames, allowed: up to {MAX_POSITIONS} positions; remove the markers that are not \
+                 needed",
+                self.names.len(),
+                rows.len()
+            );
+            return Err(lines.error(1, message));
+        }
+        let new = |name: String| MarkerData {
+            name,
+            axes,
+            positions: vec![[None; 3]; rows.len()],
+            likelihood: has_confidence.then(|| vec![None; rows.len()]),
+        };
+        let mut markers: Vec<MarkerData> = self.names.into_iter().map(new).collect();
+        let mut last_frames = vec![usize::MAX; markers.len()];
+        let mut k = 0;
+        for Detection { row, marker, position, likelihood } in self.all {
+            while rows[k].clock < row.clock {
+                k += 1;
+            }
+            let own = &mut markers[marker];
+            if std::mem::replace(&mut last_frames[marker], k) == k {
+                let message = format!(
+                    "a second position of the marker `{}` at {}, allowed: one at a time",
+                    own.name, row.clock
+                );
+                return Err(lines.error(row.line, message));
+            }
+            own.positions[k] = position;
+            if let Some(all) = &mut own.likelihood {
+                all[k] = likelihood;
+            }
+        }
+        Ok((rows, markers))
+    }
+}

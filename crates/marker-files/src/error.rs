@@ -1,0 +1,46 @@
+//! Errors with the file, the line, what was found and what is allowed.
+
+use crate::printable::{io_reason, printable_path, shown};
+use std::path::{Path, PathBuf};
+
+/// A file that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file cannot be opened or is no regular file.
+    #[error("{}: {}", printable_path(path), io_reason(source))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Error of the system.
+        source: std::io::Error,
+    },
+    /// A line of a file cannot be used.
+    #[error("{}:{line}: {}", printable_path(path), shown(message))]
+    Data {
+        /// The file.
+        path: PathBuf,
+        /// The line, the header being line 1.
+        line: u64,
+        /// What was found and what is allowed.
+        message: String,
+    },
+    /// A table has accelerations instead of positions.
+    #[error(
+        "{}:1: found accelerations instead of positions, allowed: {allowed}",
+        printable_path(path)
+    )]
+    Accelerations {
+        /// The file.
+        path: PathBuf,
+        /// The files that are read.
+        allowed: String,
+    },
+}
+
+impl Error {
+    /// Of an input or output operation.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.into(), source }
+    }
+}

@@ -1,0 +1,64 @@
+//! Trajectories of markers from the files of motion-capture and video-tracking programs.
+//!
+//! A file is read in two steps. [`open`] recognizes the program by the first bytes, and [`parse`] returns the [`MarkerFile`] in
+//! the units of the program: the clock of every frame and the positions of every marker. A [`Recording`] states what the file
+//! does not: the marker, the frame rate, the scale of an image, the origin, the axes and the start of the motion.
+//! [`read`] does both and returns a [`Trajectory`] in seconds and meters.
+//!
+//! ```
+//! use marker_files::{Recording, Vertical, read};
+//! // A camera with 240 frames per second and 0.4 mm per pixel; the motion starts at frame 37.
+//! let recording = Recording {
+//!     fps: Some(240.0),
+//!     scale: Some(0.4e-3),
+//!     origin: Some([112.0, 305.0, 0.0]),
+//!     y: Some(Vertical::Down),
+//!     time_zero: Some(37.0),
+//!     ..Recording::default()
+//! };
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("tip.csv");
+//! std::fs::write(&path, "frame,x[px],y[px]\n36,1362,305\n38,1361,310\n39,1358,\n")?;
+//! let tip = read(&path, &recording)?;
+//! assert_eq!(tip.times, [1.0 / 240.0, 2.0 / 240.0]);
+//! assert_eq!(tip.positions[0][1], Some(-5.0 * 0.4e-3));
+//! assert_eq!(tip.dropped.before_time_zero, 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Files of other programs need no format to be named:
+//!
+//! ```
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("take.trc");
+//! # let header = "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tUnits\n100\tmm\n";
+//! # let table = "Frame#\tTime\ttip\t\t\n\t\tX1\tY1\tZ1\n1\t0.00\t1\t2\t3\n2\t0.01\t2\t2\t3\n";
+//! # std::fs::write(&path, format!("{header}{table}"))?;
+//! let (format, bytes) = marker_files::open(&path, None)?;
+//! let file = marker_files::parse(&path, format, &bytes)?;
+//! assert_eq!((format.program(), &file.markers[0].name[..]), ("Motion Analysis (TRC)", "tip"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod axes;
+mod detections;
+mod error;
+pub mod file;
+mod format;
+mod marker_file;
+pub mod printable;
+mod programs;
+mod recording;
+mod sigma;
+pub mod table;
+mod trajectory;
+mod unknown_file;
+
+pub use axes::Axes;
+pub use error::Error;
+pub use format::Format;
+pub use marker_file::{Clock, Frame, LengthUnit, MarkerData, MarkerFile, is_same_name};
+pub use programs::{open, parse};
+pub use recording::{AxisColumns, Columns, Converted, NOT_FINITE, Recording, Vertical, is_finite};
+pub use sigma::{AxisColumnNames, SigmaColumns};
+pub use trajectory::{Dropped, Trajectory, read, read_several};

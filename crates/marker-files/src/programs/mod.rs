@@ -1,0 +1,54 @@
+//! One reader for every program; all return the same [`MarkerFile`].
+
+mod deeplabcut;
+mod dltdv;
+mod kinovea;
+mod motive;
+mod plain_table;
+mod qualisys;
+mod sleap;
+mod tracker;
+mod trackmate;
+mod trc;
+mod vicon;
+
+use crate::error::Error;
+use crate::file::data;
+use crate::format::Format;
+use crate::marker_file::MarkerFile;
+use std::path::Path;
+
+/// The bytes of a file without a byte-order mark, and its format: the `stated` one, or that of its first bytes.
+///
+/// # Errors
+///
+/// A file that cannot be read.
+pub fn open(path: &Path, stated: Option<Format>) -> Result<(Format, Vec<u8>), Error> {
+    let mut bytes = data(path)?;
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes.drain(..3);
+    }
+    Ok((stated.unwrap_or_else(|| Format::detect(&bytes)), bytes))
+}
+
+/// The markers of a file that was [opened](open).
+///
+/// # Errors
+///
+/// A line that is not as the program writes it.
+pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<MarkerFile, Error> {
+    let read = match format {
+        Format::Csv => plain_table::read,
+        Format::Motive => motive::read,
+        Format::Vicon => vicon::read,
+        Format::Tracker => tracker::read,
+        Format::DeepLabCut => deeplabcut::read,
+        Format::Dltdv => dltdv::read,
+        Format::Qualisys => qualisys::read,
+        Format::Kinovea => kinovea::read,
+        Format::Sleap => sleap::read,
+        Format::TrackMate => trackmate::read,
+        Format::Trc => trc::read,
+    };
+    read(path, bytes)
+}

@@ -1,0 +1,86 @@
+//! Analysis of SLEAP in CSV: a line for every animal in every frame, with x, y and score of every node, in pixels with y
+//! down. Markers of several tracks are named `track:node`.
+
+use crate::detections::Detections;
+use crate::error::Error;
+use crate::format::Format;
+use crate::marker_file::{Clock, ColumnKind, Frame, LengthUnit, Lines, MarkerFile};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Columns that do not belong to a node.
+const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
+
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
+    let lines = Lines::of(path, bytes, b',')?;
+    let format = Format::Sleap;
+    let rejected =
+        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
+    let Some((header, rows)) = lines.list.split_first() else {
+        return rejected(1, "nothing", "a header with `track`, `frame_idx` and the nodes");
+    };
+    let column = |name: &str| header.fields().position(|field| field == name);
+    let (Some(track), Some(frame)) = (column("track"), column("frame_idx")) else {
+        return rejected(header.number, "no columns `track` and `frame_idx`", "both");
+    };
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    // Names with their columns of x, y and score.
+    let mut nodes: Vec<(&str, [Option<usize>; 3])> = Vec::new();
+    for (column, field) in
+        header.fields().enumerate().filter(|(_, f)| !OTHERS.contains(f) && !f.is_empty())
+    {
+        let kind =
+            field.rsplit_once('.').and_then(|(node, what)| match (what, ColumnKind::axis(what)) {
+                ("score", _) => Some((node, 2)),
+                (_, Some(ColumnKind::Axis(axis @ 0..2))) => Some((node, axis)),
+                _ => None,
+            });
+        let Some((node, own)) = kind else {
+            return rejected(
+                header.number,
+                &format!("column `{field}`"),
+                "NODE.x, NODE.y, NODE.score",
+            );
+        };
+        let number = *numbers.entry(node).or_insert_with(|| {
+            nodes.push((node, [None; 3]));
+            nodes.len() - 1
+        });
+        if nodes[number].1[own].replace(column).is_some() {
+            return rejected(header.number, &format!("two columns `{field}`"), "one");
+        }
+    }
+    if let Some((node, _)) = nodes.iter().find(|(_, own)| own[0].is_none() || own[1].is_none()) {
+        return rejected(header.number, &format!("node `{node}` without x or y"), "both");
+    }
+    if nodes.is_empty() {
+        return rejected(header.number, "no node", "NODE.x and NODE.y of one at least");
+    }
+    let several = rows.iter().any(|line| line.field(track) != rows[0].field(track));
+    let mut detections = Detections::default();
+    for line in rows.iter().filter(|line| !line.is_empty()) {
+        if line.len() != header.len() {
+            let found = format!("{} fields", line.len());
+            return rejected(line.number, &found, &format!("{} as in the header", header.len()));
+        }
+        let clock = lines.required_number(line, frame, "frame_idx")?;
+        let row = Frame { line: line.number, clock };
+        for (node, own) in &nodes {
+            let value = |what: usize| match own[what] {
+                Some(column) => lines.number(line, column, node),
+                None => Ok(None),
+            };
+            let position = [value(0)?, value(1)?, None];
+            let name = match several {
+                true => format!("{}:{node}", line.field(track)),
+                false => node.to_string(),
+            };
+            detections.add(row, &name, position, value(2)?);
+        }
+    }
+    let has_confidence = nodes.iter().any(|(_, own)| own[2].is_some());
+    let (frames, markers) = detections.table(&lines, [true, true, false], has_confidence)?;
+    let (clock, lengths) =
+        (Clock::Frames { first: 0.0, rate: None }, LengthUnit::Pixels { down: Some(true) });
+    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
+}

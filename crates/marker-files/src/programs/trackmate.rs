@@ -1,0 +1,83 @@
+//! Spots of TrackMate in CSV: a line for every spot with the number of its track, in any order. Longer and shorter names
+//! and the units are below the header. Spots without a track are left out. The y axis points down in any unit.
+
+use crate::detections::Detections;
+use crate::error::Error;
+use crate::format::Format;
+use crate::marker_file::{Clock, Frame, LengthUnit, Line, Lines, MarkerFile, length_unit};
+use crate::table::TIMES;
+use std::path::Path;
+
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
+    let lines = Lines::of(path, bytes, b',')?;
+    let format = Format::TrackMate;
+    let rejected =
+        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
+    let Some((header, below)) = lines.list.split_first() else {
+        return rejected(1, "nothing", "a header with `TRACK_ID` and `POSITION_X`");
+    };
+    let mut columns = [0; 5];
+    let names = ["TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_Z", "FRAME"];
+    for (column, name) in columns.iter_mut().zip(names) {
+        match header.fields().position(|field| field == name) {
+            Some(found) => *column = found,
+            None => {
+                let allowed = "it: export the spots, not the edges or the tracks";
+                return rejected(header.number, &format!("no column `{name}`"), allowed);
+            }
+        }
+    }
+    let [track, x, y, z, frame] = columns;
+    let time = header.fields().position(|field| field == "POSITION_T");
+    // Descriptive names, and units in parentheses.
+    let is_name = |line: &&Line| !line.is_empty() && line.field(x).parse::<f64>().is_err();
+    let named = below.iter().take(3).take_while(is_name).count();
+    let units = below[..named].iter().find(|line| line.field(x).starts_with('('));
+    let stated =
+        |column: usize| units.map_or("", |line| line.field(column).trim_matches(['(', ')']));
+    let lengths = match stated(x) {
+        "" | "pixel" | "pixels" => LengthUnit::Pixels { down: Some(true) },
+        "micron" | "microns" | "um" | "\u{b5}m" | "\u{3bc}m" => LengthUnit::Known("um", 1e-6),
+        other => match length_unit(other) {
+            Some(lengths) => lengths,
+            None => {
+                let line = units.map_or(1, |line| line.number);
+                return rejected(line, &format!("unit ({other})"), "pixel, micron, mm, cm or m");
+            }
+        },
+    };
+    let (clock, column, name) = match (time, time.map(stated)) {
+        (Some(time), Some(stated)) if !["", "frame", "frames"].contains(&stated) => {
+            let short = stated.strip_suffix("ec").unwrap_or(stated);
+            let Some((_, seconds)) = TIMES.iter().find(|(name, _)| *name == short) else {
+                let line = units.map_or(1, |line| line.number);
+                return rejected(line, &format!("time in ({stated})"), "sec, ms, us or frame");
+            };
+            (Clock::Time(*seconds), time, "POSITION_T")
+        }
+        _ => (Clock::Frames { first: 0.0, rate: None }, frame, "FRAME"),
+    };
+    let mut detections = Detections::default();
+    let mut flat = true;
+    for line in below[named..].iter().filter(|line| !line.is_empty()) {
+        if line.len() != header.len() {
+            let found = format!("{} fields", line.len());
+            return rejected(line.number, &found, &format!("{} as in the header", header.len()));
+        }
+        if ["", "None"].contains(&line.field(track)) {
+            continue;
+        }
+        let mut position = [None; 3];
+        for (axis, column) in position.iter_mut().zip([x, y, z]) {
+            *axis = Some(lines.required_number(line, column, header.field(column))?);
+        }
+        flat &= position[2] == Some(0.0);
+        let row = Frame { line: line.number, clock: lines.required_number(line, column, name)? };
+        detections.add(row, line.field(track), position, None);
+    }
+    let (frames, mut markers) = detections.table(&lines, [true, true, !flat], false)?;
+    if flat {
+        markers.iter_mut().flat_map(|m| &mut m.positions).for_each(|position| position[2] = None);
+    }
+    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
+}

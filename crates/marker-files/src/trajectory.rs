@@ -1,0 +1,177 @@
+//! The trajectory of one marker in seconds and meters.
+
+use crate::error::Error;
+use crate::format::Format;
+use crate::marker_file::MarkerFile;
+use crate::programs::{open, parse};
+use crate::recording::{NOT_FINITE, Recording, is_finite};
+use crate::table::Table;
+use crate::unknown_file::describe_position_table;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::Path;
+
+/// Numbers of dropped rows of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Dropped {
+    /// Number of rows before the start of the motion.
+    pub before_time_zero: usize,
+    /// Number of rows without any position.
+    pub empty: usize,
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
+        let shown = counts.iter().filter(|(count, _)| *count > 0);
+        let shown: Vec<String> = shown.map(|(count, reason)| format!("{count} {reason}")).collect();
+        write!(f, "{}", shown.join(", "))
+    }
+}
+
+/// Positions of a marker at increasing times.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Trajectory {
+    /// Times since the start of the motion, s.
+    pub times: Vec<f64>,
+    /// Positions at these times: x, y and z, m; a coordinate that was not observed is `None`.
+    pub positions: Vec<[Option<f64>; 3]>,
+    /// Standard deviations of all observed coordinates, position by position, m; empty where the file has none.
+    pub sigmas: Vec<f64>,
+    /// Numbers of rows that were left out.
+    pub dropped: Dropped,
+}
+
+/// A row of a file in seconds and meters.
+struct ConvertedRow {
+    line: u64,
+    time: f64,
+    position: [Option<f64>; 3],
+    sigma: [Option<f64>; 3],
+}
+
+/// Reads the trajectory of one marker.
+///
+/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, separated by commas, semicolons (then with
+/// decimal commas or points) or tabs. Units stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m.
+/// Blank or NaN is missing; lines that start with `#` are comments.
+///
+/// # Errors
+///
+/// A file that cannot be read, a marker that it does not have, and a line that cannot be used, with its number.
+pub fn read(path: &Path, recording: &Recording) -> Result<Trajectory, Error> {
+    let (format, bytes) = open(path, recording.format)?;
+    if format != Format::Csv || recording.marker.is_some() {
+        return convert(&parse(path, format, &bytes)?, recording);
+    }
+    let table = Table::of(path, &bytes)?;
+    let columns = match recording.columns(&table) {
+        Ok(columns) => columns,
+        // A table of several markers, or of one with a name.
+        Err(error) => {
+            let is_unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
+            return match parse(path, format, &bytes) {
+                Ok(file) if !is_unnamed && recording.sigma.is_none() => convert(&file, recording),
+                Err(own @ Error::Data { line: 2.., .. }) if !is_unnamed => Err(own),
+                _ => Err(describe_position_table(path, &bytes, error)),
+            };
+        }
+    };
+    let (clock, unit) = columns.time;
+    let start = recording.time_zero.unwrap_or(0.0);
+    if !start.is_finite() {
+        return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
+    }
+    let rows = table.rows.iter().map(|row| {
+        let reading = row.values[clock]
+            .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
+        let position = recording.position(&columns.axes, &row.values);
+        let time = (reading - start) * unit;
+        // Rows that are left out need no standard deviation.
+        let observed = position.map(|x| x.is_some() && time >= 0.0 && recording.sigma.is_some());
+        let sigma = recording.row_sigma(&table, &columns.sigma, row, observed)?;
+        Ok(ConvertedRow { line: row.line, time, position, sigma })
+    });
+    collect(path, recording, rows)
+}
+
+/// Reads the trajectories of several markers by their names.
+///
+/// # Errors
+///
+/// Those of [`read`].
+pub fn read_several<'a>(
+    path: &Path,
+    recording: &Recording,
+    markers: impl IntoIterator<Item = &'a str>,
+) -> Result<Vec<Trajectory>, Error> {
+    let (format, bytes) = open(path, recording.format)?;
+    let file = parse(path, format, &bytes)?;
+    let one =
+        |name: &str| convert(&file, &Recording { marker: Some(name.into()), ..recording.clone() });
+    markers.into_iter().map(one).collect()
+}
+
+/// The marker that `recording` names.
+fn convert(file: &MarkerFile, recording: &Recording) -> Result<Trajectory, Error> {
+    let converted = recording.convert(file, recording.select_marker(file)?)?;
+    let rows = converted.times.iter().zip(&converted.positions);
+    let row = |((line, time), position): (&(u64, f64), &[Option<f64>; 3])| {
+        Ok(ConvertedRow { line: *line, time: *time, position: *position, sigma: [None; 3] })
+    };
+    collect(&file.path, recording, rows.map(row))
+}
+
+fn collect(
+    path: &Path,
+    recording: &Recording,
+    rows: impl ExactSizeIterator<Item = Result<ConvertedRow, Error>>,
+) -> Result<Trajectory, Error> {
+    let error = |line, message: String| Error::Data { path: path.into(), line, message };
+    let count = rows.len();
+    let mut own = Trajectory::default();
+    let mut last = f64::NEG_INFINITY;
+    for row in rows {
+        let ConvertedRow { line, time, position, sigma } = row?;
+        if !is_finite(time, &position) {
+            return Err(error(line, NOT_FINITE.into()));
+        }
+        if time < 0.0 {
+            if recording.time_zero.is_some() {
+                own.dropped.before_time_zero += 1;
+                continue;
+            }
+            let message = format!(
+                "t = {time} s, allowed: 0 or later; set time_zero to the start of the motion on the file's \
+                 clock"
+            );
+            return Err(error(line, message));
+        }
+        if last >= time {
+            let message = format!("t = {time} s after {last} s, allowed: increasing times");
+            return Err(error(line, message));
+        }
+        last = time;
+        match position.iter().any(Option::is_some) {
+            true => {
+                own.times.push(time);
+                own.positions.push(position);
+            }
+            false => own.dropped.empty += 1,
+        }
+        own.sigmas.extend(sigma.iter().flatten());
+    }
+    if own.times.is_empty() {
+        let message = match own.dropped == Dropped::default() {
+            true => "no value below the header, allowed: one row with a value at least".into(),
+            false => format!(
+                "no usable value in {count} rows ({}). Check time_zero, likelihood and the units",
+                own.dropped
+            ),
+        };
+        return Err(error(1, message));
+    }
+    Ok(own)
+}

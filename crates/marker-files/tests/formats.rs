@@ -1,0 +1,103 @@
+//! Exports of several programs with the same motion: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms.
+
+use marker_files::{Error, Format, Recording, Vertical, open, parse, read, read_several};
+use std::path::PathBuf;
+
+const EXPORTS: [(&str, Format, &str); 5] = [
+    ("table.csv", Format::Csv, "t[ms],xtip[mm],ytip[mm]\n0,0,5\n10,1,5\n20,2,5\n"),
+    ("comma.csv", Format::Csv, "t;tip_x[cm];tip_y[cm]\n0;0;0,5\n0,01;0,1;0,5\n0,02;0,2;0,5\n"),
+    (
+        "take.trc",
+        Format::Trc,
+        "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\ttip\t\t\n\t\tX1\tY1\tZ1\n\
+         1\t0.00\t0\t5\t0\n2\t0.01\t1\t5\t0\n3\t0.02\t2\t5\t0\n",
+    ),
+    (
+        "nexus.csv",
+        Format::Vicon,
+        "Trajectories\n100\n,,tip,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n1,0,0,5,0\n2,0,1,5,0\n3,0,2,5,0\n",
+    ),
+    (
+        "dlc.csv",
+        Format::DeepLabCut,
+        "scorer,net,net,net\nbodyparts,tip,tip,tip\ncoords,x,y,likelihood\n0,0,-10,0.9\n1,2,-10,0.9\n2,4,-10,0.9\n",
+    ),
+];
+
+fn written(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn exports_of_one_motion_are_equal_in_seconds_and_meters() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, format, text) in EXPORTS {
+        let path = written(&folder, name, text);
+        let (found, bytes) = open(&path, None).unwrap();
+        assert_eq!(found, format, "{name}");
+        assert_eq!(parse(&path, found, &bytes).unwrap().markers[0].name, "tip", "{name}");
+        let of_images = format == Format::DeepLabCut;
+        let recording = Recording {
+            marker: Some("TIP".into()),
+            fps: of_images.then_some(100.0),
+            scale: of_images.then_some(0.5e-3),
+            y: of_images.then_some(Vertical::Down),
+            ..Recording::default()
+        };
+        let tip = read(&path, &recording).unwrap();
+        assert_eq!(tip, read_several(&path, &recording, ["tip"]).unwrap()[0], "{name}");
+        for (k, (time, position)) in tip.times.iter().zip(&tip.positions).enumerate() {
+            let k = k as f64;
+            let [x, y] = [position[0].unwrap(), position[1].unwrap()];
+            let error = [time - 0.01 * k, x - 1e-3 * k, y - 5e-3].map(f64::abs);
+            assert!(error.into_iter().all(|e| e < 1e-15), "{name}: {tip:?}");
+        }
+        assert_eq!((tip.times.len(), tip.dropped.empty), (3, 0), "{name}");
+    }
+}
+
+#[test]
+fn standard_deviations_are_in_meters_of_observed_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t,x[mm],y[mm],s[mm]\n0,1,,2\n1,,,\n2,1,1,3\n";
+    let path = written(&folder, "tip.csv", text);
+    let sigma = Some(marker_files::SigmaColumns::All("s".into()));
+    let tip = read(&path, &Recording { sigma, ..Recording::default() }).unwrap();
+    assert_eq!(tip.sigmas, [2e-3, 3e-3, 3e-3]);
+    assert_eq!((tip.times, tip.dropped.empty), (vec![0.0, 2.0], 1));
+}
+
+#[test]
+fn errors_name_line_and_allowed_values() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, line, words) in [
+        ("t,x\n0,1\n0,2\n", 3, "increasing times"),
+        ("t,x\n0,one\n", 2, "a finite number, blank or NaN"),
+        ("t,x[px]\n0,1\n", 1, "needs scale = metres a pixel"),
+        ("t,x\n-1,1\n", 2, "set time_zero"),
+        ("t,xa,ya,xb,yb\n0,1,1,2,2\n", 1, "allowed: one of a, b"),
+    ] {
+        let path = written(&folder, "bad.csv", text);
+        match read(&path, &Recording::default()) {
+            Err(Error::Data { line: found, message, .. }) => {
+                assert!(found == line && message.contains(words), "{text}: {found}: {message}");
+            }
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+    let path = written(&folder, "acceleration.csv", "t,ax,ay\n0,1,2\n");
+    let error = read(&path, &Recording::default()).unwrap_err().to_string();
+    assert!(error.contains("found accelerations instead of positions"), "{error}");
+    let missing = read(&folder.path().join("none.csv"), &Recording::default());
+    assert!(matches!(missing, Err(Error::Io { .. })));
+}
+
+#[test]
+fn control_characters_of_files_are_escaped_in_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(&folder, "bad.csv", "t,x\n0,\x1b[31m\n");
+    let error = read(&path, &Recording::default()).unwrap_err().to_string();
+    assert!(error.contains("\\x1b[31m") && !error.contains('\x1b'), "{error}");
+}
