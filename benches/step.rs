@@ -3,12 +3,13 @@
 //!
 //! `cargo bench --package rodfit-benches --bench step`; `cargo bench --package rodfit-benches --bench step -- scaling` prints the exponent as well.
 
+use rodfit::numerics::tangent::{Factors, Tangent};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, Mat, Par, Side};
-use rodfit::numerics::banded::{BandMatrix, Ldlt};
+use rodfit::rod::{FactorsOf, TangentOf};
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::Scheme;
@@ -38,11 +39,7 @@ fn iterations(c: &mut Criterion) {
 }
 
 /// The parts of an iteration on the rod in motion.
-fn iteration<M: Model<W>, const W: usize>(
-    c: &mut Criterion,
-    name: &str,
-    discretized: &Discretized<'_, M, W>,
-) {
+fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<'_, M>) {
     let mut simulation = discretized.simulation().unwrap();
     for k in 1..=200 {
         simulation.step_to(f64::from(k) * 1e-3).expect("a step");
@@ -50,10 +47,10 @@ fn iteration<M: Model<W>, const W: usize>(
     let (rod, free) = (discretized.rod(), discretized.free());
     // The frames of the step before, as in the middle of an iteration.
     let (q, frames) = (&simulation.state().q, &simulation.previous().frames);
-    let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], TangentOf::<M::Rod<f64>, f64>::zeros(q.len()));
     rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let end = 1e-6 / 4.0;
-    let mut factors = Ldlt::with_order(q.len());
+    let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(q.len());
     let mut group = c.benchmark_group(format!("{name}, 50 segments"));
     for route in [Derivatives::Hand, Derivatives::Dual] {
         group.bench_function(format!("gradient, {route:?}"), |b| {
@@ -91,7 +88,7 @@ fn iteration<M: Model<W>, const W: usize>(
     };
     let upper: Vec<Triplet<usize, usize, f64>> = free
         .clone()
-        .flat_map(|j| (j..free.end.min(j + W + 1)).map(move |i| (i, j)))
+        .flat_map(|j| (j..TangentOf::<M::Rod<f64>, f64>::coupled(j, free.end).end).map(move |i| (i, j)))
         .map(|(i, j)| Triplet::new(j - free.start, i - free.start, entry(i, j)))
         .collect();
     let sparse = SparseColMat::try_new_from_triplets(n, n, &upper).expect("a matrix");

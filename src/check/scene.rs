@@ -11,7 +11,7 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
 use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, Modelled, PlanarProblem, Problem, SpatialModel};
 use crate::rod::State;
-use crate::rod::{Extra, Placed, PlanarRod, Rod, SpatialRod, spatial};
+use crate::rod::{Extra, Placed, PlanarRod, Rod, SpatialRod};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -73,7 +73,7 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
 /// What a planar scene is in space, where its energies of one's own may leave its plane, though they
 /// say that they keep it.
 struct Space {
-    model: Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>,
+    model: Modelled<SpatialModel>,
     rod: SpatialRod<f64>,
 }
 
@@ -121,10 +121,10 @@ fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
 }
 
 /// Shows the state at rest and some along the motion, each with the one a step before.
-fn own_states<M: Model<W>, const W: usize>(
+fn own_states<M: Model>(
     problem: &Problem,
-    discretized: &Discretized<'_, M, W>,
-    mut show: impl FnMut(&Frozen<M, W>, &Frozen<M, W>),
+    discretized: &Discretized<'_, M>,
+    mut show: impl FnMut(&Frozen<M>, &Frozen<M>),
 ) -> Result<(), Error> {
     let mut simulation = discretized.simulation()?;
     show(simulation.state(), simulation.previous());
@@ -142,7 +142,7 @@ fn own_states<M: Model<W>, const W: usize>(
 }
 
 /// A state of a model's rod.
-type Frozen<M, const W: usize> = State<f64, <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames>;
+type Frozen<M> = State<f64, <<M as Model>::Rod<f64> as Rod<f64>>::Frames>;
 
 /// A rod of the same rest lengths with random turns and strains.
 fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {

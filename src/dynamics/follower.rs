@@ -50,23 +50,23 @@ struct Taken<S> {
     recorded: bool,
 }
 
-type Batch<R, const W: usize> = Vec<Taken<State<f64, <R as crate::rod::Rod<f64, W>>::Frames>>>;
+type Batch<R> = Vec<Taken<State<f64, <R as crate::rod::Rod<f64>>::Frames>>>;
 
 /// The simulation's end: passes its steps on.
-pub(super) struct Leader<R: Sensitive<W>, const W: usize> {
+pub(super) struct Leader<R: Sensitive> {
     /// The steps that wait to go over, of a batch that may be longer.
-    batch: Batch<R, W>,
+    batch: Batch<R>,
     filled: usize,
-    full: SyncSender<(Batch<R, W>, usize)>,
-    empty: Receiver<Batch<R, W>>,
+    full: SyncSender<(Batch<R>, usize)>,
+    empty: Receiver<Batch<R>>,
 }
 
-impl<R: Sensitive<W>, const W: usize> Leader<R, W> {
+impl<R: Sensitive> Leader<R> {
     /// Takes a step that a simulation has made.
     ///
     /// # Errors
     /// [`Error::Interrupted`] where the derivatives have ended: their own error says why.
-    pub fn push(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
+    pub fn push(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         if self.filled == BATCH {
             self.send()?;
         }
@@ -104,11 +104,11 @@ impl<R: Sensitive<W>, const W: usize> Leader<R, W> {
 }
 
 /// The derivatives' end.
-pub(super) struct Follower<R: Sensitive<W>, const W: usize> {
-    simulation: Simulation<f64, R, W>,
-    sensitivities: Sensitivities<R, W>,
-    full: Receiver<(Batch<R, W>, usize)>,
-    empty: Sender<Batch<R, W>>,
+pub(super) struct Follower<R: Sensitive> {
+    simulation: Simulation<f64, R>,
+    sensitivities: Sensitivities<R>,
+    full: Receiver<(Batch<R>, usize)>,
+    empty: Sender<Batch<R>>,
 }
 
 /// What came of following.
@@ -124,21 +124,21 @@ pub(super) struct Followed {
 }
 
 /// Both ends, of a simulation at its start.
-pub(super) fn ends<R: Sensitive<W>, const W: usize>(
-    simulation: &Simulation<f64, R, W>,
-    sensitivities: Sensitivities<R, W>,
-) -> (Leader<R, W>, Follower<R, W>) {
+pub(super) fn ends<R: Sensitive>(
+    simulation: &Simulation<f64, R>,
+    sensitivities: Sensitivities<R>,
+) -> (Leader<R>, Follower<R>) {
     let (full, of_leader) = sync_channel(WAITING);
     let (empty, of_follower) = channel();
     let leader = Leader { batch: Vec::new(), filled: 0, full, empty: of_follower };
     (leader, Follower { simulation: simulation.linear(), sensitivities, full: of_leader, empty })
 }
 
-impl<R: Sensitive<W>, const W: usize> Follower<R, W> {
+impl<R: Sensitive> Follower<R> {
     /// Follows all steps; `rates` are what is recorded of a state's derivatives by a parameter.
     pub fn follow(
         self,
-        rates: impl Fn(&Sensitivities<R, W>, usize, &State<f64, R::Frames>, &mut Vec<Motion>),
+        rates: impl Fn(&Sensitivities<R>, usize, &State<f64, R::Frames>, &mut Vec<Motion>),
     ) -> Followed {
         let Self { mut simulation, mut sensitivities, full, empty } = self;
         let mut before = simulation.state().clone();

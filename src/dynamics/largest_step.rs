@@ -2,7 +2,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::Discretized;
 use crate::problem::Model;
 use crate::rod::Rod;
@@ -12,7 +12,7 @@ use std::ops::Range;
 /// Relative tolerance of the highest frequency.
 const TOLERANCE: f64 = 1e-4;
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// The largest step of the scene's scheme about its start, s; none if every step is stable.
     ///
     /// # Errors
@@ -22,7 +22,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let simulation = self.simulation()?;
         let state = simulation.state();
         let n = state.q.len();
-        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let (mut gradient, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
         let rod = simulation.rod();
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
@@ -48,11 +48,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
 /// The largest eigenvalue of `K x = lambda M x` in `range`, from above. By bisection: `K - lambda M`
 /// has as many negative pivots as there are eigenvalues below `lambda`.
-fn highest_squared<const W: usize>(
-    tangent: &BandMatrix<f64, W>,
-    mass: &[f64],
-    range: Range<usize>,
-) -> f64 {
+fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usize>) -> f64 {
     let n = mass.len();
     let mut sums = vec![0.0; n];
     tangent.absolute_product(&vec![1.0; n], &mut sums);
@@ -60,7 +56,7 @@ fn highest_squared<const W: usize>(
     // Gershgorin's circles; and no eigenvalue range ends below a diagonal entry.
     let mut high = largest(&mut range.clone().map(|i| sums[i] / mass[i])) * (1.0 + TOLERANCE);
     let mut low = largest(&mut range.clone().map(|i| tangent.get(i, i) / mass[i]));
-    let mut factors = Ldlt::with_order(n);
+    let mut factors = T::Factors::with_order(n);
     while high > low * (1.0 + TOLERANCE) && low > 0.0 {
         let middle = (low * high).sqrt();
         let all_below = factors.factor_sum(mass, -middle, tangent, 1.0, range.clone()).is_ok()
@@ -72,6 +68,7 @@ fn highest_squared<const W: usize>(
 
 #[cfg(test)]
 mod tests {
+    use crate::numerics::banded::BandMatrix;
     use super::*;
 
     /// A chain of masses between walls: omega^2 = 4 k/m sin^2(pi n/(2 (n + 1))).

@@ -3,30 +3,30 @@
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::led::Led;
 use crate::numerics::scalar::Scalar;
-use crate::rod::{Rod, State};
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::{FactorsOf, Rod, State};
 use crate::scene::Scheme;
 use std::ops::Range;
 
 /// The forces at one place between the start of a step and its end.
 #[derive(Clone, Debug)]
-pub struct StageForces<D, G, const W: usize> {
+pub struct StageForces<D: Scalar, R: Rod<D>> {
     /// The unknowns there, m (rad for angles).
     pub q: Vec<D>,
     /// The elastic gradient less the loads there, N (N m for angles).
     pub gradient: Vec<D>,
     /// The tangent of that gradient, N/m.
-    pub tangent: BandMatrix<D, W>,
+    pub tangent: R::Tangent,
     /// The rod there, if its numbers are plain.
-    pub geometry: G,
+    pub geometry: R::Geometry,
 }
 
 /// A step that Newton's method has solved, with everything its derivatives are made from: what the
 /// forward sensitivities read of a step, and what an adjoint would store of it.
 #[derive(Debug)]
-pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
+pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     /// The rod under its loads.
     pub rod: &'a R,
     /// Which derivatives of the energy were used.
@@ -46,26 +46,26 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     /// averaging scheme.
     pub gradient: &'a [D],
     /// The tangent of that gradient by the unknowns at the end, N/m.
-    pub tangent: &'a BandMatrix<D, W>,
+    pub tangent: &'a R::Tangent,
     /// The gradient with the drag of a fluid.
     pub total: &'a [D],
     /// The tangent with that drag.
-    pub matrix: &'a BandMatrix<D, W>,
+    pub matrix: &'a R::Tangent,
     /// Factors of the tangent of the step's equations, `M (1 + h beta damping) + h^2 beta^2 K`.
-    pub factors: &'a Ldlt<D, W>,
+    pub factors: &'a FactorsOf<R, D>,
     /// The factors of the masses and of the tangent in the factored matrix.
     pub weights: [D; 2],
     /// The forces on the way through the step, one per stage of an averaging scheme, and the
     /// viscous ones at its end.
-    pub stages: &'a [StageForces<D, R::Geometry, W>],
+    pub stages: &'a [StageForces<D, R>],
     /// The rod at the end, measured from the frames at the start, if its numbers are plain.
     pub end: &'a R::Geometry,
     /// Of a viscous rod the gradient that the next step counts by its start, without mass damping and drag, and its
     /// tangent: with the elastic stiffness, whatever the stress follows from.
-    pub next: (&'a [D], &'a BandMatrix<D, W>),
+    pub next: (&'a [D], &'a R::Tangent),
 }
 
-impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {
+impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
     /// The numbers of the step, for a scheme's `parameter` that may carry derivatives.
     pub fn coefficients<E: Scalar>(&self, parameter: E) -> StepCoefficients<E> {
         let knows_acceleration = !self.before.acceleration.is_empty();

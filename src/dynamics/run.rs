@@ -32,12 +32,12 @@ pub trait Snapshot {
 }
 
 /// A simulation with the model that knows where its nodes are.
-struct Running<'a, M: Model<W>, const W: usize> {
+struct Running<'a, M: Model> {
     model: &'a M,
-    simulation: &'a Simulation<f64, M::Rod<f64>, W>,
+    simulation: &'a Simulation<f64, M::Rod<f64>>,
 }
 
-impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
+impl<M: Model> Snapshot for Running<'_, M> {
     fn time(&self) -> f64 {
         self.simulation.state().time
     }
@@ -53,27 +53,26 @@ impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
 }
 
 /// A simulation of a model.
-type Simulated<M, const W: usize> = Simulation<f64, <M as Model<W>>::Rod<f64>, W>;
+type Simulated<M> = Simulation<f64, <M as Model>::Rod<f64>>;
 /// At its start, with its derivatives.
-type Started<M, const W: usize> = (Simulated<M, W>, Sensitivities<<M as Model<W>>::Rod<f64>, W>);
+type Started<M> = (Simulated<M>, Sensitivities<<M as Model>::Rod<f64>>);
 /// On its way, with what carries them.
-type Led<'a, M, const W: usize> =
-    (&'a mut Simulated<M, W>, &'a mut Carried<<M as Model<W>>::Rod<f64>, W>);
+type Led<'a, M> = (&'a mut Simulated<M>, &'a mut Carried<<M as Model>::Rod<f64>>);
 /// Sees it.
-type Sees<'a, M, const W: usize> = dyn FnMut(&Simulated<M, W>) + 'a;
+type Sees<'a, M> = dyn FnMut(&Simulated<M>) + 'a;
 
 /// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
 /// simulation at the start and after every step, and `taken` each time that a step is taken, whole or in halves.
-pub(super) fn run<M: Model<W>, const W: usize>(
+pub(super) fn run<M: Model>(
     problem: &Problem,
-    discretized: &Discretized<'_, M, W>,
+    discretized: &Discretized<'_, M>,
     (parameters, steps): (&[Parameter], usize),
     record: &mut Record,
     after: &mut dyn FnMut(&dyn Snapshot),
-    taken: &mut Sees<'_, M, W>,
+    taken: &mut Sees<'_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     let running = follower::Running::begin();
     let followed = running.has_room(steps * problem.nodes());
@@ -81,19 +80,19 @@ where
 }
 
 /// What is run, for so many steps.
-type Task<'a, M, const W: usize> = (&'a Problem, &'a Discretized<'a, M, W>, usize);
+type Task<'a, M> = (&'a Problem, &'a Discretized<'a, M>, usize);
 /// Who sees it.
-type Seen<'a, 'b, M, const W: usize> = (&'a mut dyn FnMut(&dyn Snapshot), &'a mut Sees<'b, M, W>);
+type Seen<'a, 'b, M> = (&'a mut dyn FnMut(&dyn Snapshot), &'a mut Sees<'b, M>);
 
 /// The same; where the run may be `followed`, its derivatives come behind.
-fn run_so<M: Model<W>, const W: usize>(
-    task: Task<'_, M, W>,
+fn run_so<M: Model>(
+    task: Task<'_, M>,
     (parameters, followed): (&[Parameter], bool),
     record: &mut Record,
-    seen: Seen<'_, '_, M, W>,
+    seen: Seen<'_, '_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     let (_, discretized, _) = task;
     discretized.check_step()?;
@@ -117,15 +116,15 @@ where
 }
 
 /// The same where another thread takes the derivatives.
-fn run_followed<M: Model<W>, const W: usize>(
-    task: Task<'_, M, W>,
-    (mut simulation, sensitivities): Started<M, W>,
+fn run_followed<M: Model>(
+    task: Task<'_, M>,
+    (mut simulation, sensitivities): Started<M>,
     markers: Option<Markers>,
     record: &mut Record,
-    seen: Seen<'_, '_, M, W>,
+    seen: Seen<'_, '_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     let (_, discretized, _) = task;
     let (tracked, markers) = (record.tracked(), markers.as_ref());
@@ -170,16 +169,16 @@ where
 }
 
 /// What carries the derivatives of a run.
-enum Carried<R: Sensitive<W>, const W: usize> {
+enum Carried<R: Sensitive> {
     /// They go along: by steps linearized once more, where that can be done.
-    Here(Sensitivities<R, W>, Option<Box<Simulation<f64, R, W>>>),
+    Here(Sensitivities<R>, Option<Box<Simulation<f64, R>>>),
     /// They come behind.
-    Behind(Leader<R, W>),
+    Behind(Leader<R>),
 }
 
-impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
+impl<R: Sensitive> Carried<R> {
     /// As [`Sensitivities::step_to`].
-    fn step_to(&mut self, simulation: &mut Simulation<f64, R, W>, time: f64) -> Result<(), Error> {
+    fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         match self {
             Self::Here(sensitivities, _) => sensitivities.step_to(simulation, time),
             Self::Behind(_) => simulation.step_to(time),
@@ -187,7 +186,7 @@ impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
     }
 
     /// As [`Sensitivities::step_back`].
-    fn step_back(&mut self, simulation: &mut Simulation<f64, R, W>) {
+    fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         match self {
             Self::Here(sensitivities, _) => sensitivities.step_back(simulation),
             Self::Behind(_) => simulation.step_back(),
@@ -195,7 +194,7 @@ impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
     }
 
     /// As [`Sensitivities::advance`].
-    fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
+    fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match self {
             Self::Here(sensitivities, None) => sensitivities.advance(simulation),
             Self::Here(sensitivities, Some(linear)) => {
@@ -208,15 +207,15 @@ impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
 }
 
 /// Makes the steps of a run, each seen and recorded.
-fn make_steps<M: Model<W>, const W: usize>(
-    (problem, discretized, steps): Task<'_, M, W>,
-    (simulation, carried): Led<'_, M, W>,
+fn make_steps<M: Model>(
+    (problem, discretized, steps): Task<'_, M>,
+    (simulation, carried): Led<'_, M>,
     markers: Option<&Markers>,
     record: &mut Record,
-    (after, taken): Seen<'_, '_, M, W>,
+    (after, taken): Seen<'_, '_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     let (time, model) = (problem.time()?, discretized.model);
     let mut control = StepControl::new(problem.scene(), simulation);
@@ -250,13 +249,13 @@ where
 }
 
 /// Records the state of a simulation and, where they go along, of its sensitivities.
-fn keep<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    simulation: &Simulation<f64, M::Rod<f64>, W>,
-    (carried, markers): (&mut Carried<M::Rod<f64>, W>, Option<&Markers>),
+fn keep<M: Model>(
+    discretized: &Discretized<'_, M>,
+    simulation: &Simulation<f64, M::Rod<f64>>,
+    (carried, markers): (&mut Carried<M::Rod<f64>>, Option<&Markers>),
     record: &mut Record,
 ) where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     if !record.keeps {
         record.taken.clear();
@@ -286,14 +285,14 @@ fn keep<M: Model<W>, const W: usize>(
 }
 
 /// Appends what is recorded of a state's derivatives by parameter `k`.
-fn add_rates<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    (sensitivities, k): (&Sensitivities<M::Rod<f64>, W>, usize),
+fn add_rates<M: Model>(
+    discretized: &Discretized<'_, M>,
+    (sensitivities, k): (&Sensitivities<M::Rod<f64>>, usize),
     (tracked, markers): (&[usize], Option<&Markers>),
-    state: &State<f64, FramesOf<M, W>>,
+    state: &State<f64, FramesOf<M>>,
     list: &mut Vec<Motion>,
 ) where
-    M::Rod<f64>: Sensitive<W>,
+    M::Rod<f64>: Sensitive,
 {
     let nodes = Nodes { nodes: tracked, stride: M::STRIDE, axes: M::STRIDE.min(3) };
     list.reserve(tracked.len());
@@ -314,8 +313,8 @@ struct Markers {
 
 impl Markers {
     /// None where no axes are recorded.
-    fn new<M: Model<W>, const W: usize>(
-        discretized: &Discretized<'_, M, W>,
+    fn new<M: Model>(
+        discretized: &Discretized<'_, M>,
         parameters: &[Parameter],
         record: &Record,
     ) -> Option<Self> {
@@ -330,10 +329,10 @@ impl Markers {
         })
     }
 
-    fn axes<M: Model<W>, const W: usize>(
+    fn axes<M: Model>(
         &self,
-        discretized: &Discretized<'_, M, W>,
-        State { q, v, frames, .. }: &State<f64, FramesOf<M, W>>,
+        discretized: &Discretized<'_, M>,
+        State { q, v, frames, .. }: &State<f64, FramesOf<M>>,
     ) -> impl Iterator<Item = Motion> {
         self.edges
             .iter()
@@ -341,14 +340,14 @@ impl Markers {
     }
 
     /// The derivatives of the axes by parameter `k`.
-    fn rates<M: Model<W>, const W: usize>(
+    fn rates<M: Model>(
         &self,
-        discretized: &Discretized<'_, M, W>,
-        (sensitivities, k): (&Sensitivities<M::Rod<f64>, W>, usize),
-        state: &State<f64, FramesOf<M, W>>,
+        discretized: &Discretized<'_, M>,
+        (sensitivities, k): (&Sensitivities<M::Rod<f64>>, usize),
+        state: &State<f64, FramesOf<M>>,
     ) -> Vec<Motion>
     where
-        M::Rod<f64>: Sensitive<W>,
+        M::Rod<f64>: Sensitive,
     {
         let (q, v, frames) = sensitivities.motion(k, state);
         let axes = |edge: &usize| {
@@ -361,12 +360,12 @@ impl Markers {
 
 /// Advances a simulation and its derivatives to `time`, in halves where the step fails. On an
 /// error the state is the last valid one.
-fn advance<R: Sensitive<W>, const W: usize>(
-    simulation: &mut Simulation<f64, R, W>,
-    carried: &mut Carried<R, W>,
+fn advance<R: Sensitive>(
+    simulation: &mut Simulation<f64, R>,
+    carried: &mut Carried<R>,
     control: &mut StepControl,
     (time, halvings): (f64, u32),
-    taken: &mut dyn FnMut(&Simulation<f64, R, W>),
+    taken: &mut dyn FnMut(&Simulation<f64, R>),
 ) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     let stepped = carried.step_to(simulation, time);
@@ -391,8 +390,8 @@ fn advance<R: Sensitive<W>, const W: usize>(
 
 /// A run again over another scalar, step for step as `plain` went; `seed` makes its numbers of the
 /// parameters.
-pub(super) fn follow<D: Nestable, M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+pub(super) fn follow<D: Nestable, M: Model>(
+    discretized: &Discretized<'_, M>,
     plain: &Record,
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Record<D>, Error> {

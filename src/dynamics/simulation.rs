@@ -5,9 +5,9 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, NodalDrag, Rod, State};
 use crate::scene::{Damping, Scheme, Tolerance};
@@ -17,15 +17,15 @@ use std::ops::Range;
 /// A rod on its way through time. Generic over the scalar: with dual numbers the whole simulation
 /// carries derivatives.
 #[derive(Clone, Debug)]
-pub struct Simulation<D: Nestable, R: Rod<D, W>, const W: usize> {
+pub struct Simulation<D: Nestable, R: Rod<D>> {
     system: System<D, R>,
     state: State<D, R::Frames>,
     previous: State<D, R::Frames>,
-    stepper: Stepper<D, R, W>,
+    stepper: Stepper<D, R>,
     work: Work,
 }
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. The length, m,
     /// is the scale of the tolerance.
     pub fn new(
@@ -134,14 +134,14 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.work
     }
     /// Newton's method, if it is what solves the steps.
-    pub(crate) fn newton(&self) -> Option<&Newton<D, R, W>> {
+    pub(crate) fn newton(&self) -> Option<&Newton<D, R>> {
         self.stepper.newton()
     }
 
     /// The last step, linearized at its solution. None at the start or after a step that was taken
     /// back; of a simulation that does not [keep tangents](Self::keep_tangent); and of schemes that
     /// solve no equations, whose derivatives come from the same step in dual numbers.
-    pub fn linearization(&self) -> Option<Linearization<'_, D, R, W>> {
+    pub fn linearization(&self) -> Option<Linearization<'_, D, R>> {
         if self.previous.time >= self.state.time {
             return None;
         }
@@ -169,7 +169,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         &'a mut self,
         before: &'a State<D, R::Frames>,
         after: &'a State<D, R::Frames>,
-    ) -> Result<Option<Linearization<'a, D, R, W>>, Error> {
+    ) -> Result<Option<Linearization<'a, D, R>>, Error> {
         let Stepper::Newton(newton) = &mut self.stepper else { return Ok(None) };
         newton.linearize(&self.system, before, after, &mut self.work)?;
         Ok(newton.linearization(&self.system, before, after))
@@ -213,7 +213,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub(crate) fn energy_of_motion_by(&self, relative: f64, h: f64) -> f64 {
         let State { q, frames, .. } = &self.state;
         let n = q.len();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], Tangent::zeros(n));
         self.system.rod.tangent(q, frames, self.system.derivatives, &mut gradient, &mut tangent);
         let mut forces = vec![0.0; n];
         tangent.absolute_product(q, &mut forces);
@@ -265,9 +265,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     }
 }
 
-impl<R: Rod<f64, W>, const W: usize> Simulation<f64, R, W> {
+impl<R: Rod<f64>> Simulation<f64, R> {
     /// Takes the step that a simulation of the same rod in dual numbers has just made for its own.
-    pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual, W>) {
+    pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);
         let both = [(&mut state.q, &of.q), (&mut state.v, &of.v)];

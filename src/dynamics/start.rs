@@ -15,12 +15,12 @@ use crate::scene::Parameter;
 use crate::scene::supports::Moment;
 use num_dual::Dual64;
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// A simulation at the start, over plain numbers.
     ///
     /// # Errors
     /// A scene that starts from an equilibrium has one: the [errors](Discretized::equilibrium) of looking for it.
-    pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>, W>, Error> {
+    pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>>, Error> {
         self.simulation_of(self.setup)
     }
 
@@ -44,14 +44,14 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub fn simulation_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
-    ) -> Result<Simulation<D, M::Rod<D>, W>, Error> {
+    ) -> Result<Simulation<D, M::Rod<D>>, Error> {
         self.simulation_of(&self.setup_over(seed))
     }
 
     fn simulation_of<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
-    ) -> Result<Simulation<D, M::Rod<D>, W>, Error> {
+        setup: &Setup<D, M>,
+    ) -> Result<Simulation<D, M::Rod<D>>, Error> {
         let scene = &setup.scene;
         let rod = setup.rod(self.model);
         let recorded = self.scene().initial.state == InitialState::Recorded;
@@ -98,9 +98,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub fn sensitivities(
         &self,
         parameters: &[Parameter],
-    ) -> Result<Sensitivities<M::Rod<f64>, W>, Error>
+    ) -> Result<Sensitivities<M::Rod<f64>>, Error>
     where
-        M::Rod<f64>: Sensitive<W>,
+        M::Rod<f64>: Sensitive,
     {
         let along = |parameter: &Parameter| {
             self.simulation_over::<Dual64>(|p, value| {
@@ -125,9 +125,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.
     pub(crate) fn start<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         rod: &M::Rod<D>,
-    ) -> Result<Placed<D, M, W>, Error> {
+    ) -> Result<Placed<D, M>, Error> {
         let (mut q, mut frames) = self.unperturbed_start(setup, rod)?;
         if self.scene().initial.perturbation != 0.0 {
             self.perturb(setup, &mut q);
@@ -138,9 +138,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     fn unperturbed_start<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         rod: &M::Rod<D>,
-    ) -> Result<Placed<D, M, W>, Error> {
+    ) -> Result<Placed<D, M>, Error> {
         let (begin, mut frames) = self.begin(setup);
         if self.scene().initial.state != InitialState::Equilibrium {
             return Ok((begin, frames));
@@ -176,7 +176,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// carry no derivatives.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         rod: &M::Rod<D>,
         q: &[D],
     ) -> Option<Vec<D>> {

@@ -140,10 +140,7 @@ pub(crate) struct StepControl {
 
 impl StepControl {
     /// Control at the start of a run.
-    pub fn new<R: Rod<f64, W>, const W: usize>(
-        scene: &Scene,
-        simulation: &Simulation<f64, R, W>,
-    ) -> Self {
+    pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         let limits = Limits::of(scene);
         let (start, kinetic, still) = match limits {
             Some(_) => {
@@ -171,9 +168,9 @@ impl StepControl {
 
     /// Refuses the step `simulation` has just made if it gained energy it cannot have; `at_last` it
     /// will not be taken in halves.
-    pub fn check<R: Rod<f64, W>, const W: usize>(
+    pub fn check<R: Rod<f64>>(
         &mut self,
-        simulation: &Simulation<f64, R, W>,
+        simulation: &Simulation<f64, R>,
         at_last: bool,
     ) -> Result<(), Error> {
         // Nothing of a refused step may stay.
@@ -236,9 +233,7 @@ impl StepControl {
 
 /// Where the work of supports or of a fluid hides what a wrong root does to the energy: refuses the
 /// step `simulation` has just made if an edge leapt.
-fn not_leapt<R: Rod<f64, W>, const W: usize>(
-    simulation: &Simulation<f64, R, W>,
-) -> Result<(), Error> {
+fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
     match simulation.rod().leapt(&before.q, &now.q) {
         Some(edge) => Err(Error::Leap { time: now.time, edge }),

@@ -237,9 +237,9 @@ impl Trajectory {
         })
     }
 
-    fn record_over<D: Nestable, M: Model<W>, const W: usize>(
+    fn record_over<D: Nestable, M: Model>(
         &self,
-        discretized: &Discretized<'_, M, W>,
+        discretized: &Discretized<'_, M>,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Record<D>, Error> {
         if !self.rests {
@@ -365,8 +365,8 @@ impl<D: Scalar> Trajectory<D> {
 }
 
 /// Records the equilibrium, and its derivatives.
-fn rest<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+fn rest<M: Model>(
+    discretized: &Discretized<'_, M>,
     parameters: &[Parameter],
     record: &mut Record,
 ) -> Result<(), Error> {

@@ -14,6 +14,7 @@ use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
 use crate::energy::Derivatives;
 use crate::error::Error;
+use crate::numerics::tangent::Factors;
 use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::{Rod, State};
 use crate::statics::{Pencil, UNCERTAIN_LEVELS, in_space};
@@ -79,10 +80,10 @@ impl StabilityChecks {
     }
 
     /// Examines a state. A failure of the linear algebra is no finding.
-    pub fn examine<M: Model<W>, const W: usize>(
+    pub fn examine<M: Model>(
         &mut self,
-        discretized: &Discretized<'_, M, W>,
-        simulation: &Simulation<f64, M::Rod<f64>, W>,
+        discretized: &Discretized<'_, M>,
+        simulation: &Simulation<f64, M::Rod<f64>>,
     ) {
         self.count += 1;
         if let Ok(Some(found)) = unstable_state(discretized, simulation) {
@@ -97,9 +98,9 @@ struct HeldMode {
     out_of_plane: bool,
 }
 
-fn unstable_state<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    simulation: &Simulation<f64, M::Rod<f64>, W>,
+fn unstable_state<M: Model>(
+    discretized: &Discretized<'_, M>,
+    simulation: &Simulation<f64, M::Rod<f64>>,
 ) -> Result<Option<UnstableState>, Error> {
     let (problem, state) = (discretized.problem, simulation.state());
     let (rod, length) = (discretized.rod(), problem.length());
@@ -119,7 +120,7 @@ fn unstable_state<M: Model<W>, const W: usize>(
     for (squared, x) in pencil.lowest(growing.min(MODES), scale)? {
         let product =
             |f: &dyn Fn(usize) -> f64| pencil.free.clone().map(|i| x[i] * f(i)).sum::<f64>();
-        let largest = largest_displacement::<M, W>(&x);
+        let largest = largest_displacement::<M>(&x);
         let offset = product(&|i| forces[i]).abs() / -squared * largest;
         let drift = product(&|i| pencil.mass[i] * state.v[i]).abs() / (-squared).sqrt() * largest;
         if offset.max(drift) <= HELD * length && held.is_none() {
@@ -143,7 +144,7 @@ fn unstable_state<M: Model<W>, const W: usize>(
         let mut x: Vec<f64> =
             (0..state.q.len()).map(|i| if free(i) { right(i) } else { 0.0 }).collect();
         factors.solve(&mut x);
-        largest_displacement::<M, W>(&x)
+        largest_displacement::<M>(&x)
     };
     let slow =
         displaced(&|i| forces[i]).max(displaced(&|i| shift.sqrt() * pencil.mass[i] * state.v[i]));
@@ -154,10 +155,10 @@ fn unstable_state<M: Model<W>, const W: usize>(
 
 /// Unknowns of the state without vibrations that are fast against a squared rate, 1/s^2: those of a column along itself
 /// double its load for half a period. None where that displaces the rod far, so that the state does not persist.
-fn relaxed<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+fn relaxed<M: Model>(
+    discretized: &Discretized<'_, M>,
     rod: &M::Rod<f64>,
-    state: &State<f64, FramesOf<M, W>>,
+    state: &State<f64, FramesOf<M>>,
     squared: f64,
 ) -> Result<Option<Vec<f64>>, Error> {
     let pencil = Pencil::at(discretized, rod, &state.q, &state.frames);
@@ -169,15 +170,15 @@ fn relaxed<M: Model<W>, const W: usize>(
         }
     }
     pencil.factors(-squared)?.solve(&mut change);
-    let far = largest_displacement::<M, W>(&change) > PERSISTENT * discretized.problem.length();
+    let far = largest_displacement::<M>(&change) > PERSISTENT * discretized.problem.length();
     let moved = state.q.iter().zip(&change).map(|(q, change)| q - change);
     Ok((!far).then(|| moved.collect()))
 }
 
 /// The square of the fastest growth rate out of the plane of a planar scene above a least one, 1/s^2. The motion in the
 /// plane has no part in these modes.
-fn out_of_plane<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+fn out_of_plane<M: Model>(
+    discretized: &Discretized<'_, M>,
     q: &[f64],
     least: f64,
     scale: f64,
@@ -199,7 +200,7 @@ fn out_of_plane<M: Model<W>, const W: usize>(
 }
 
 /// The largest displacement of a node along an axis, m.
-fn largest_displacement<M: Model<W>, const W: usize>(x: &[f64]) -> f64 {
+fn largest_displacement<M: Model>(x: &[f64]) -> f64 {
     let lengths = x.iter().enumerate().filter(|(i, _)| !M::Rod::<f64>::is_angle(*i));
     lengths.map(|(_, x)| x.abs()).fold(0.0, f64::max)
 }

@@ -2,8 +2,8 @@
 //!
 //! The tangent of an open rod is a band: `W` entries below the diagonal, 5 in the plane. The
 //! factorisation takes no pivots. It is backward stable when the matrix is positive definite; when
-//! it is not, the number of negative pivots says so and the solution is checked by its
-//! [residual](BandMatrix::residual).
+//! it is not, the number of negative pivots is positive and the solution is checked by its
+//! [residual](Tangent::residual).
 //!
 //! Row by row, an elimination mostly waits: each pivot for the inverse of the one before, each
 //! unknown for its neighbour. So it is done from both ends at once, in the order first row, last row,
@@ -15,10 +15,11 @@
 mod elimination;
 mod ldlt;
 
-pub use ldlt::{Ldlt, Singular};
+pub use ldlt::Ldlt;
 
 use crate::numerics::abreast::wide_on_the_unit;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
 use std::ops::Range;
 
 /// `N` entries of `slice` from `start` on: one bounds check for all of them.
@@ -57,25 +58,9 @@ impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<
 }
 
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
-    /// The zero matrix of `n` rows.
-    pub fn zeros(n: usize) -> Self {
-        // W rows of padding, so that inner loops need not look at the end.
-        Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
-    }
-
     /// Number of rows.
     pub fn order(&self) -> usize {
         self.diagonal.len() - W
-    }
-
-    /// The entry of row `i`, column `j`; zero outside the band.
-    pub fn get(&self, i: usize, j: usize) -> D {
-        let (low, high) = (i.min(j), i.max(j));
-        match high - low {
-            0 => self.diagonal[low],
-            d if d <= W => self.below[low][d - 1],
-            _ => D::from(0.0),
-        }
     }
 
     /// Adds the lower triangle of the symmetric `block` at the diagonal position `start`;
@@ -92,17 +77,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// Adds the first `size` rows of the lower triangle of `block` from row and column `start` on.
-    #[inline]
-    pub fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
-        for c in 0..size {
-            self.diagonal[start + c] += block[c][c];
-            for r in c + 1..size {
-                self.below[start + c][r - c - 1] += block[r][c];
-            }
-        }
-    }
-
     /// Sets the columns `start .. start + C`: their entries on the diagonal and below it.
     #[inline(always)]
     pub fn set_columns<const C: usize>(
@@ -115,71 +89,11 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         *array_mut(&mut self.below, start) = *below;
     }
 
-    /// Writes `|A| |x|` on the real parts: the size of the terms whose rounding errors limit how
-    /// small a residual can become.
-    pub fn absolute_product(&self, x: &[D], out: &mut [f64]) {
-        let n = x.len();
-        out[..n].fill(0.0);
-        let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
-        for (j, column) in inner.iter().enumerate() {
-            let xs: &[D; W] = array(x, j + 1);
-            let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
-            let below: &mut [f64; W] = array_mut(below, 0);
-            let xj = x[j].value().abs();
-            let mut sum = self.diagonal[j].value().abs() * xj;
-            for p in 0..W {
-                let entry = column[p].value().abs();
-                below[p] += entry * xj;
-                sum += entry * xs[p].value().abs();
-            }
-            *here += sum;
-        }
-        for (j, column) in (inner.len()..).zip(rim) {
-            out[j] += self.diagonal[j].value().abs() * x[j].value().abs();
-            for (i, entry) in (j + 1..n).zip(column) {
-                out[i] += entry.value().abs() * x[j].value().abs();
-                out[j] += entry.value().abs() * x[i].value().abs();
-            }
-        }
-    }
-
     /// The columns from the first on, `C` at a time: their entries on the diagonal and below it. There are as many
     /// as the matrix has, and some beyond.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
-    }
-
-    /// Makes row and column `i` those of the identity.
-    pub fn uncouple(&mut self, i: usize) {
-        self.diagonal[i] = D::from(1.0);
-        self.below[i] = [D::from(0.0); W];
-        for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {
-            self.below[j][p] = D::from(0.0);
-        }
-    }
-
-    /// Sets every entry to zero.
-    pub fn clear(&mut self) {
-        self.diagonal.fill(D::from(0.0));
-        self.below.fill([D::from(0.0); W]);
-    }
-
-    /// Adds `factor` times `other`.
-    pub fn add_scaled(&mut self, other: &Self, factor: f64) {
-        for (to, from) in self.diagonal.iter_mut().zip(&other.diagonal) {
-            *to += *from * factor;
-        }
-        for (to, from) in self.below.iter_mut().zip(&other.below) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to += *from * factor;
-            }
-        }
-    }
-
-    /// Adds column `j` times each of `x` to `out`.
-    pub fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
-        self.add_column_here(j, x, out);
     }
 
     /// The same inline.
@@ -222,11 +136,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// Adds the matrix times each of `x` to `out`.
-    pub fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        wide_on_the_unit::<_, G>(Product { matrix: self, x, out });
-    }
-
     #[inline(always)]
     fn add_product_here<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
@@ -258,9 +167,69 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
             *here = sum;
         }
     }
+}
 
-    /// Writes `A x`.
-    pub fn product(&self, x: &[D], out: &mut [D]) {
+impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
+    const NUMBERS_PER_ROW: usize = W + 1;
+    type Factors = Ldlt<D, W>;
+
+    fn zeros(n: usize) -> Self {
+        // W rows of padding, so that inner loops need not look at the end.
+        Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
+    }
+
+    fn get(&self, i: usize, j: usize) -> D {
+        let (low, high) = (i.min(j), i.max(j));
+        match high - low {
+            0 => self.diagonal[low],
+            d if d <= W => self.below[low][d - 1],
+            _ => D::from(0.0),
+        }
+    }
+
+    #[inline]
+    fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
+        for c in 0..size {
+            self.diagonal[start + c] += block[c][c];
+            for r in c + 1..size {
+                self.below[start + c][r - c - 1] += block[r][c];
+            }
+        }
+    }
+
+    fn uncouple(&mut self, i: usize) {
+        self.diagonal[i] = D::from(1.0);
+        self.below[i] = [D::from(0.0); W];
+        for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {
+            self.below[j][p] = D::from(0.0);
+        }
+    }
+
+    fn clear(&mut self) {
+        self.diagonal.fill(D::from(0.0));
+        self.below.fill([D::from(0.0); W]);
+    }
+
+    fn add_scaled(&mut self, other: &Self, factor: f64) {
+        for (to, from) in self.diagonal.iter_mut().zip(&other.diagonal) {
+            *to += *from * factor;
+        }
+        for (to, from) in self.below.iter_mut().zip(&other.below) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += *from * factor;
+            }
+        }
+    }
+
+    fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
+        self.add_column_here(j, x, out);
+    }
+
+    fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        wide_on_the_unit::<_, G>(Product { matrix: self, x, out });
+    }
+
+    fn product(&self, x: &[D], out: &mut [D]) {
         let n = x.len();
         for (out, (diagonal, x)) in out.iter_mut().zip(self.diagonal.iter().zip(x)) {
             *out = *diagonal * *x;
@@ -283,8 +252,33 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// `b - A x` over the rows and columns of `range`, other unknowns taken as zero.
-    pub fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
+    fn absolute_product(&self, x: &[D], out: &mut [f64]) {
+        let n = x.len();
+        out[..n].fill(0.0);
+        let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
+        for (j, column) in inner.iter().enumerate() {
+            let xs: &[D; W] = array(x, j + 1);
+            let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
+            let below: &mut [f64; W] = array_mut(below, 0);
+            let xj = x[j].value().abs();
+            let mut sum = self.diagonal[j].value().abs() * xj;
+            for p in 0..W {
+                let entry = column[p].value().abs();
+                below[p] += entry * xj;
+                sum += entry * xs[p].value().abs();
+            }
+            *here += sum;
+        }
+        for (j, column) in (inner.len()..).zip(rim) {
+            out[j] += self.diagonal[j].value().abs() * x[j].value().abs();
+            for (i, entry) in (j + 1..n).zip(column) {
+                out[i] += entry.value().abs() * x[j].value().abs();
+                out[j] += entry.value().abs() * x[i].value().abs();
+            }
+        }
+    }
+
+    fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let mut r: Vec<D> = range.clone().map(|i| b[i]).collect();
         for j in range.clone() {
             r[j - range.start] -= self.diagonal[j] * x[j];
@@ -298,11 +292,16 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
         r
     }
+
+    fn coupled(j: usize, n: usize) -> Range<usize> {
+        j.saturating_sub(W)..(j + W + 1).min(n)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::tangent::{Factors, Singular};
 
     /// A fixed, diagonally dominant or indefinite, matrix.
     fn matrix(n: usize, shift: f64) -> BandMatrix<f64, 3> {

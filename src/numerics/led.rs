@@ -4,8 +4,8 @@
 //! equations, but is coupled to none: its row and column are those of the identity, and its right-hand side is
 //! zero. So its change is zero, and it has no part in that of the others. Where none is led, nothing is done.
 
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
 use std::sync::Arc;
 
 /// The unknowns that are led, in ascending order; clones share them.
@@ -51,7 +51,7 @@ impl Led {
 
     /// Makes their rows and columns those of the identity.
     #[inline]
-    pub fn uncouple<D: Scalar, const W: usize>(&self, matrix: &mut BandMatrix<D, W>) {
+    pub fn uncouple<D: Scalar>(&self, matrix: &mut impl Tangent<D>) {
         for i in &*self.0 {
             matrix.uncouple(*i);
         }
@@ -61,7 +61,8 @@ impl Led {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::banded::Ldlt;
+    use crate::numerics::banded::{BandMatrix, Ldlt};
+    use crate::numerics::tangent::Factors;
 
     /// What is left of the others is what leaving the led ones out would leave, and these do not change.
     #[test]

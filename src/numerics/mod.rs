@@ -14,6 +14,7 @@ mod linearized;
 pub(crate) mod noise_scale;
 pub mod scalar;
 pub(crate) mod spectrum;
+pub mod tangent;
 pub mod terms;
 mod trigonometry;
 pub mod vector;

@@ -15,16 +15,16 @@ use crate::scene::marker::Marker;
 
 /// An axis in the world and its rate, 1/s.
 type Axis<D> = [Vector<D>; 2];
-type FramesOver<D, M, const W: usize> = <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames;
+type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
 
 /// How the directors lie to those of the model: the components of the first along the model's two. They
 /// are the same for every edge at every time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Directors<D>([D; 2]);
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// The directors of a setup's rod.
-    pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Directors<D> {
+    pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> Directors<D> {
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
         let tangent = unit(sub(nodes[1], nodes[0]));
@@ -38,7 +38,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         &self,
         directors: Directors<D>,
         (q, v): (&[D], &[D]),
-        frames: &FramesOver<D, M, W>,
+        frames: &FramesOver<D, M>,
         edge: usize,
     ) -> [Axis<D>; 3] {
         let between = |of: &dyn Fn(usize) -> Vector<D>| sub(of(edge + 1), of(edge));
@@ -71,7 +71,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     fn model_director<D: Nestable>(
         &self,
         q: &[D],
-        frames: &FramesOver<D, M, W>,
+        frames: &FramesOver<D, M>,
         edge: usize,
         tangent: Vector<D>,
     ) -> Vector<D> {

@@ -140,10 +140,7 @@ impl<D: Scalar> MovedEnd<D> {
 
 impl<D: Nestable> BoundaryMotion<D> {
     /// The motion of these ends, for a model's unknowns.
-    pub fn new<M: Model<W>, const W: usize>(
-        ends: Vec<MovedEnd<D>>,
-        recorded: Vec<RecordedPart>,
-    ) -> Self {
+    pub fn new<M: Model>(ends: Vec<MovedEnd<D>>, recorded: Vec<RecordedPart>) -> Self {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
@@ -164,7 +161,7 @@ impl<D: Nestable> BoundaryMotion<D> {
     }
 
     /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
-    pub fn advance<R: Rod<D, W>, const W: usize>(
+    pub fn advance<R: Rod<D>>(
         &self,
         from: Moment<f64>,
         to: Moment<f64>,

@@ -43,8 +43,6 @@ use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, checked, choose, correction};
 use crate::problem::modelled::AnyModel;
 use crate::rod::Rod;
-use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
 use crate::scene::mesh::Mesh;
 use crate::scene::resolution::Bound;
@@ -74,17 +72,17 @@ pub struct Problem {
 
 /// A problem whose model is known: what makes rods, simulations and sensitivities.
 #[derive(Debug)]
-pub struct Discretized<'a, M: Model<W>, const W: usize> {
+pub struct Discretized<'a, M: Model> {
     pub(crate) problem: &'a Problem,
     /// The model that was chosen.
     pub model: &'a M,
-    pub(crate) setup: &'a Setup<f64, M, W>,
+    pub(crate) setup: &'a Setup<f64, M>,
 }
 
 /// A planar problem.
-pub type PlanarProblem<'a> = Discretized<'a, PlanarModel, PLANAR_BAND>;
+pub type PlanarProblem<'a> = Discretized<'a, PlanarModel>;
 /// A spatial problem.
-pub type SpatialProblem<'a> = Discretized<'a, SpatialModel, SPATIAL_BAND>;
+pub type SpatialProblem<'a> = Discretized<'a, SpatialModel>;
 
 /// A problem by its model.
 #[derive(Debug)]
@@ -251,7 +249,7 @@ impl Problem {
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// The spatial model of the scene, whatever model it has.
-    pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel, SPATIAL_BAND>, Error> {
+    pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel>, Error> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
         let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
         let correction = correction(&self.scene, &self.mesh, &self.varying);
@@ -259,10 +257,10 @@ impl Problem {
         Ok(Modelled::new(model, &self.scene))
     }
     /// The problem with another model.
-    pub(crate) fn discretized_as<'a, M: Model<W>, const W: usize>(
+    pub(crate) fn discretized_as<'a, M: Model>(
         &'a self,
-        modelled: &'a Modelled<M, W>,
-    ) -> Discretized<'a, M, W> {
+        modelled: &'a Modelled<M>,
+    ) -> Discretized<'a, M> {
         Discretized { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
     /// The problem with its planar model, if it has one.
@@ -449,13 +447,13 @@ impl Problem {
 }
 
 /// A model's frames.
-pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
+pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
 /// A model's rod, and the frames that its angles count from.
-pub(crate) type Framed<'a, D, M, const W: usize> =
-    (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
+pub(crate) type Framed<'a, D, M> =
+    (&'a <M as Model>::Rod<D>, &'a <<M as Model>::Rod<D> as Rod<D>>::Frames);
 
-impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
+impl<'a, M: Model> Discretized<'a, M> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
         self.model.unknowns(&self.setup.rest)
@@ -468,7 +466,7 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     }
 
     /// The frames at rest.
-    pub(crate) fn rest_frames(&self) -> FramesOf<M, W> {
+    pub(crate) fn rest_frames(&self) -> FramesOf<M> {
         self.model.frames(&self.setup.rest)
     }
 
@@ -529,7 +527,7 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     pub(crate) fn setup_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
-    ) -> Setup<D, M, W> {
+    ) -> Setup<D, M> {
         Setup::new(self.model, self.scene().over_parameters(seed))
     }
 

@@ -116,11 +116,11 @@ impl Correction {
 /// What a [`Problem`](crate::Problem) asks of a model: which axes and rules it has chosen for a
 /// scene. Everything that has derivatives it makes of the scene's numbers, whatever their type. `W` is
 /// the half-bandwidth of its tangent.
-pub trait Model<const W: usize>: Sync {
+pub trait Model: Sync {
     /// Unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
-    type Rod<D: Nestable>: Rod<D, W, Dual = Self::Rod<Dual64>>;
+    type Rod<D: Nestable>: Rod<D, Dual = Self::Rod<Dual64>>;
     /// The rest shape in the model's own terms.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
@@ -159,7 +159,7 @@ pub trait Model<const W: usize>: Sync {
     fn stiffen_edges<D: Nestable>(rod: &mut Self::Rod<D>, factor: impl Fn(usize) -> f64);
 
     /// The frames of the edges, if there are any.
-    fn edge_frames<D: Nestable>(frames: &<Self::Rod<D> as Rod<D, W>>::Frames) -> &[EdgeFrame<D>];
+    fn edge_frames<D: Nestable>(frames: &<Self::Rod<D> as Rod<D>>::Frames) -> &[EdgeFrame<D>];
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
@@ -168,12 +168,12 @@ pub trait Model<const W: usize>: Sync {
     fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
     /// The frames at rest.
-    fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D, W>>::Frames;
+    fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D>>::Frames;
 
     /// Frames over another scalar.
     fn frames_over<D: Nestable>(
-        frames: &<Self::Rod<f64> as Rod<f64, W>>::Frames,
-    ) -> <Self::Rod<D> as Rod<D, W>>::Frames;
+        frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
+    ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
     /// How many unknowns a support holds, counted from the end of the rod inwards.
     fn held(&self, support: Support) -> usize;

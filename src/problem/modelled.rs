@@ -4,27 +4,25 @@ use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
-use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Scene;
 
 /// The model that was chosen.
 #[derive(Clone, Debug)]
 pub(crate) enum AnyModel {
     /// In a plane.
-    Planar(Modelled<PlanarModel, PLANAR_BAND>),
+    Planar(Modelled<PlanarModel>),
     /// In space.
-    Spatial(Modelled<SpatialModel, SPATIAL_BAND>),
+    Spatial(Modelled<SpatialModel>),
 }
 
 /// A model with the scene it was chosen for, in plain numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Modelled<M: Model<W>, const W: usize> {
+pub(crate) struct Modelled<M: Model> {
     pub(crate) model: M,
-    pub(crate) setup: Setup<f64, M, W>,
+    pub(crate) setup: Setup<f64, M>,
 }
 
-impl<M: Model<W>, const W: usize> Modelled<M, W> {
+impl<M: Model> Modelled<M> {
     pub(crate) fn new(model: M, scene: &Scene) -> Self {
         let setup = Setup::new(&model, scene.clone());
         Self { model, setup }

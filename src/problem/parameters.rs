@@ -7,7 +7,6 @@ use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
-use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::scene::{End, Motion, Parameter, Scheme, Support};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::Dual64;
@@ -191,7 +190,7 @@ impl PlanarProblem<'_> {
     fn check_plane(
         &self,
         parameter: Parameter,
-        setup: &Setup<Dual64, PlanarModel, PLANAR_BAND>,
+        setup: &Setup<Dual64, PlanarModel>,
     ) -> Result<(), Error> {
         let Setup { scene, mesh, start, .. } = setup;
         let Some(what) = self.model.left_by(scene, mesh, start.as_deref()) else { return Ok(()) };
@@ -205,9 +204,9 @@ impl PlanarProblem<'_> {
     }
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// Refuses a parameter that turns the line on which an end rolls, where that follows the rod.
-    fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M, W>) -> Result<(), Error> {
+    fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M>) -> Result<(), Error> {
         let supports = &self.scene().supports;
         let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {
             return Ok(());

@@ -14,19 +14,14 @@ const SINES: [[f64; 3]; 3] = [[1.0, 2.1, 1.9], [0.7, 4.3, 0.6], [0.5, 7.7, 2.7]]
 /// The direction across the rod turns about it from one end to the other, rad.
 const DIRECTION: [f64; 2] = [0.7, 2.0];
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// Displaces the nodes that no support holds.
-    pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+    pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
     /// Displaces the nodes that no support holds by a part of the length.
-    pub(crate) fn perturb_by<D: Nestable>(
-        &self,
-        setup: &Setup<D, M, W>,
-        amplitude: f64,
-        q: &mut [D],
-    ) {
+    pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
         let largest = shape.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

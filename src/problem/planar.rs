@@ -12,7 +12,6 @@ use crate::problem::own;
 use crate::problem::profile::Profile;
 use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
-use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::supports::Moment;
@@ -175,7 +174,7 @@ impl<D: Scalar> PlanarRest<D> {
     }
 }
 
-impl Model<HALF_BANDWIDTH> for PlanarModel {
+impl Model for PlanarModel {
     const STRIDE: usize = 2;
     type Rod<D: Nestable> = PlanarRod<D>;
     type Rest<D: Nestable> = PlanarRest<D>;

@@ -11,7 +11,7 @@ use crate::scene::{PointForce, PointMass, Scene, Track};
 
 /// A scene with its mesh and its rest shape in a model's terms.
 #[derive(Clone, Debug)]
-pub(crate) struct Setup<D: Nestable, M: Model<W>, const W: usize> {
+pub(crate) struct Setup<D: Nestable, M: Model> {
     pub scene: Scene<D>,
     pub mesh: Mesh<D>,
     pub rest: M::Rest<D>,
@@ -19,7 +19,7 @@ pub(crate) struct Setup<D: Nestable, M: Model<W>, const W: usize> {
     pub start: Option<Vec<Vector<D>>>,
 }
 
-impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
+impl<D: Nestable, M: Model> Setup<D, M> {
     pub fn new(model: &M, scene: Scene<D>) -> Self {
         let mesh = scene.made_mesh();
         let rest = model.at_rest(&scene, &mesh);

@@ -14,7 +14,6 @@ use crate::problem::model::{
 use crate::problem::profile::{Constants, Profile};
 use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
-use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::rod::{Extra, SpatialRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
@@ -82,7 +81,7 @@ impl SpatialModel {
     }
 }
 
-impl Model<HALF_BANDWIDTH> for SpatialModel {
+impl Model for SpatialModel {
     const STRIDE: usize = 4;
     type Rod<D: Nestable> = SpatialRod<D>;
     type Rest<D: Nestable> = SpatialRest<D>;

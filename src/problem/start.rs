@@ -14,16 +14,16 @@ use crate::rod::{Rod, SpatialRod};
 use crate::scene::{Clamp, End, Motion, Recorded, Support};
 
 /// Frames over any scalar.
-type FramesOver<D, M, const W: usize> = <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames;
+type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
 /// Unknowns with the frames their angles count from.
-pub(crate) type Placed<D, M, const W: usize> = (Vec<D>, FramesOver<D, M, W>);
+pub(crate) type Placed<D, M> = (Vec<D>, FramesOver<D, M>);
 
 impl SpatialProblem<'_> {
     /// The unknowns and frames of a rod that has moved from its rest shape to `nodes` without turning
     /// about itself.
     pub(crate) fn placed<D: Nestable>(
         &self,
-        setup: &Setup<D, SpatialModel, { crate::rod::spatial::HALF_BANDWIDTH }>,
+        setup: &Setup<D, SpatialModel>,
         nodes: &[[D; 3]],
     ) -> (Vec<D>, Frames<D>) {
         let mut q = self.model.unknowns(&setup.rest);
@@ -84,7 +84,7 @@ fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
     dot(edge, edge).sqrt()
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// Positions of the nodes in the initial shape, in world coordinates, m.
     pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
         let (q, _) = self.begin(self.setup);
@@ -93,7 +93,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// The unknowns before supports move and loads pull, and their frames: of the rest shape, or of
     /// the scene's initial shape, without twist.
-    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Placed<D, M, W> {
+    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> Placed<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
         let Some(nodes) = &setup.start else { return (q, frames) };
@@ -110,7 +110,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The ends that supports hold in place, if any of them moves.
     pub(crate) fn boundary_motion<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
     ) -> Option<BoundaryMotion<D>> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
@@ -121,7 +121,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// The ends that supports hold in place, moved or not.
-    pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> BoundaryMotion<D> {
+    pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
         let last = self.nodes() - 1;
@@ -164,7 +164,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 ),
             }
         });
-        BoundaryMotion::new::<M, W>(ends.collect(), self.recorded())
+        BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
     /// The model's axes in the world.
@@ -195,7 +195,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// Turns recorded ends about the rod by what the scene says. The edges between are turned evenly from one end to the
     /// other: their balance they find in the first step.
-    pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+    pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();
         let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<D>::is_angle(*i)).collect();

@@ -10,8 +10,8 @@
 //! for linear and quadratic coefficients `a` and `b`. Of a given tangent its derivative by the velocity is
 //! symmetric, a block for every node.
 
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
 use num_dual::Dual64;
 
@@ -66,12 +66,12 @@ impl<D: Scalar> NodalDrag<D> {
     }
 
     /// Adds the derivatives of [these](Self::add_forces) by the velocities, times `factor`, to a matrix.
-    pub fn add_slopes<const W: usize>(
+    pub fn add_slopes(
         &self,
         tangents: &[Vector<D>],
         v: &[D],
         factor: D,
-        matrix: &mut BandMatrix<D, W>,
+        matrix: &mut impl Tangent<D>,
     ) {
         let [stride, axes] = self.unknowns;
         for (i, t) in tangents.iter().enumerate() {

@@ -4,8 +4,8 @@ use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
 use crate::energy::frame::EdgeFrame;
 use crate::energy::place::Spot;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -114,13 +114,13 @@ impl<D: Nestable> Extra<D> {
 
     /// Adds their gradient and its tangent.
     #[inline]
-    pub(crate) fn add_tangent<const W: usize>(
+    pub(crate) fn add_tangent(
         &self,
         q: &[D],
         frames: &[EdgeFrame<D>],
         derivatives: Derivatives,
         gradient: &mut [D],
-        tangent: &mut BandMatrix<D, W>,
+        tangent: &mut impl Tangent<D>,
     ) {
         if self.0.is_empty() {
             return;

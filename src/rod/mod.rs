@@ -25,8 +25,8 @@ pub use transposed::{Laws, Strained, Transposed, still_frames, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
@@ -59,10 +59,12 @@ impl Energies {
     }
 }
 
-/// A discrete rod with unknowns `q` and a tangent of half-bandwidth `W`.
-pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
+/// A discrete rod with unknowns `q`.
+pub trait Rod<D: Scalar>: Clone + Send + Sync {
+    /// The second derivatives of the energy.
+    type Tangent: Tangent<D>;
     /// The same rod over dual numbers: with a derivative along one parameter in every quantity.
-    type Dual: Rod<Dual64, W>;
+    type Dual: Rod<Dual64>;
     /// What angles are measured from: [`crate::energy::frame::Frames`], or `()` where there are none.
     type Frames: Clone + std::fmt::Debug + Send + Sync;
 
@@ -95,7 +97,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
         frames: &Self::Frames,
         derivatives: Derivatives,
         gradient: &mut [D],
-        tangent: &mut BandMatrix<D, W>,
+        tangent: &mut Self::Tangent,
     );
 
     /// The same, but where there are `tensions`, N, of all edges: the tangent as it would be under these, whatever the
@@ -106,7 +108,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
         frames: &Self::Frames,
         derivatives: Derivatives,
         _tensions: Option<&[D]>,
-        (gradient, tangent): (&mut [D], &mut BandMatrix<D, W>),
+        (gradient, tangent): (&mut [D], &mut Self::Tangent),
     ) {
         self.tangent(q, frames, derivatives, gradient, tangent);
     }
@@ -124,7 +126,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
         q: &[D],
         frames: &Self::Frames,
         derivatives: Derivatives,
-        forces: (&mut [D], &mut BandMatrix<D, W>),
+        forces: (&mut [D], &mut Self::Tangent),
         geometry: &mut Self::Geometry,
     ) {
         self.tangent(q, frames, derivatives, forces.0, forces.1);
@@ -138,7 +140,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
         q: &[D],
         frames: &Self::Frames,
         derivatives: Derivatives,
-        tangent: &mut BandMatrix<D, W>,
+        tangent: &mut Self::Tangent,
     );
 
     /// Moves the frames to `q`, without changing any energy there.
@@ -157,7 +159,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
     }
 
     /// Writes frames without their derivatives.
-    fn real_frames(dual: &DualFrames<Self, D, W>, frames: &mut Self::Frames);
+    fn real_frames(dual: &DualFrames<Self, D>, frames: &mut Self::Frames);
 
     /// Measures the angles of `q`, which are from `from`, from `to` instead.
     fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
@@ -253,13 +255,19 @@ fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
     along < 0.0 || 2.0 * along * along < dot(&a, &a) * dot(&b, &b)
 }
 
+/// The second derivatives of the energy of a rod over `D`.
+pub type TangentOf<R, D> = <R as Rod<D>>::Tangent;
+
+/// The factors of [these](TangentOf).
+pub type FactorsOf<R, D> = <TangentOf<R, D> as Tangent<D>>::Factors;
+
 /// The frames of a rod with derivatives along one parameter.
-pub type DualFrames<R, D, const W: usize> = <<R as Rod<D, W>>::Dual as Rod<Dual64, W>>::Frames;
+pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 
 /// Writes the rates of all strains of a rod that moves with `v`, 1/s: the central difference over
 /// a motion of a hundred-thousandth of its length, right to about ten digits. A velocity below a
 /// thousandth of its length per second counts as that, as its derivatives may be much larger.
-pub(crate) fn strain_rates<D: Scalar, R: Rod<D, W>, const W: usize>(
+pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
     (q, frames): (&[D], &R::Frames),
     v: &[D],

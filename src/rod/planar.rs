@@ -15,10 +15,11 @@ use crate::energy::{
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::Tangent;
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::sweep::{EdgeTangent, Elastic, Elements, Forces, Measured, Tangent};
+use crate::rod::planar::sweep::{EdgeTangent, Elastic, Elements, Forces, Measured, TangentSweep};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -164,7 +165,8 @@ impl<D: Nestable> PlanarRod<D> {
     }
 }
 
-impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
+impl<D: Nestable> Rod<D> for PlanarRod<D> {
+    type Tangent = BandMatrix<D, HALF_BANDWIDTH>;
     type Dual = PlanarRod<Dual64>;
     type Frames = ();
     type Geometry = Geometry;
@@ -222,7 +224,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         } else {
             let elements = Elements { tensions, ..self.elements() };
             let (at, gradient, tangent) = ((elements, q), &mut *gradient, &mut *tangent);
-            D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
+            D::side_by_side(TangentSweep { at, gradient, tangent, geometry: None });
         }
         self.add_to_tangent(q, derivatives, gradient, tangent);
     }
@@ -256,7 +258,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             return;
         }
         let (forces, stiffness) = (&mut *gradient, &mut *tangent);
-        D::side_by_side(Tangent {
+        D::side_by_side(TangentSweep {
             at: (self.elements(), q),
             gradient: forces,
             tangent: stiffness,

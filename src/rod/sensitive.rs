@@ -1,7 +1,6 @@
 //! What the derivatives of a rod's motion with respect to parameters are made of.
 
 use crate::energy::Derivatives;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::Lanes;
 use crate::rod::{DualFrames, Rod};
 
@@ -28,7 +27,7 @@ pub struct Counted<const G: usize> {
 
 /// A rod whose forces have derivatives with respect to `G` parameters side by side. Dual rods, one for
 /// each parameter, say what the parameters change; each derivative is what it would be alone.
-pub trait Sensitive<const W: usize>: Rod<f64, W> {
+pub trait Sensitive: Rod<f64> {
     /// What parameters change: loads, and stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
 
@@ -93,7 +92,7 @@ pub trait Sensitive<const W: usize>: Rod<f64, W> {
         frames: &[FrameRate<G>],
         geometry: &Self::Geometry,
         gradient: &[f64],
-        tangent: &BandMatrix<f64, W>,
+        tangent: &Self::Tangent,
         out: &mut [[f64; G]],
     );
 
@@ -105,13 +104,13 @@ pub trait Sensitive<const W: usize>: Rod<f64, W> {
     );
 
     /// The derivatives that frames carry.
-    fn frame_rates<const G: usize>(frames: [&DualFrames<Self, f64, W>; G]) -> Vec<FrameRate<G>>;
+    fn frame_rates<const G: usize>(frames: [&DualFrames<Self, f64>; G]) -> Vec<FrameRate<G>>;
 
     /// Writes frames with the derivatives along parameter `lane`.
     fn set_dual_frames<const G: usize>(
         frames: &Self::Frames,
         rates: &[FrameRate<G>],
         lane: usize,
-        dual: &mut DualFrames<Self, f64, W>,
+        dual: &mut DualFrames<Self, f64>,
     );
 }

@@ -18,6 +18,7 @@ use crate::energy::joint::ByEdge;
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, add, dot, each, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, TakesEdges, ToEdges, ToNodes};
@@ -25,7 +26,7 @@ use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::moving::Rebase;
 use crate::rod::spatial::sweep::{
-    EdgeTangent, Elastic, Elements, Measured, Spring, Strains, Tangent,
+    EdgeTangent, Elastic, Elements, Measured, Spring, Strains, TangentSweep,
 };
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
@@ -186,7 +187,8 @@ impl<D: Nestable> SpatialRod<D> {
     }
 }
 
-impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
+impl<D: Nestable> Rod<D> for SpatialRod<D> {
+    type Tangent = BandMatrix<D, HALF_BANDWIDTH>;
     type Dual = SpatialRod<Dual64>;
     type Frames = Frames<D>;
     type Geometry = Geometry;
@@ -249,7 +251,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         } else {
             let elements = Elements { tensions, ..self.elements() };
             let (at, gradient, tangent) = ((elements, q, frames), &mut *gradient, &mut *tangent);
-            D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
+            D::side_by_side(TangentSweep { at, gradient, tangent, geometry: None });
         }
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
@@ -284,7 +286,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         }
         let (at, forces, stiffness) = ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
         let geometry = Some(geometry);
-        D::side_by_side(Tangent { at, gradient: forces, tangent: stiffness, geometry });
+        D::side_by_side(TangentSweep { at, gradient: forces, tangent: stiffness, geometry });
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 

@@ -49,7 +49,7 @@ pub struct Strained<'a> {
 }
 
 /// A rod whose [derivatives](Sensitive) go backwards too.
-pub trait Transposed<const W: usize>: Sensitive<W> {
+pub trait Transposed: Sensitive {
     /// No derivatives by what a rod is made of. `moments`: whether those by dead moments are asked for.
     fn no_laws(&self, moments: bool) -> Laws;
 
@@ -92,7 +92,7 @@ pub trait Transposed<const W: usize>: Sensitive<W> {
 }
 
 /// The strains along a change of the unknowns, as stresses are multiplied with.
-pub fn strained<R: Transposed<W>, const W: usize>(
+pub fn strained<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,
     still: &[FrameRate<1>],

@@ -19,9 +19,9 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::led::Led;
-use crate::rod::Rod;
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::{FactorsOf, Rod};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use std::ops::Range;
 
@@ -64,7 +64,7 @@ pub struct Rest<F> {
 }
 
 /// The descent and the room it needs.
-pub(crate) struct Descent<'a, R, const W: usize> {
+pub(crate) struct Descent<'a, R: Rod<f64>> {
     rod: &'a R,
     free: Range<usize>,
     /// Those among them that stay where they are.
@@ -83,8 +83,8 @@ pub(crate) struct Descent<'a, R, const W: usize> {
     /// Where springs hold the unknowns.
     begun: Vec<f64>,
     gradient: Vec<f64>,
-    tangent: BandMatrix<f64, W>,
-    factors: Ldlt<f64, W>,
+    tangent: R::Tangent,
+    factors: FactorsOf<R, f64>,
     correction: Vec<f64>,
     iterations: usize,
 }
@@ -101,7 +101,7 @@ enum Step {
     Saddle,
 }
 
-impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
+impl<'a, R: Rod<f64>> Descent<'a, R> {
     /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
     /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. With
     /// `edges` it is solved in edge coordinates.
@@ -128,8 +128,8 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             begun: Vec::new(),
             q,
             gradient: vec![0.0; n],
-            tangent: BandMatrix::zeros(n),
-            factors: Ldlt::with_order(n),
+            tangent: Tangent::zeros(n),
+            factors: Factors::with_order(n),
             correction: vec![0.0; n],
             iterations: 0,
         }
@@ -254,18 +254,18 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             }
             self.correction.copy_from_slice(&self.gradient);
             if let Some(edges) = self.edges {
-                edges.gather::<f64, R, W>(&mut self.correction);
+                edges.gather::<f64, R>(&mut self.correction);
             }
             for i in self.free.clone() {
                 let change = match self.edges {
-                    Some(edges) => edges.change::<R, W>(i, &self.q, &self.start),
+                    Some(edges) => edges.change::<R>(i, &self.q, &self.start),
                     None => self.q[i] - self.start[i],
                 };
                 self.correction[i] = -(self.correction[i] + lambda * self.metric[i] * change);
             }
             self.factors.solve(&mut self.correction);
             if let Some(edges) = self.edges {
-                edges.spread::<f64, R, W>(&mut self.correction);
+                edges.spread::<f64, R>(&mut self.correction);
             }
             let mut largest = 0.0_f64;
             for i in self.free.clone() {
@@ -306,7 +306,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             self.factors.solve(&mut self.correction);
         }
         if let Some(edges) = self.edges {
-            edges.spread::<f64, R, W>(&mut self.correction);
+            edges.spread::<f64, R>(&mut self.correction);
         }
         let unit = |i: usize| if R::is_angle(i) { self.length } else { 1.0 };
         let sizes = self.correction.iter().enumerate().map(|(i, x)| x.abs() * unit(i));

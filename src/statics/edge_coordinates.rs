@@ -32,7 +32,7 @@ impl EdgeCoordinates {
     }
 
     /// What measures changes of edges as masses do those of nodes.
-    pub fn metric<R: Rod<f64, W>, const W: usize>(&self, rod: &R) -> Vec<f64> {
+    pub fn metric<R: Rod<f64>>(&self, rod: &R) -> Vec<f64> {
         let mass = rod.mass();
         let total: f64 = mass.iter().step_by(self.stride).sum();
         // All edges together move the tip.
@@ -42,7 +42,7 @@ impl EdgeCoordinates {
     }
 
     /// Forces on nodes as forces on edges: those of all nodes beyond.
-    pub fn gather<D: Scalar, R: Rod<D, W>, const W: usize>(&self, forces: &mut [D]) {
+    pub fn gather<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
             forces[i] += beyond;
@@ -50,7 +50,7 @@ impl EdgeCoordinates {
     }
 
     /// Changes of edges as changes of nodes.
-    pub fn spread<D: Scalar, R: Rod<D, W>, const W: usize>(&self, changes: &mut [D]) {
+    pub fn spread<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
             let before = changes[i - self.stride];
             changes[i] += before;
@@ -58,12 +58,7 @@ impl EdgeCoordinates {
     }
 
     /// How much unknown `i` differs between two states.
-    pub fn change<R: Rod<f64, W>, const W: usize>(
-        &self,
-        i: usize,
-        to: &[f64],
-        from: &[f64],
-    ) -> f64 {
+    pub fn change<R: Rod<f64>>(&self, i: usize, to: &[f64], from: &[f64]) -> f64 {
         match R::is_angle(i) || i < self.stride {
             true => to[i] - from[i],
             false => (to[i] - to[i - self.stride]) - (from[i] - from[i - self.stride]),

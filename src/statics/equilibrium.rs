@@ -166,9 +166,9 @@ impl Problem {
 }
 
 /// The equilibrium of a model, without a verdict.
-fn at_rest<M: Model<W>, const W: usize>(
+fn at_rest<M: Model>(
     problem: &Problem,
-    discretized: &Discretized<'_, M, W>,
+    discretized: &Discretized<'_, M>,
 ) -> Result<Equilibrium, Error> {
     let rest = discretized.equilibrium()?;
     let rod = discretized.rod();
@@ -204,9 +204,9 @@ fn at_rest<M: Model<W>, const W: usize>(
 
 /// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
 /// numbers that `seed` makes of the parameters.
-pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    settled: &Settled<FramesOf<M, W>>,
+pub(crate) fn nodes_over<D: Nestable, M: Model>(
+    discretized: &Discretized<'_, M>,
+    settled: &Settled<FramesOf<M>>,
     tracked: &[usize],
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Vec<[D; 3]>, Error> {

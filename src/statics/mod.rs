@@ -15,7 +15,7 @@ pub(crate) use descent::Descent;
 pub use descent::Rest;
 pub use equilibrium::Equilibrium;
 pub(crate) use equilibrium::nodes_over;
-pub(crate) use pencil::{ACROSS, Pencil, in_space};
+pub(crate) use pencil::{Across, Pencil, in_space};
 pub use reaction::{Reaction, Reactions};
 pub(crate) use rest::Settled;
 pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, combined};

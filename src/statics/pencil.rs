@@ -2,18 +2,19 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
-use crate::rod::{Rod, planar, spatial};
+use crate::rod::{Rod, SpatialRod, TangentOf, planar};
 use std::ops::Range;
 
-/// `K x = omega^2 M x` over the unknowns `free`; of half-bandwidth `W`. Those among them that a recording leads are
+/// `K x = omega^2 M x` over the unknowns `free`. Those among them that a recording leads are
 /// coupled to no other and weigh nothing: they have no eigenvalues.
-pub(crate) struct Pencil<D, const W: usize> {
+pub(crate) struct Pencil<D, T> {
     /// `K`, N/m (N m for angles).
-    pub tangent: BandMatrix<D, W>,
+    pub tangent: T,
     /// The diagonal `M`.
     pub mass: Vec<D>,
     /// The unknowns that move.
@@ -25,17 +26,23 @@ const SHIFTS: u32 = 4;
 const SHIFTED: f64 = 0.0137;
 
 /// Half-bandwidth for motions out of the plane: a deflection and an angle a node, as many as in the plane.
-pub(crate) const ACROSS: usize = planar::HALF_BANDWIDTH;
+const ACROSS: usize = planar::HALF_BANDWIDTH;
 
-impl<D: Nestable, const W: usize> Pencil<D, W> {
+/// The tangent of motions out of the plane.
+pub(crate) type Across<D> = BandMatrix<D, ACROSS>;
+
+impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
     /// Of a rod at `q`, with its own masses.
-    pub fn at<M: Model<W>>(
-        discretized: &Discretized<'_, M, W>,
+    pub fn at<M: Model>(
+        discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
         q: &[D],
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
-    ) -> Self {
-        let mut tangent = BandMatrix::zeros(q.len());
+        frames: &<M::Rod<D> as Rod<D>>::Frames,
+    ) -> Self
+    where
+        M::Rod<D>: Rod<D, Tangent = T>,
+    {
+        let mut tangent = Tangent::zeros(q.len());
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let (mut mass, led) = (rod.mass().to_vec(), discretized.led());
@@ -45,19 +52,22 @@ impl<D: Nestable, const W: usize> Pencil<D, W> {
     }
 }
 
-impl<const W: usize> Pencil<f64, W> {
+impl<T: Tangent<f64>> Pencil<f64, T> {
     /// Of a rod at rest, in edge coordinates where it is long and hangs from its start, with the stiffness that counts as
     /// [none](Discretized::negligible) in place of the masses: what is stable lies above -1.
-    pub fn resting<M: Model<W>>(
-        discretized: &Discretized<'_, M, W>,
+    pub fn resting<M: Model>(
+        discretized: &Discretized<'_, M>,
         q: &[f64],
-        frames: &FramesOf<M, W>,
-    ) -> Self {
+        frames: &FramesOf<M>,
+    ) -> Self
+    where
+        M::Rod<f64>: Rod<f64, Tangent = T>,
+    {
         let (rod, edges) = (discretized.rod(), discretized.edge_coordinates());
         let mass = discretized.negligible(edges);
         match edges {
             Some(_) => {
-                let mut tangent = BandMatrix::zeros(q.len());
+                let mut tangent = Tangent::zeros(q.len());
                 rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
                 Self { tangent, mass, free: discretized.free() }
             }
@@ -70,8 +80,8 @@ impl<const W: usize> Pencil<f64, W> {
     }
 
     /// The factors of `K - squared M`.
-    pub fn factors(&self, squared: f64) -> Result<Ldlt<f64, W>, Error> {
-        let mut factors = Ldlt::with_order(self.mass.len());
+    pub fn factors(&self, squared: f64) -> Result<T::Factors, Error> {
+        let mut factors = T::Factors::with_order(self.mass.len());
         factors
             .factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())
             .map(|()| factors)
@@ -112,10 +122,10 @@ impl<const W: usize> Pencil<f64, W> {
     }
 }
 
-impl<D: Scalar> Pencil<D, { spatial::HALF_BANDWIDTH }> {
+impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     /// That of a planar rod's motions along the `normal` of its plane, which has no part in those
     /// in the plane: unknowns are each node's deflection and each edge's angle.
-    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, ACROSS> {
+    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, Across<D>> {
         let unknowns = self.mass.len() / 2;
         let parts = |r: usize| -> [(usize, f64); 3] {
             let first = 4 * (r / 2);
@@ -133,7 +143,7 @@ impl<D: Scalar> Pencil<D, { spatial::HALF_BANDWIDTH }> {
             }
             sum
         };
-        let mut tangent = BandMatrix::zeros(unknowns);
+        let mut tangent = Across::zeros(unknowns);
         for r in 0..unknowns {
             let mut below = [D::from(0.0); ACROSS];
             for s in r + 1..unknowns.min(r + ACROSS + 1) {

@@ -42,13 +42,13 @@ pub struct Reactions {
     pub end: Reaction,
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// The reactions of a rod in motion.
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
         resistances: (Damping<f64>, Option<&NodalDrag<f64>>),
-        state: &State<f64, FramesOf<M, W>>,
+        state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
         let mut acceleration = vec![0.0; state.q.len()];
         if let Some(boundary_motion) = self.moved_ends() {
@@ -61,7 +61,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub(crate) fn reactions_at_rest(
         &self,
         rod: &M::Rod<f64>,
-        state: &State<f64, FramesOf<M, W>>,
+        state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
         self.reactions_of(rod, (Damping::default(), None), state, &vec![0.0; state.q.len()])
     }
@@ -71,7 +71,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         &self,
         rod: &M::Rod<f64>,
         (damping, drag): (Damping<f64>, Option<&NodalDrag<f64>>),
-        state: &State<f64, FramesOf<M, W>>,
+        state: &State<f64, FramesOf<M>>,
         acceleration: &[f64],
     ) -> Reactions {
         let State { q, frames, v, internal, .. } = state;

@@ -17,11 +17,11 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::numerics::vector::sub;
 use crate::problem::{Discretized, Framed, Model, Placed, Setup, between_markers};
-use crate::rod::Rod;
+use crate::rod::{FactorsOf, Rod};
 use crate::scene::supports::Moment;
 use crate::scene::{Recorded, Track};
 use crate::statics::Descent;
@@ -39,25 +39,25 @@ const STIFFER: f64 = 30.0;
 const HELD: f64 = 1e3;
 
 /// The unknowns in the first two frames, with the frames of the edges that all angles count from.
-type Relaxed<D, M, const W: usize> = (Placed<D, M, W>, Vec<D>);
+type Relaxed<D, M> = (Placed<D, M>, Vec<D>);
 
 /// The unknowns and frames at the start of a recording, how they change until its next frame, and how long that
 /// takes, s.
-type Start<D, M, const W: usize> = (Placed<D, M, W>, (Vec<D>, f64));
+type Start<D, M> = (Placed<D, M>, (Vec<D>, f64));
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// Where the recording starts, and how it goes on.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
-    ) -> Result<Start<D, M, W>, Error> {
+        setup: &Setup<D, M>,
+    ) -> Result<Start<D, M>, Error> {
         let track = self.track()?;
         let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
         self.turn_ends(setup, &mut q);
         if let Some(boundary_motion) = self.boundary_motion(setup) {
             let moment = Moment::Time(0.0);
-            boundary_motion.advance::<M::Rod<D>, W>(moment, moment, &mut q, &frames);
+            boundary_motion.advance::<M::Rod<D>>(moment, moment, &mut q, &frames);
         }
         Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
     }
@@ -65,8 +65,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// How the rod lies between the hands when the recording starts, with the edges that they hold.
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
-    ) -> Result<Placed<D, M, W>, Error> {
+        setup: &Setup<D, M>,
+    ) -> Result<Placed<D, M>, Error> {
         let ((mut q, frames), _) = self.relaxed_over(setup, self.track()?)?;
         self.turn_ends(setup, &mut q);
         Ok((q, frames))
@@ -83,7 +83,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The rod with springs to the markers of a frame.
     fn tied<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         track: &Track,
         frame: usize,
     ) -> Result<M::Rod<D>, Error> {
@@ -120,7 +120,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.tied(self.setup, track, 0)?;
         if !self.problem.mesh.is_straight() || !self.scene().rod.natural_bending.is_empty() {
-            turn_about_itself::<M, W>(&rod, &mut q, &frames);
+            turn_about_itself::<M>(&rod, &mut q, &frames);
         }
         let reference = frames.clone();
         let descend = |rod: &M::Rod<f64>, q: Vec<f64>, frames| {
@@ -156,9 +156,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The unknowns of both frames with the derivatives that `D` carries.
     fn relaxed_over<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         track: &Track,
-    ) -> Result<Relaxed<D, M, W>, Error> {
+    ) -> Result<Relaxed<D, M>, Error> {
         let (_, frames) = self.begin(setup);
         let found = self.relaxed(track)?;
         let mut both = [0, 1].map(|k| found[k].iter().map(|x| D::from(*x)).collect::<Vec<D>>());
@@ -185,17 +185,17 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// steps of Newton's method with the tangent of the plain rod: one, and one per order.
     fn follow_tied<D: Nestable>(
         &self,
-        (rod, frames): Framed<'_, D, M, W>,
-        (plain, plain_frames): Framed<'_, f64, M, W>,
+        (rod, frames): Framed<'_, D, M>,
+        (plain, plain_frames): Framed<'_, f64, M>,
         q: &mut [D],
     ) -> Result<(), Singular> {
         let n = q.len();
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
         // What the springs bear there, against the same forces in the same angles.
-        let (mut borne, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let (mut borne, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
         plain.tangent(&found, plain_frames, Derivatives::Hand, &mut borne, &mut tangent);
         let springs = self.turn_springs();
-        let mut factors = Ldlt::with_order(n);
+        let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(n);
         factors.factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)?;
         let mut change = vec![D::from(0.0); n];
         for _ in 0..1 + D::ORDER {
@@ -214,7 +214,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
 /// The stiffness of the springs to free markers, N/m: between that of an edge along itself and that of
 /// bending at its length.
-fn spring<D: Nestable, M: Model<W>, const W: usize>(setup: &Setup<D, M, W>, segments: usize) -> D {
+fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
     let edge = setup.mesh.length * (segments as f64).recip();
     let [i1, _] = section.second_moments;
@@ -223,10 +223,10 @@ fn spring<D: Nestable, M: Model<W>, const W: usize>(setup: &Setup<D, M, W>, segm
 
 /// Turns a rod as a whole about itself to where its energy is least: the best of a few turns, and the least about it by
 /// golden sections. So where it relaxes to goes with the markers however they lie in the world.
-fn turn_about_itself<M: Model<W>, const W: usize>(
+fn turn_about_itself<M: Model>(
     rod: &M::Rod<f64>,
     q: &mut [f64],
-    frames: &<M::Rod<f64> as Rod<f64, W>>::Frames,
+    frames: &<M::Rod<f64> as Rod<f64>>::Frames,
 ) {
     if !M::Rod::<f64>::HAS_FRAMES {
         return;
@@ -263,7 +263,6 @@ fn turn_about_itself<M: Model<W>, const W: usize>(
 mod tests {
     use super::*;
     use crate::problem::SpatialModel;
-    use crate::rod::spatial::HALF_BANDWIDTH;
     use crate::scene::{Dimension, Material, Scene, Section, Shape};
 
     /// A helix that lies as it would without stress but for its curvature has the least energy unturned, whatever turn
@@ -286,7 +285,7 @@ mod tests {
             let mut q = begun.clone();
             let angles: Vec<usize> = (0..q.len()).filter(is_angle).collect();
             angles.iter().for_each(|i| q[*i] += turn);
-            turn_about_itself::<SpatialModel, HALF_BANDWIDTH>(&spatial.rod(), &mut q, &frames);
+            turn_about_itself::<SpatialModel>(&spatial.rod(), &mut q, &frames);
             for i in angles {
                 let left = q[i] - begun[i];
                 let left = left - (left / TAU).round() * TAU;

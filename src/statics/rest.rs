@@ -3,13 +3,13 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::problem::Model;
 use crate::problem::Setup;
 use crate::problem::{Discretized, Framed, FramesOf, Placed};
-use crate::rod::Rod;
 use crate::rod::strain_rates;
+use crate::rod::{FactorsOf, Rod};
 use crate::scene::supports::Moment;
 use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, Rest};
@@ -54,23 +54,19 @@ impl Moving {
     }
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// The state the rod creeps into under its loads, from where it begins; moved ends are where
     /// their motion leaves them.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
-    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
+    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M>>, Error> {
         self.equilibrium_of(&self.rod(), true)
     }
 
     /// The equilibrium of a rod with other loads, with ends where their motion leaves them (`settled`), or
     /// where it has them at t = 0. Ends far from where they begin are moved there step by step.
-    fn equilibrium_of(
-        &self,
-        rod: &M::Rod<f64>,
-        settled: bool,
-    ) -> Result<Rest<FramesOf<M, W>>, Error> {
+    fn equilibrium_of(&self, rod: &M::Rod<f64>, settled: bool) -> Result<Rest<FramesOf<M>>, Error> {
         self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin_at_rest(self.setup)?;
         if self.scene().initial.perturbation != 0.0 {
@@ -89,7 +85,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 let [from, to] =
                     [k - 1, k].map(|k| Moment::Approach { progress: progress(k), settled });
                 boundary_motion.carry(from, to, &mut q, |end, node| self.reach(end, node));
-                boundary_motion.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
+                boundary_motion.advance::<M::Rod<f64>>(from, to, &mut q, &frames);
             }
             let edges = self.edge_coordinates();
             let scales = (self.problem.length(), self.negligible(edges));
@@ -107,7 +103,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// Where a rod begins to come to rest, with recorded ends turned about themselves by what the scene says: as it
     /// lies when the recording starts, if the scene starts there.
-    fn begin_at_rest<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Result<Placed<D, M, W>, Error> {
+    fn begin_at_rest<D: Nestable>(&self, setup: &Setup<D, M>) -> Result<Placed<D, M>, Error> {
         if self.scene().initial.state == InitialState::Recorded {
             return self.recorded_shape(setup);
         }
@@ -118,7 +114,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// Brings a limp rod that stands to the equilibria under parts of its loads, one after the other; returns the Newton
     /// iterations. A part without an equilibrium changes nothing.
-    fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M, W>, settled: bool) -> usize {
+    fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M>, settled: bool) -> usize {
         let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
         if push > 0.0 && self.scene().initial.perturbation == 0.0 {
             self.perturb_by(self.setup, push, q);
@@ -141,10 +137,10 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.
     pub(crate) fn hold<D: Nestable>(
         &self,
-        setup: &Setup<D, M, W>,
+        setup: &Setup<D, M>,
         moment: Moment<f64>,
         q: &mut [D],
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        frames: &<M::Rod<D> as Rod<D>>::Frames,
     ) -> Result<(), Error> {
         let (begin, begin_frames) = self.begin_at_rest(setup)?;
         let (free, supports) = (self.free(), &self.scene().supports);
@@ -162,7 +158,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 M::Rod::<D>::align(q, frames, edge, director, 0.0);
             }
         }
-        self.held_ends(setup).advance::<M::Rod<D>, W>(moment, moment, q, frames);
+        self.held_ends(setup).advance::<M::Rod<D>>(moment, moment, q, frames);
         Ok(())
     }
 
@@ -269,14 +265,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,
-        (rod, frames): Framed<'_, D, M, W>,
-        (plain, plain_frames): Framed<'_, f64, M, W>,
+        (rod, frames): Framed<'_, D, M>,
+        (plain, plain_frames): Framed<'_, f64, M>,
         q: &mut [D],
         indifferent: bool,
     ) -> Result<(), Singular> {
         let n = q.len();
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
-        let (mut tangent, mut factors) = (BandMatrix::zeros(n), Ldlt::with_order(n));
+        let mut tangent = Tangent::zeros(n);
+        let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(n);
         let (free, led, edges) = (self.free(), self.led(), self.edge_coordinates());
         let hand = Derivatives::Hand;
         match edges {
@@ -295,12 +292,12 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         for _ in 0..1 + D::ORDER + if indifferent { MORE } else { 0 } {
             rod.gradient(q, frames, hand, &mut change);
             if let Some(edges) = edges {
-                edges.gather::<D, M::Rod<D>, W>(&mut change);
+                edges.gather::<D, M::Rod<D>>(&mut change);
             }
             led.fill(&mut change, D::from(0.0));
             factors.solve(&mut change);
             if let Some(edges) = edges {
-                edges.spread::<D, M::Rod<D>, W>(&mut change);
+                edges.spread::<D, M::Rod<D>>(&mut change);
             }
             for i in free.clone() {
                 q[i] -= change[i];
@@ -314,15 +311,16 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub(crate) fn give_way(
         &self,
         rod: &M::Rod<f64>,
-        (q, frames): (&[f64], &FramesOf<M, W>),
+        (q, frames): (&[f64], &FramesOf<M>),
         x: &mut [f64],
     ) -> Option<()> {
         if self.edge_coordinates().is_some() {
             return None;
         }
         let n = q.len();
-        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
-        let (mut factors, added) = (Ldlt::with_order(n), vec![0.0; n]);
+        let (mut gradient, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
+        let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(n);
+        let added = vec![0.0; n];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let led = self.led();
         led.fill(x, 0.0);
@@ -339,7 +337,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// An [equilibrium](Self::equilibrium) to be differentiated.
-    pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M, W>>, Error> {
+    pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M>>, Error> {
         let rest = self.equilibrium()?;
         Ok(Settled { indifferent: self.is_indifferent((&rest.q, &rest.frames))?, rest })
     }
@@ -348,8 +346,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// where they are.
     pub(crate) fn settled_over<D: Nestable>(
         &self,
-        Settled { rest, indifferent }: &Settled<FramesOf<M, W>>,
-        setup: &Setup<D, M, W>,
+        Settled { rest, indifferent }: &Settled<FramesOf<M>>,
+        setup: &Setup<D, M>,
     ) -> Result<(M::Rod<D>, Vec<D>), Error> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
@@ -374,7 +372,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// stays as it begins, or the spin of a round rod between hinges, which does not move a node. Everything else is refused.
     pub(crate) fn is_indifferent(
         &self,
-        (q, frames): (&[f64], &FramesOf<M, W>),
+        (q, frames): (&[f64], &FramesOf<M>),
     ) -> Result<bool, Error> {
         let pencil = Pencil::resting(self, q, frames);
         let factors = pencil.factors(1.0).or_else(|_| pencil.factors(1.0137))?;
@@ -391,7 +389,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         }
         factors.solve(&mut x);
         if let Some(edges) = self.edge_coordinates() {
-            edges.spread::<f64, M::Rod<f64>, W>(&mut x);
+            edges.spread::<f64, M::Rod<f64>>(&mut x);
         }
         let motion = self.motion((q, frames), &x);
         match motion.is_spin() || motion.is_rigid() {
@@ -401,7 +399,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// What a motion from a state with the rates `x` of all unknowns does.
-    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M, W>), x: &[f64]) -> Moving {
+    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M>), x: &[f64]) -> Moving {
         let length = self.problem.length();
         let size = |of_angles: bool| {
             let own = (0..x.len()).filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);

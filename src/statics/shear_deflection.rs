@@ -22,9 +22,7 @@ impl Problem {
     }
 }
 
-fn deflections<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-) -> Result<Vec<[f64; 3]>, Error> {
+fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());
     let edges = discretized.nodes() - 1;

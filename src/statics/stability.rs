@@ -14,6 +14,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
+use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::Rod;
 use crate::statics::pencil::Pencil;
@@ -63,18 +64,18 @@ impl Stiffness {
     }
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// Stability with the tangent of `pencil`, whose masses are [negligible](Self::negligible) stiffnesses and whose
     /// vectors `in_model` extends to all unknowns of the model.
-    pub(crate) fn stability<const V: usize>(
+    pub(crate) fn stability<T: Tangent<f64>>(
         &self,
-        at: (&[f64], &FramesOf<M, W>),
-        pencil: &Pencil<f64, V>,
+        at: (&[f64], &FramesOf<M>),
+        pencil: &Pencil<f64, T>,
         in_model: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Result<Stability, Error> {
         let certain = pencil.inertia(-UNCERTAIN_LEVELS)?;
         let possible = pencil.inertia(UNCERTAIN_LEVELS)?;
-        let by_inertia = |pencil: &Pencil<f64, V>| -> Result<Stability, Error> {
+        let by_inertia = |pencil: &Pencil<f64, T>| -> Result<Stability, Error> {
             Ok(Stability { unstable: pencil.inertia(-1.0)?, marginal: 0 })
         };
         if possible <= certain {
@@ -103,7 +104,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// rod: the principal ones, ascending.
     pub(crate) fn stiffnesses(
         &self,
-        (q, frames): (&[f64], &FramesOf<M, W>),
+        (q, frames): (&[f64], &FramesOf<M>),
         motions: &[Vec<f64>],
     ) -> Vec<Stiffness> {
         let rod = self.setup_over(|_, value| Dual64::from(value)).rod(self.model);

@@ -31,7 +31,7 @@ pub(super) struct StandingLoads {
     pub push: f64,
 }
 
-impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+impl<M: Model> Discretized<'_, M> {
     /// The steps in which the loads are raised from the shape `q`; none where the rod does not stand, or is stiff.
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);

@@ -18,12 +18,12 @@
 
 use crate::energy::frame::Frames;
 use crate::error::Error;
-use crate::numerics::banded::Ldlt;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::Model;
 use crate::problem::SpatialModel;
 use crate::problem::{AnyProblem, Modelled, Problem};
-use crate::rod::{Rod, spatial};
+use crate::rod::Rod;
 use crate::scene::Parameter;
 use crate::statics::Pencil;
 use crate::statics::Settled;
@@ -105,7 +105,7 @@ impl Problem {
 /// An equilibrium by its model.
 enum AnySettled {
     /// With the spatial model, where modes out of the plane are asked for.
-    Planar(Settled<()>, Option<Box<Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>>>),
+    Planar(Settled<()>, Option<Box<Modelled<SpatialModel>>>),
     Spatial(Settled<Frames<f64>>),
 }
 
@@ -192,7 +192,7 @@ impl<'a> Vibrations<'a> {
                 let (rod, q) = discretized.settled_over(settled, &discretized.setup_over(&seed))?;
                 // Angles are coordinates whose inertia is theirs about the moved frames only.
                 let mut frames = SpatialModel::frames_over::<D>(&settled.rest.frames);
-                <SpatialModel as Model<_>>::Rod::<D>::rebase(&mut frames, &q);
+                <SpatialModel as Model>::Rod::<D>::rebase(&mut frames, &q);
                 let pencil = Pencil::at(&discretized, &rod, &q, &frames);
                 add(None, &|pair| frequency(&pencil, pair))?;
             }
@@ -204,8 +204,8 @@ impl<'a> Vibrations<'a> {
 
 /// The named modes of a vibrating rod; if they are to stand `apart`, each with a frequency of its
 /// own.
-pub(super) fn named<M: Model<W>, const W: usize, const V: usize>(
-    vibrating: &Vibrating<'_, M, W, V>,
+pub(super) fn named<M: Model, T: Tangent<f64>>(
+    vibrating: &Vibrating<'_, M, T>,
     names: &[ModeName],
     apart: bool,
 ) -> Result<Vec<Eigenpair>, Error> {
@@ -263,12 +263,12 @@ fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<E
 }
 
 /// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
-fn frequency<D: Nestable, const W: usize>(
-    pencil: &Pencil<D, W>,
+fn frequency<D: Nestable, T: Tangent<D>>(
+    pencil: &Pencil<D, T>,
     pair: &Eigenpair,
 ) -> Result<D, Error> {
     let Pencil { tangent, mass, free } = pencil;
-    let mut factors = Ldlt::with_order(mass.len());
+    let mut factors = T::Factors::with_order(mass.len());
     let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
     let mut squared = D::from(pair.squared);
     for _ in 0..ITERATIONS {
@@ -299,10 +299,10 @@ fn frequency<D: Nestable, const W: usize>(
 /// A better solution `x` of `(K - shift M) x = right`. Above the first mode this matrix is indefinite, and an
 /// elimination without pivoting may happen to meet a small pivot, which costs digits of the derivatives. A
 /// correction by the residual brings them back; it is taken where the residual falls.
-fn refined<D: Nestable, const W: usize>(
+fn refined<D: Nestable, T: Tangent<D>>(
     x: Vec<D>,
-    (Pencil { tangent, mass, free }, shift): (&Pencil<D, W>, D),
-    factors: &Ldlt<D, W>,
+    (Pencil { tangent, mass, free }, shift): (&Pencil<D, T>, D),
+    factors: &T::Factors,
     right: &[D],
 ) -> Vec<D> {
     let residual = |x: &[D]| {

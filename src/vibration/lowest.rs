@@ -9,7 +9,7 @@
 //! there are eigenvalues below `lambda`, for a `lambda` just above the last one found.
 
 use crate::error::Error;
-use crate::numerics::banded::Ldlt;
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::statics::Pencil;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
@@ -37,7 +37,7 @@ struct Subspace {
     values: Vec<f64>,
 }
 
-impl<const W: usize> Pencil<f64, W> {
+impl<T: Tangent<f64>> Pencil<f64, T> {
     /// The `count` lowest eigenvalues in ascending order, or all there are, with their vectors.
     /// `scale`, 1/s^2, is a small eigenvalue.
     pub fn lowest(&self, count: usize, scale: f64) -> Result<Vec<(f64, Vec<f64>)>, Error> {
@@ -85,7 +85,7 @@ impl<const W: usize> Pencil<f64, W> {
     }
 
     /// The factors of `K - shift M`, and a shift below all eigenvalues.
-    fn below_all(&self, scale: f64) -> Result<(Ldlt<f64, W>, f64), Error> {
+    fn below_all(&self, scale: f64) -> Result<(T::Factors, f64), Error> {
         let [mut distance, mut short] = [scale, 0.0];
         let mut found = loop {
             match self.factors(-distance) {
@@ -110,7 +110,7 @@ impl<const W: usize> Pencil<f64, W> {
     /// Iterates until the first `batch` values stand; whether they do.
     fn iterate(
         &self,
-        factors: &Ldlt<f64, W>,
+        factors: &T::Factors,
         batch: usize,
         found: &[(f64, Vec<f64>)],
         Subspace { basis, values }: &mut Subspace,
@@ -175,7 +175,7 @@ impl<const W: usize> Pencil<f64, W> {
         shift: f64,
         known: usize,
         next: &Subspace,
-    ) -> Result<Option<(usize, f64, Ldlt<f64, W>)>, Error> {
+    ) -> Result<Option<(usize, f64, T::Factors)>, Error> {
         for k in (0..batch).rev() {
             let margin = (APART * next.values[k]).max(10.0 * self.rounding(&next.basis[k]));
             if next.values[k] + 2.0 * margin < next.values[k + 1] {
@@ -223,7 +223,7 @@ mod tests {
     use super::*;
     use crate::numerics::banded::BandMatrix;
 
-    fn diagonal(entries: &[f64]) -> Pencil<f64, 3> {
+    fn diagonal(entries: &[f64]) -> Pencil<f64, BandMatrix<f64, 3>> {
         let mut tangent = BandMatrix::zeros(entries.len());
         for (i, entry) in entries.iter().enumerate() {
             tangent.add_block(i, &[[2.0 * entry]]);

@@ -12,15 +12,17 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::ordered;
+use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{
     AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, Purpose, SpatialProblem,
 };
 use crate::rod::Rod;
+use crate::rod::TangentOf;
 use crate::scene::{End, Resolution, Support};
 use crate::statics::{
-    ACROSS, MAX_UNCERTAIN, Pencil, Stability, UNCERTAIN_LEVELS, combined, in_space,
+    Across, MAX_UNCERTAIN, Pencil, Stability, UNCERTAIN_LEVELS, combined, in_space,
 };
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -184,12 +186,12 @@ impl Problem {
     }
 }
 
-pub(super) type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
+pub(super) type State<M> = (Vec<f64>, FramesOf<M>);
 
-pub(super) fn state<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+pub(super) fn state<M: Model>(
+    discretized: &Discretized<'_, M>,
     about: About,
-) -> Result<State<M, W>, Error> {
+) -> Result<State<M>, Error> {
     Ok(match about {
         About::Rest => (discretized.rest(), discretized.rest_frames()),
         About::Equilibrium => {
@@ -235,23 +237,23 @@ impl Eigenpair {
 }
 
 /// A rod at a state whose vibrations are looked at: all of its model's, or those across the plane.
-pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
-    pub(super) discretized: &'a Discretized<'a, M, W>,
+pub(crate) struct Vibrating<'a, M: Model, T: Tangent<f64>> {
+    pub(super) discretized: &'a Discretized<'a, M>,
     pub(super) q: &'a [f64],
-    pub(super) frames: &'a FramesOf<M, W>,
-    pub(super) pencil: Pencil<f64, V>,
+    pub(super) frames: &'a FramesOf<M>,
+    pub(super) pencil: Pencil<f64, T>,
     /// How many of the modes are unstable, or marginal.
     stability: Stability,
     /// Which way the vibrations of a planar scene go.
     pub plane: Option<Plane>,
 }
 
-impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
+impl<'a, M: Model> Vibrating<'a, M, TangentOf<M::Rod<f64>, f64>> {
     /// All vibrations of a model.
     pub fn of(
-        discretized: &'a Discretized<'a, M, W>,
+        discretized: &'a Discretized<'a, M>,
         q: &'a [f64],
-        frames: &'a FramesOf<M, W>,
+        frames: &'a FramesOf<M>,
     ) -> Result<Self, Error> {
         let pencil = Pencil::at(discretized, &discretized.rod(), q, frames);
         let resting = Pencil::resting(discretized, q, frames);
@@ -261,9 +263,7 @@ impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
     }
 }
 
-impl<'a>
-    Vibrating<'a, crate::problem::SpatialModel, { crate::rod::spatial::HALF_BANDWIDTH }, ACROSS>
-{
+impl<'a> Vibrating<'a, crate::problem::SpatialModel, Across<f64>> {
     /// The vibrations out of the plane of a planar problem, of its spatial model.
     pub fn across(
         discretized: &'a SpatialProblem<'a>,
@@ -278,7 +278,7 @@ impl<'a>
     }
 }
 
-impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
+impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
     /// How many modes there are.
     pub fn available(&self) -> usize {
         self.pencil.order()

@@ -16,6 +16,7 @@
 //! tension of the rod does as it turns. This holds for curved and tapered rods, and for those that hang.
 
 use crate::error::Error;
+use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::behind_walls;
 use crate::problem::{AnyProblem, Model, Problem};
@@ -76,7 +77,7 @@ pub(crate) fn thickness_effects(
     Ok(effects)
 }
 
-impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
+impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
     /// Writes the effects on the modes at `places` of `names`.
     fn add_effects(
         &self,

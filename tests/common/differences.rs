@@ -1,6 +1,6 @@
 //! Derivatives by finite differences.
 
-use rodfit::numerics::banded::BandMatrix;
+use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::Rod;
 use rodfit::{Derivatives, Parameter, Problem, Trajectory};
 
@@ -28,12 +28,12 @@ pub fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
 
 /// Every element counts once in the assembled rod: gradient and tangent by both routes, the gradient
 /// alone against the one that comes with the tangent, and both against differences in steps of `h`.
-pub fn assembled<R: Rod<f64, W>, const W: usize>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
+pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
     let n = q.len();
     let mut results = Vec::new();
     for route in [Derivatives::Hand, Derivatives::Dual] {
         let (mut alone, mut gradient) = (vec![0.0; n], vec![0.0; n]);
-        let mut tangent = BandMatrix::<f64, W>::zeros(n);
+        let mut tangent = R::Tangent::zeros(n);
         rod.gradient(q, frames, route, &mut alone);
         // A second assembly must not see the first.
         let elsewhere: Vec<f64> = q.iter().map(|x| 1.3 * x).collect();
@@ -47,7 +47,7 @@ pub fn assembled<R: Rod<f64, W>, const W: usize>(rod: &R, q: &[f64], frames: &R:
     let [(hand, k_hand), (dual, k_dual)] = &results[..] else { unreachable!() };
     for i in 0..n {
         assert!((hand[i] - dual[i]).abs() < 1e-10, "{i}: {} {}", hand[i], dual[i]);
-        for j in i.saturating_sub(W)..=i {
+        for j in R::Tangent::coupled(i, i + 1) {
             let (a, b) = (k_hand.get(i, j), k_dual.get(i, j));
             let size = (k_hand.get(i, i) * k_hand.get(j, j)).sqrt();
             assert!((a - b).abs() < 1e-10 * size, "{i} {j}: {a} {b}");

@@ -3,6 +3,7 @@
 //! lanes and that do not, bent by more than a right angle, rotated far from their references, with and without
 //! springs of friction.
 
+use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +12,6 @@ use rodfit::energy::bend_twist::{JointLaw, Stiffness};
 use rodfit::energy::frame::Frames;
 use rodfit::energy::friction::{Sliders, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
-use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::rod::{Energies, Extra, PlanarRod, Rod, SpatialRod};
 use std::sync::Arc;
@@ -146,7 +146,7 @@ struct Told {
     moved: [Vec<f64>; 2],
 }
 
-fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
+fn told<D: Nestable, R: Rod<D>>(
     rod: &R,
     q: &[D],
     frames: &R::Frames,
@@ -155,8 +155,8 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
     let zero = vec![D::from(f64::NAN); q.len()];
     let (mut gradient, mut beside, mut strains) = (zero.clone(), zero, Vec::new());
     // What was there before must not count.
-    let mut tangent = BandMatrix::zeros(q.len());
-    tangent.add_block(0, &[[D::from(7.0); 3]; 3]);
+    let mut tangent = R::Tangent::zeros(q.len());
+    tangent.add_corner(0, 3, &[[D::from(7.0); 3]; 3]);
     rod.tangent(q, frames, derivatives, &mut beside, &mut tangent);
     rod.gradient(q, frames, derivatives, &mut gradient);
     let size = beside.iter().fold(0.0_f64, |size, x| size.max(x.value().abs()));
@@ -164,7 +164,7 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
         assert!((gradient.value() - beside.value()).abs() <= 1e-13 * size);
     }
     let mut tensions = own_tensions(rod, q);
-    let mut under = BandMatrix::zeros(q.len());
+    let mut under = R::Tangent::zeros(q.len());
     for shift in [0.0, SHIFT] {
         tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
         let mut forces = gradient.clone();
@@ -175,10 +175,10 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
         let off = off.fold(0.0_f64, f64::max);
         assert!(if shift == 0.0 { off < 1e-9 } else { off > 1.0 }, "{shift} {off:e}");
     }
-    let mut by_edges = BandMatrix::zeros(q.len());
+    let mut by_edges = R::Tangent::zeros(q.len());
     rod.edge_tangent(q, frames, derivatives, &mut by_edges);
     rod.strains(q, frames, &mut strains);
-    let entries = |of: &BandMatrix<D, W>| {
+    let entries = |of: &R::Tangent| {
         let all = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
         all.map(|(i, j)| of.get(i, j).value()).collect()
     };
@@ -204,7 +204,7 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
 /// By how much more the first edge is pulled, N; the others twice as much, three times, and so on.
 const SHIFT: f64 = 2.5;
 
-fn own_tensions<D: Nestable, R: Rod<D, W>, const W: usize>(rod: &R, q: &[D]) -> Vec<D> {
+fn own_tensions<D: Nestable, R: Rod<D>>(rod: &R, q: &[D]) -> Vec<D> {
     let mut tensions = Vec::new();
     rod.tensions_after(&vec![D::from(0.0); q.len()], q, &mut tensions);
     tensions
@@ -212,7 +212,7 @@ fn own_tensions<D: Nestable, R: Rod<D, W>, const W: usize>(rod: &R, q: &[D]) -> 
 
 /// Tensions after a change are those before it with their slopes, and the tangent under some is that of a rod whose
 /// natural strains make them.
-fn tensions_are_consistent<R: Rod<f64, W>, const W: usize>(
+fn tensions_are_consistent<R: Rod<f64>>(
     (rod, pulled): (&R, &R),
     (q, frames): (&[f64], &R::Frames),
     under: &[f64],
@@ -231,7 +231,7 @@ fn tensions_are_consistent<R: Rod<f64, W>, const W: usize>(
         assert!((expected[i] - (before[i] + slope)).abs() < 1e-6);
         assert!((after[i] - expected[i]).abs() > 1e-9, "of second order");
     }
-    let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], R::Tangent::zeros(q.len()));
     pulled.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let all = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
     for ((i, j), under) in all.zip(under) {

@@ -1,5 +1,6 @@
 //! Sensitivities against the whole simulation run in dual numbers.
 
+use rodfit::numerics::tangent::Factors;
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
 use rodfit::problem::Model;
@@ -25,9 +26,9 @@ pub fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -
     }
 }
 
-fn mismatch_of<M: Model<W>, const W: usize>(
+fn mismatch_of<M: Model>(
     problem: &Problem,
-    discretized: &Discretized<'_, M, W>,
+    discretized: &Discretized<'_, M>,
     parameter: Parameter,
 ) -> f64 {
     let run = problem.simulate_with(&[parameter]).unwrap();

@@ -1,6 +1,7 @@
 //! What the sensitivities of a step are made of, side by side and by hand, against the same rods in
 //! dual numbers.
 
+use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -100,7 +101,7 @@ fn values(x: &[Dual64]) -> Vec<f64> {
 }
 
 /// The derivatives of the gradient along two parameters at unknowns that stay, by hand or by num-dual.
-fn gradient_rates<R: Sensitive<W>, const W: usize>(
+fn gradient_rates<R: Sensitive>(
     (rod, duals): (&R, &[R::Dual; 2]),
     (q, frames): (&[f64], &R::Frames),
     derivatives: Derivatives,
@@ -119,7 +120,7 @@ fn of_planar_rods() {
     let rod = planar(&mut Numbers::new(1), |x| x.re);
     let q = values(&unknowns(&mut Numbers::new(1), 2, 2 * (EDGES + 1)));
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
-        let (found, _) = gradient_rates::<_, 5>((&rod, &duals), (&q, &()), derivatives);
+        let (found, _) = gradient_rates((&rod, &duals), (&q, &()), derivatives);
         for (g, dual) in duals.iter().enumerate() {
             let mut exact = vec![Dual64::from(0.0); q.len()];
             let still: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
@@ -162,7 +163,7 @@ fn of_spatial_rods_and_their_frames() {
     rod.tangent(&q, &real, Derivatives::Hand, &mut gradient, &mut tangent);
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
         let (mut found, geometry) =
-            gradient_rates::<_, 10>((&rod, &duals), (&q, &real), derivatives);
+            gradient_rates((&rod, &duals), (&q, &real), derivatives);
         SpatialRod::frame_rate(&rates, &geometry, &gradient, &tangent, &mut found);
         for g in 0..2 {
             let still: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
@@ -173,7 +174,7 @@ fn of_spatial_rods_and_their_frames() {
     }
 
     // Moved on to the second place.
-    let (_, geometry) = gradient_rates::<_, 10>((&rod, &duals), (&q, &real), Derivatives::Hand);
+    let (_, geometry) = gradient_rates((&rod, &duals), (&q, &real), Derivatives::Hand);
     let lanes: Vec<[f64; 2]> = (0..count).map(|i| [now[0][i].eps, now[1][i].eps]).collect();
     SpatialRod::rebase_rates(&mut rates, &geometry, &lanes);
     for g in 0..2 {

@@ -1,5 +1,7 @@
 //! Schemes that need no iteration: gradients on the way, orders, energy, momenta, reversal, limits.
 
+use rodfit::rod::TangentOf;
+use rodfit::numerics::tangent::Tangent;
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
@@ -36,7 +38,7 @@ fn gradients_of_all_ways_agree() {
     }
 }
 
-fn gradients_agree<M: Model<W>, const W: usize>(discretized: &Discretized<'_, M, W>) {
+fn gradients_agree<M: Model>(discretized: &Discretized<'_, M>) {
     let mut simulation = discretized.simulation().unwrap();
     for k in 1..=100 {
         simulation.step_to(f64::from(k) * 2e-4).unwrap();
@@ -53,7 +55,7 @@ fn gradients_agree<M: Model<W>, const W: usize>(discretized: &Discretized<'_, M,
     let (dual, _) = moved(Derivatives::Dual);
     let (mut apart, mut swept) = (zero.clone(), zero.clone());
     rod.gradient(q, &frames, Derivatives::Hand, &mut apart);
-    let mut tangent = rodfit::numerics::banded::BandMatrix::zeros(q.len());
+    let mut tangent = TangentOf::<M::Rod<f64>, f64>::zeros(q.len());
     rod.tangent(q, &frames, Derivatives::Hand, &mut swept, &mut tangent);
     let mut size = zero.clone();
     tangent.absolute_product(q, &mut size);
@@ -207,7 +209,7 @@ fn explicit_schemes_run_backwards() {
     }
 }
 
-fn runs_backwards<M: Model<W>, const W: usize>(discretized: &Discretized<'_, M, W>, step: f64) {
+fn runs_backwards<M: Model>(discretized: &Discretized<'_, M>, step: f64) {
     let mut simulation = discretized.simulation().unwrap();
     let start = simulation.state().q.clone();
     for k in 1..=1000 {

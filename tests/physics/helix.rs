@@ -1,5 +1,6 @@
 //! The paper's helix: its figures, energy, and the work it takes.
 
+use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rodfit::dynamics::Simulation;
 use rodfit::energy::Element;
@@ -68,7 +69,8 @@ fn the_helix_keeps_its_energy() {
 #[derive(Clone)]
 struct PublishedRod(SpatialRod<f64>);
 
-impl Rod<f64, 10> for PublishedRod {
+impl Rod<f64> for PublishedRod {
+    type Tangent = BandMatrix<f64, 10>;
     type Dual = SpatialRod<Dual64>;
     type Frames = Frames<f64>;
     type Geometry = ();
@@ -128,7 +130,7 @@ impl Rod<f64, 10> for PublishedRod {
         SpatialRod::<f64>::rebase(frames, q);
     }
     fn real_frames(dual: &Frames<Dual64>, frames: &mut Frames<f64>) {
-        <SpatialRod<f64> as Rod<f64, 10>>::real_frames(dual, frames);
+        <SpatialRod<f64> as Rod<f64>>::real_frames(dual, frames);
     }
     fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
         SpatialRod::<f64>::refer(q, from, to);

@@ -183,7 +183,7 @@ trait Moves {
 
 impl Moves for rodfit::rod::SpatialRod<f64> {
     fn rebase(&self, frames: &mut Frames<f64>, q: &[f64]) {
-        <Self as Rod<f64, 10>>::rebase(frames, q);
+        <Self as Rod<f64>>::rebase(frames, q);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Where rods lose their shape in space, and what they take on instead.
 
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;

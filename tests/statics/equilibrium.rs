@@ -1,5 +1,6 @@
 //! Equilibria against theory, where plain Newton dies, and where stability is lost.
 
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{
@@ -94,15 +95,10 @@ fn very_fine_meshes() {
 }
 
 /// The tangent by edges is `T' K T` of that by nodes.
-fn edges_are_congruent<R: Rod<f64, W>, const W: usize>(
-    rod: &R,
-    frames: &R::Frames,
-    rest: &[f64],
-    stride: usize,
-) {
+fn edges_are_congruent<R: Rod<f64>>(rod: &R, frames: &R::Frames, rest: &[f64], stride: usize) {
     let n = rest.len();
     let q: Vec<f64> = (0..n).map(|i| rest[i] + 2e-3 * (7.0 * i as f64).sin()).collect();
-    let (mut nodes, mut edges) = (BandMatrix::<f64, W>::zeros(n), BandMatrix::<f64, W>::zeros(n));
+    let (mut nodes, mut edges) = (R::Tangent::zeros(n), R::Tangent::zeros(n));
     rod.tangent(&q, frames, Derivatives::Hand, &mut vec![0.0; n], &mut nodes);
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
         rod.edge_tangent(&q, frames, derivatives, &mut edges);

@@ -11,6 +11,7 @@ use crate::dynamics::adjoint::viscous::ViscousBack;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{
     DragSlopes, FrameRate, Laws, NodalDrag, Strained, Transposed, still_frames, strained,
 };
@@ -18,7 +19,7 @@ use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
 
 /// The derivatives of a misfit by what is now, and by the numbers of the rod so far.
-pub struct Backward<R: Transposed<W>, const W: usize> {
+pub struct Backward<R: Transposed> {
     /// By places and velocities.
     pub q: Vec<f64>,
     pub v: Vec<f64>,
@@ -35,7 +36,7 @@ pub struct Backward<R: Transposed<W>, const W: usize> {
     pub drag: Option<DragSlopes>,
     /// By the scheme's number.
     pub parameter: f64,
-    pub supports: MovingSupports<R, W>,
+    pub supports: MovingSupports<R>,
     /// What forces count for.
     force: Vec<f64>,
     right: Vec<f64>,
@@ -58,12 +59,12 @@ pub struct Constants<'a> {
     pub parameter: f64,
 }
 
-impl<R: Transposed<W>, const W: usize> Backward<R, W> {
+impl<R: Transposed> Backward<R> {
     /// At the end of a simulation's run, where nothing counts yet. `apart`: whether kinds of strain have times of their
     /// own, or could; `moments`: whether there are dead moments, or could be.
     pub fn new(
-        simulation: &Simulation<f64, R, W>,
-        supports: MovingSupports<R, W>,
+        simulation: &Simulation<f64, R>,
+        supports: MovingSupports<R>,
         (apart, moments): (bool, bool),
     ) -> Self {
         let (rod, state) = (simulation.rod(), simulation.state());
@@ -100,7 +101,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
     pub fn go(
         &mut self,
         constants: &Constants<'_>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) -> Result<(), Error> {
         let dual = step.coefficients(Dual64::new(constants.parameter, 1.0));
         let (coefficients, slopes) = (dual.map(|x| x.re), dual.map(|x| x.eps));
@@ -124,7 +125,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
         &mut self,
         constants: &Constants<'_>,
         numbers: &Numbers,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let Some(viscous) = &mut self.viscous else { return };
         let d = std::mem::take(&mut self.unbalanced);
@@ -155,11 +156,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
     }
 
     /// Velocities, accelerations and forces at the end, and the solution of the step.
-    fn ends(
-        &mut self,
-        numbers: &Numbers,
-        step: &Linearization<'_, f64, R, W>,
-    ) -> Result<(), Error> {
+    fn ends(&mut self, numbers: &Numbers, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         let Numbers { coefficients, slopes, .. } = numbers;
         let free = step.free.clone();
         let (before, now, mass) = (step.before, step.after, step.rod.mass());
@@ -204,7 +201,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
         &mut self,
         constants: &Constants<'_>,
         Numbers { coefficients, slopes, .. }: &Numbers,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let (before, now, mass) = (step.before, step.after, step.rod.mass());
         let damping = constants.damping.mass;
@@ -240,7 +237,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
         &mut self,
         constants: &Constants<'_>,
         numbers: &Numbers,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let d = std::mem::take(&mut self.force);
         match &mut self.viscous {
@@ -285,7 +282,7 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
         d: &[f64],
         constants: &Constants<'_>,
         Numbers { coefficients, slopes, .. }: &Numbers,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) -> Vec<f64> {
         let (Some(drag), Some(by_drag)) = (constants.drag, &mut self.drag) else {
             return Vec::new();
@@ -317,23 +314,15 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
 }
 
 /// What loads and dead moments count for.
-fn add_loads<R: Transposed<W>, const W: usize>(
-    step: &Linearization<'_, f64, R, W>,
-    d: &[f64],
-    laws: &mut Laws,
-) {
+fn add_loads<R: Transposed>(step: &Linearization<'_, f64, R>, d: &[f64], laws: &mut Laws) {
     laws.load.iter_mut().zip(d).for_each(|(load, d)| *load -= d);
     step.rod.add_to_moments(&step.after.q, d, laws);
 }
 
 /// What held places count for, by the tangent's rows of them alone.
-fn add_held<R: Transposed<W>, const W: usize>(
-    step: &Linearization<'_, f64, R, W>,
-    d: &[f64],
-    q: &mut [f64],
-) {
+fn add_held<R: Transposed>(step: &Linearization<'_, f64, R>, d: &[f64], q: &mut [f64]) {
     for i in (0..d.len()).filter(|i| !step.free.contains(i)) {
-        let near = i.saturating_sub(W)..(i + W + 1).min(d.len());
+        let near = R::Tangent::coupled(i, d.len());
         q[i] += near.map(|j| step.tangent.get(i, j) * d[j]).sum::<f64>();
     }
 }

@@ -3,13 +3,14 @@
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
+use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
 /// A run from its start, in stretches whose first simulations are known.
 #[derive(Clone, Debug)]
-pub struct Course<R: Rod<f64, W>, const W: usize> {
+pub struct Course<R: Rod<f64>> {
     /// The number of steps before a stretch, and the simulation then.
-    starts: Vec<(usize, Simulation<f64, R, W>)>,
+    starts: Vec<(usize, Simulation<f64, R>)>,
     /// The states of all of the run, if there is room.
     states: Vec<State<f64, R::Frames>>,
     /// The ends of all steps, s.
@@ -20,9 +21,9 @@ pub struct Course<R: Rod<f64, W>, const W: usize> {
 }
 
 /// What is shown of a course: a state, and the step that led to it.
-pub type See<'a, R, const W: usize> = dyn FnMut(
-        &State<f64, <R as Rod<f64, W>>::Frames>,
-        Option<&Linearization<'_, f64, R, W>>,
+pub type See<'a, R> = dyn FnMut(
+        &State<f64, <R as Rod<f64>>::Frames>,
+        Option<&Linearization<'_, f64, R>>,
     ) -> Result<(), Error>
     + 'a;
 
@@ -34,10 +35,7 @@ struct Room {
 }
 
 impl Room {
-    fn of<R: Rod<f64, W>, const W: usize>(
-        simulation: &Simulation<f64, R, W>,
-        bytes: usize,
-    ) -> Self {
+    fn of<R: Rod<f64>>(simulation: &Simulation<f64, R>, bytes: usize) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
         let frames = if R::HAS_FRAMES { 2 * unknowns } else { 0 };
@@ -45,7 +43,8 @@ impl Room {
         let numbers = 3 * unknowns + state.acceleration.len() + frames + remembered;
         // Tangents with their factors, the elements, and lists of unknowns.
         let viscous = if internal.strain.is_empty() { 1 } else { 2 };
-        let whole = 2 * numbers + unknowns * (viscous * (2 * W + 20) + 10);
+        let whole =
+            2 * numbers + unknowns * (viscous * (2 * R::Tangent::NUMBERS_PER_ROW + 18) + 10);
         // More than half for states: the fewer stretches, the less is run again.
         let fit = |room: usize, numbers: usize| (room / (8 * numbers)).max(2);
         Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
@@ -60,9 +59,9 @@ impl Room {
     }
 }
 
-impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
+impl<R: Rod<f64>> Course<R> {
     /// Of a run that is about to start, of about so many steps.
-    pub fn new(simulation: &Simulation<f64, R, W>, steps: usize, bytes: usize) -> Self {
+    pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Room::of(simulation, bytes);
         let states = match steps <= room.states {
             true => vec![simulation.state().clone()],
@@ -73,7 +72,7 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
     }
 
     /// Takes a step to its run.
-    pub fn push(&mut self, simulation: &Simulation<f64, R, W>) {
+    pub fn push(&mut self, simulation: &Simulation<f64, R>) {
         self.times.push(simulation.state().time);
         let count = self.times.len();
         if (1..=self.room.states).contains(&self.states.len()) {
@@ -87,7 +86,7 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
     }
 
     /// The simulation at the start.
-    pub fn start(&self) -> &Simulation<f64, R, W> {
+    pub fn start(&self) -> &Simulation<f64, R> {
         &self.starts[0].1
     }
 
@@ -95,7 +94,7 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
     ///
     /// # Errors
     /// Those of `see`, and of a step.
-    pub fn back(&self, see: &mut See<'_, R, W>) -> Result<(), Error> {
+    pub fn back(&self, see: &mut See<'_, R>) -> Result<(), Error> {
         let mut linear = self.start().clone();
         linear.keep_tangent();
         if !self.states.is_empty() {
@@ -114,7 +113,7 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
     ///
     /// # Errors
     /// Those of `see`, and of a step.
-    pub fn forth(&self, see: &mut See<'_, R, W>) -> Result<(), Error> {
+    pub fn forth(&self, see: &mut See<'_, R>) -> Result<(), Error> {
         let mut linear = self.start().clone();
         linear.keep_tangent();
         see(self.start().state(), None)?;
@@ -133,10 +132,10 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
 
     fn back_over(
         &self,
-        mut simulation: Simulation<f64, R, W>,
+        mut simulation: Simulation<f64, R>,
         steps: std::ops::Range<usize>,
-        linear: &mut Simulation<f64, R, W>,
-        see: &mut See<'_, R, W>,
+        linear: &mut Simulation<f64, R>,
+        see: &mut See<'_, R>,
     ) -> Result<(), Error> {
         let stretch = self.room.stretch(steps.len());
         if steps.len() <= stretch {
@@ -165,10 +164,10 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
 }
 
 /// Shows steps from the last to the first.
-fn show<R: Rod<f64, W>, const W: usize>(
+fn show<R: Rod<f64>>(
     states: &[State<f64, R::Frames>],
-    linear: &mut Simulation<f64, R, W>,
-    see: &mut See<'_, R, W>,
+    linear: &mut Simulation<f64, R>,
+    see: &mut See<'_, R>,
 ) -> Result<(), Error> {
     for pair in states.windows(2).rev() {
         let [before, after] = pair else { continue };

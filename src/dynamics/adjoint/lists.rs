@@ -95,13 +95,13 @@ impl Asked {
 }
 
 /// Writes the derivatives by numbers of lists.
-pub fn share_out<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
+pub fn share_out<M: Model>(
+    discretized: &Discretized<'_, M>,
     laws: &Laws,
     listed: &[(List, usize, usize)],
     gradient: &mut [f64],
 ) where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let mut lists: Vec<List> = Vec::new();
     listed.iter().for_each(|(list, ..)| {
@@ -114,9 +114,9 @@ pub fn share_out<M: Model<W>, const W: usize>(
         let in_list = |p| List::of(p).is_some_and(|(own, _)| own == list);
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(in_list(p))));
         let rod = discretized.setup_over::<Dual64>(seed).rod(discretized.model);
-        let mut rates = <M::Rod<f64> as Sensitive<W>>::Rates::default();
-        <M::Rod<f64> as Sensitive<W>>::set_rates(std::array::from_ref(&rod), &mut rates);
-        let joints = <M::Rod<f64> as Transposed<W>>::along_joints(&rates, laws);
+        let mut rates = <M::Rod<f64> as Sensitive>::Rates::default();
+        <M::Rod<f64> as Sensitive>::set_rates(std::array::from_ref(&rod), &mut rates);
+        let joints = <M::Rod<f64> as Transposed>::along_joints(&rates, laws);
         let mut by_place: Vec<f64> = Vec::new();
         for (i, joint) in joints.iter().enumerate() {
             for (place, weight) in list.shares(discretized.scene(), i + 1, &places) {

@@ -28,8 +28,6 @@ use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
-use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::rod::{PlanarRod, SpatialRod, Transposed, still_frames};
 use crate::scene::{Parameter, Point, Scheme};
 use num_dual::Dual64;
@@ -70,8 +68,8 @@ pub struct Reversible {
 /// A course by its model.
 #[derive(Clone, Debug)]
 enum AnyCourse {
-    Planar(Box<Course<PlanarRod<f64>, PLANAR_BAND>>),
-    Spatial(Box<Course<SpatialRod<f64>, SPATIAL_BAND>>),
+    Planar(Box<Course<PlanarRod<f64>>>),
+    Spatial(Box<Course<SpatialRod<f64>>>),
 }
 
 impl Problem {
@@ -221,18 +219,18 @@ impl Reversible {
 }
 
 /// The derivatives of what was recorded along a direction.
-fn along<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    course: &Course<M::Rod<f64>, W>,
+fn along<M: Model>(
+    discretized: &Discretized<'_, M>,
+    course: &Course<M::Rod<f64>>,
     (direction, record): (&[(Parameter, f64)], &Record),
 ) -> Result<Motions, Error>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let components: HashMap<Parameter, f64> = direction.iter().copied().collect();
     let seed = |p, value| Dual64::new(value, components.get(&p).copied().unwrap_or(0.0));
     let dual = discretized.simulation_over::<Dual64>(seed)?;
-    let mut sensitivities = Sensitivities::<M::Rod<f64>, W>::new(vec![dual]);
+    let mut sensitivities = Sensitivities::<M::Rod<f64>>::new(vec![dual]);
     let (tracked, times) = (record.tracked(), record.times());
     let mut motions = Vec::with_capacity(record.motions().len());
     let mut row = 0;
@@ -297,14 +295,14 @@ impl Slopes<'_> {
 }
 
 /// Runs and keeps what is needed to go back.
-fn course<M: Model<W>, const W: usize>(
+fn course<M: Model>(
     problem: &Problem,
-    discretized: &Discretized<'_, M, W>,
+    discretized: &Discretized<'_, M>,
     (steps, bytes): (usize, usize),
     trajectory: &mut Trajectory,
-) -> Result<Course<M::Rod<f64>, W>, Error>
+) -> Result<Course<M::Rod<f64>>, Error>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     trajectory.check_run(problem, steps)?;
     let mut course = None;
@@ -319,14 +317,14 @@ where
 }
 
 /// The derivatives by the parameters of a misfit with these slopes.
-fn gradient<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    course: &Course<M::Rod<f64>, W>,
+fn gradient<M: Model>(
+    discretized: &Discretized<'_, M>,
+    course: &Course<M::Rod<f64>>,
     (slopes, record): (&[Motion], &Record),
     (asked, parameters): (Asked, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let start = course.start();
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
@@ -355,12 +353,7 @@ where
 }
 
 /// Adds the slopes by place and velocity of a node.
-fn add_slope<M: Model<W>, const W: usize>(
-    model: &M,
-    node: usize,
-    slope: &Motion,
-    to: [&mut Vec<f64>; 2],
-) {
+fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut Vec<f64>; 2]) {
     for (slope, to) in slope.iter().zip(to) {
         let own = model.components(*slope);
         let axes = M::STRIDE.min(3);
@@ -369,13 +362,13 @@ fn add_slope<M: Model<W>, const W: usize>(
 }
 
 /// The supports with the parameters that move them.
-fn moving_supports<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    course: &Course<M::Rod<f64>, W>,
+fn moving_supports<M: Model>(
+    discretized: &Discretized<'_, M>,
+    course: &Course<M::Rod<f64>>,
     asked: &Asked,
-) -> MovingSupports<M::Rod<f64>, W>
+) -> MovingSupports<M::Rod<f64>>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let start = course.start();
     let frames = if M::STRIDE > 3 { start.rod().no_laws(false).stretch.len() } else { 0 };

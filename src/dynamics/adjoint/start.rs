@@ -6,23 +6,23 @@ use crate::dynamics::adjoint::viscous::add_by_strains;
 use crate::dynamics::simulation::Simulation;
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::banded::BandMatrix;
+use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
 use crate::rod::{Laws, Rod, Strained, Transposed, still_frames, strained};
 use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
 /// A simulation of a model.
-type Of<M, const W: usize> = Simulation<f64, <M as Model<W>>::Rod<f64>, W>;
+type Of<M> = Simulation<f64, <M as Model>::Rod<f64>>;
 
 /// The derivatives by what was asked.
-pub fn gradient<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    (backward, start): (&Backward<M::Rod<f64>, W>, &Of<M, W>),
+pub fn gradient<M: Model>(
+    discretized: &Discretized<'_, M>,
+    (backward, start): (&Backward<M::Rod<f64>>, &Of<M>),
     (mut asked, parameters): (Asked, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let mut gradient = vec![0.0; parameters.len()];
     if !asked.listed.is_empty() {
@@ -44,13 +44,13 @@ where
 
 /// What the laws of joints count for, with what the start of the run makes of them: the forces there and, of one that
 /// begins in equilibrium, the places. None where it follows them in other ways.
-fn laws<M: Model<W>, const W: usize>(
-    discretized: &Discretized<'_, M, W>,
-    backward: &Backward<M::Rod<f64>, W>,
-    start: &Of<M, W>,
+fn laws<M: Model>(
+    discretized: &Discretized<'_, M>,
+    backward: &Backward<M::Rod<f64>>,
+    start: &Of<M>,
 ) -> Option<Laws>
 where
-    M::Rod<f64>: Transposed<W>,
+    M::Rod<f64>: Transposed,
 {
     let initial = &discretized.scene().initial;
     let (state, rod, free) = (start.state(), start.rod(), start.free());
@@ -70,7 +70,7 @@ where
     let mut geometry = Default::default();
     rod.measure(&state.q, &state.frames, &mut geometry);
     let (mut strain, mut along) = (Vec::new(), Vec::new());
-    <M::Rod<f64> as Transposed<W>>::measured_strains(&geometry, &mut strain);
+    <M::Rod<f64> as Transposed>::measured_strains(&geometry, &mut strain);
     along.resize(strain.len(), 0.0);
     let still = still_frames(backward.frames.len());
     let mut laws = backward.laws.clone();
@@ -82,14 +82,14 @@ where
     add(&d);
     if rests {
         let n = d.len();
-        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let (mut gradient, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
         let mut q = vec![0.0; n];
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         tangent.product(&d, &mut q);
         // The frames are those of where the rod is, and go along.
         let mut frames = backward.frames.clone();
-        <M::Rod<f64> as Transposed<W>>::add_to_frames(&geometry, &gradient, (&d, &q), &mut frames);
-        <M::Rod<f64> as Transposed<W>>::rebase_back(&geometry, &mut frames, &mut q);
+        <M::Rod<f64> as Transposed>::add_to_frames(&geometry, &gradient, (&d, &q), &mut frames);
+        <M::Rod<f64> as Transposed>::rebase_back(&geometry, &mut frames, &mut q);
         q.iter_mut().zip(&backward.q).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
@@ -108,10 +108,10 @@ where
 }
 
 /// The derivative along what a simulation's numbers carry.
-fn along<R: Transposed<W>, const W: usize>(
-    backward: &Backward<R, W>,
+fn along<R: Transposed>(
+    backward: &Backward<R>,
     rod: &R,
-    dual: &Simulation<Dual64, R::Dual, W>,
+    dual: &Simulation<Dual64, R::Dual>,
 ) -> f64 {
     let state = dual.state();
     let sum =

@@ -7,23 +7,23 @@ use crate::scene::supports::Moment;
 use num_dual::Dual64;
 
 /// The supports of a rod, with the parameters that move them.
-pub struct MovingSupports<R: Transposed<W>, const W: usize> {
+pub struct MovingSupports<R: Transposed> {
     /// The unknowns that supports lead, and those of them that are angles.
     led: Vec<usize>,
     angles: Vec<usize>,
     /// By the number of the parameter.
-    moved: Vec<Moved<R, W>>,
+    moved: Vec<Moved<R>>,
     still: Vec<FrameRate<1>>,
 }
 
-struct Moved<R: Transposed<W>, const W: usize> {
+struct Moved<R: Transposed> {
     parameter: usize,
     motion: BoundaryMotion<Dual64>,
-    frames: DualFrames<R, f64, W>,
+    frames: DualFrames<R, f64>,
     sum: f64,
 }
 
-impl<R: Transposed<W>, const W: usize> MovingSupports<R, W> {
+impl<R: Transposed> MovingSupports<R> {
     /// Of a rod with this motion, if it has any that numbers say.
     pub fn new(motion: Option<&BoundaryMotion>, still: Vec<FrameRate<1>>) -> Self {
         let [led, angles] = motion
@@ -42,7 +42,7 @@ impl<R: Transposed<W>, const W: usize> MovingSupports<R, W> {
         &mut self,
         parameter: usize,
         motion: BoundaryMotion<Dual64>,
-        frames: DualFrames<R, f64, W>,
+        frames: DualFrames<R, f64>,
     ) {
         self.moved.push(Moved { parameter, motion, frames, sum: 0.0 });
     }
@@ -55,7 +55,7 @@ impl<R: Transposed<W>, const W: usize> MovingSupports<R, W> {
     /// Goes back over a step, at whose end places and velocities count for `q` and `v`.
     pub fn lead_back(
         &mut self,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         (q, v): (&mut [f64], &mut [f64]),
         frames: &mut [FrameRate<1>],
     ) {
@@ -69,7 +69,7 @@ impl<R: Transposed<W>, const W: usize> MovingSupports<R, W> {
             R::set_dual_frames(&step.before.frames, &self.still, 0, frames);
             let dual = |x: &[f64]| -> Vec<Dual64> { x.iter().map(|x| Dual64::from(*x)).collect() };
             let (mut q1, mut v1) = (dual(&now.q), dual(&now.v));
-            motion.advance::<R::Dual, W>(moment, moment, &mut q1, frames);
+            motion.advance::<R::Dual>(moment, moment, &mut q1, frames);
             motion.velocities(now.time, &mut v1);
             *sum += self.led.iter().map(|i| q[*i] * q1[*i].eps + v[*i] * v1[*i].eps).sum::<f64>();
         }

@@ -64,32 +64,32 @@ impl ViscousBack {
     }
 
     /// The forces at the end of a step, where they count for `d`.
-    pub fn forces_at_end<R: Transposed<W>, const W: usize>(
+    pub fn forces_at_end<R: Transposed>(
         &mut self,
         d: &[f64],
         given: Given<'_>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         to: &mut To<'_>,
     ) {
         self.forces(d, given, step, &step.before.internal, Memory::at_end, to);
     }
 
     /// The forces that the next step counts by its start, where they count for `d`.
-    pub fn forces_at_start<R: Transposed<W>, const W: usize>(
+    pub fn forces_at_start<R: Transposed>(
         &mut self,
         d: &[f64],
         given: Given<'_>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         to: &mut To<'_>,
     ) {
         self.forces(d, given, step, &step.after.internal, Memory::at_start, to);
     }
 
-    fn forces<R: Transposed<W>, const W: usize>(
+    fn forces<R: Transposed>(
         &mut self,
         d: &[f64],
         (numbers, damping): Given<'_>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         past: &InternalVariables<f64>,
         of: MemoryOf,
         to: &mut To<'_>,
@@ -124,12 +124,12 @@ impl ViscousBack {
     }
 
     /// Adds what the past of strains counts for, and returns what the numbers do that they are counted with.
-    fn count<R: Transposed<W>, const W: usize>(
+    fn count<R: Transposed>(
         &mut self,
         memory: &Memory<f64>,
         now: &[f64],
         past: &InternalVariables<f64>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         laws: &mut Laws,
     ) -> Memory<f64> {
         let mut sums = memory_of_zeros();
@@ -165,10 +165,10 @@ impl ViscousBack {
     }
 
     /// Goes back over what the material remembers of a step.
-    pub fn go_back<R: Transposed<W>, const W: usize>(
+    pub fn go_back<R: Transposed>(
         &mut self,
         (numbers, damping): Given<'_>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         (q, frames): (&mut [f64], &mut [FrameRate<1>]),
         (laws, by_damping, _): &mut To<'_>,
     ) {
@@ -206,7 +206,7 @@ impl ViscousBack {
 }
 
 /// Adds what the unknowns count for where strains do, and returns it.
-pub fn add_by_strains<R: Transposed<W>, const W: usize>(
+pub fn add_by_strains<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,
     at: (&[f64], &R::Frames),

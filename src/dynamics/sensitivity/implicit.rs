@@ -6,6 +6,7 @@ use crate::dynamics::sensitivity::viscous::Viscous;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::{Vector, components, each};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
@@ -16,7 +17,7 @@ use num_dual::Dual64;
 
 /// The derivatives along `G` parameters.
 #[derive(Clone)]
-pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
+pub struct Implicit<R: Sensitive, const G: usize> {
     rods: [R::Dual; G],
     /// What the parameters change of the rod.
     rates: R::Rates<G>,
@@ -41,7 +42,7 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     unbalanced: Vec<[f64; G]>,
     frames: Vec<FrameRate<G>>,
     /// The frames with their derivatives, where dual numbers go through them.
-    dual_frames: [DualFrames<R, f64, W>; G],
+    dual_frames: [DualFrames<R, f64>; G],
     /// The derivatives of the forces at fixed unknowns.
     direct: Vec<[f64; G]>,
     /// The right-hand side `-dR|q1`, and what solves it.
@@ -50,9 +51,7 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
 }
 
 /// Whether the stress depends on what the strains were, or its derivative does.
-pub fn remembers<R: Sensitive<W>, const W: usize>(
-    simulation: &Simulation<Dual64, R::Dual, W>,
-) -> bool {
+pub fn remembers<R: Sensitive>(simulation: &Simulation<Dual64, R::Dual>) -> bool {
     // An average takes the viscous stress apart from the rest.
     !simulation.can_linearize_again() || simulation.damping().remembers()
 }
@@ -63,9 +62,9 @@ fn lanes<T: Copy, const G: usize>(lists: [&[T]; G], of: impl Fn(T) -> f64) -> Ve
     (0..count).map(|i| each(&lists, |list| of(list[i]))).collect()
 }
 
-impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
+impl<R: Sensitive, const G: usize> Implicit<R, G> {
     /// At the start of simulations, one for each parameter; none of a scheme that solves no equations.
-    pub fn new(simulations: [&Simulation<Dual64, R::Dual, W>; G]) -> Option<Self> {
+    pub fn new(simulations: [&Simulation<Dual64, R::Dual>; G]) -> Option<Self> {
         let [first, ..] = &simulations[..] else { return None };
         first.newton()?;
         let states = simulations.map(Simulation::state);
@@ -84,8 +83,8 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             boundary_motion: motion
                 .and_then(|_| all(simulations.map(|s| s.boundary_motion().cloned()))),
             held,
-            viscous: match simulations.iter().any(|simulation| remembers::<R, W>(simulation)) {
-                true => Viscous::new::<R, W>(simulations),
+            viscous: match simulations.iter().any(|simulation| remembers::<R>(simulation)) {
+                true => Viscous::new::<R>(simulations),
                 false => None,
             },
             rates,
@@ -118,14 +117,14 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     }
 
     /// The frames where the rod is now with their derivatives along parameter `lane`.
-    pub fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64, W> {
+    pub fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64> {
         let mut dual = self.dual_frames[lane].clone();
         R::set_dual_frames(now, &self.frames, lane, &mut dual);
         dual
     }
 
     /// Advances over a step.
-    pub fn advance(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
+    pub fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         let coefficients = step.coefficients(self.parameter[0].re);
         // Where the scheme's own numbers change, how.
         let changes = self.parameter.iter().any(|parameter| parameter.eps != 0.0);
@@ -161,7 +160,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     }
 
     /// What supports hold at the end of the step.
-    fn find_held(&mut self, step: &Linearization<'_, f64, R, W>) {
+    fn find_held(&mut self, step: &Linearization<'_, f64, R>) {
         let Some(motions) = &self.boundary_motion else { return };
         let (now, free) = (step.after, &step.free);
         let held = (0..now.q.len()).filter(|i| !free.contains(i));
@@ -171,7 +170,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
             };
             let (mut q, mut v) = (dual(&now.q, &self.q), dual(&now.v, &self.v));
-            motions[g].advance::<R::Dual, W>(moment, moment, &mut q, &self.dual_frames[g]);
+            motions[g].advance::<R::Dual>(moment, moment, &mut q, &self.dual_frames[g]);
             motions[g].velocities(now.time, &mut v);
             (q, v)
         });
@@ -185,7 +184,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     fn rate_forces(
         &mut self,
         coefficients: &StepCoefficients<f64>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let Self { direct, frames, held, .. } = self;
         let elastic = (&self.rods, &self.rates);
@@ -233,7 +232,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     fn rate_next_forces(
         &mut self,
         coefficients: &StepCoefficients<f64>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let Some(viscous) = &self.viscous else { return };
         let Self { direct, frames, q, .. } = self;
@@ -267,7 +266,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         &mut self,
         coefficients: &StepCoefficients<f64>,
         slopes: Option<&[StepCoefficients<f64>; G]>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let free = step.free.clone();
         let mass = &step.rod.mass()[free.clone()];
@@ -331,7 +330,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     fn rate_drag(
         &mut self,
         coefficients: &[StepCoefficients<Dual64>; G],
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let (before, now) = (step.before, step.after);
         for (g, drag) in &self.drag {
@@ -364,7 +363,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     }
 
     /// The same at the end of a step, where the forces are found anew.
-    fn add_drag(&mut self, step: &Linearization<'_, f64, R, W>) {
+    fn add_drag(&mut self, step: &Linearization<'_, f64, R>) {
         for (g, drag) in &self.drag {
             let now = step.after;
             let DragRoom { there, v, .. } = &mut self.room;
@@ -374,7 +373,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         }
     }
 
-    fn solve(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
+    fn solve(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         step.led.fill(&mut self.right, [0.0; G]);
         self.solution.copy_from_slice(&self.right);
         step.factors.solve_many(&mut self.solution);
@@ -393,7 +392,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         &mut self,
         coefficients: &StepCoefficients<f64>,
         slopes: Option<&[StepCoefficients<f64>; G]>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let free = step.free.clone();
         let by_end = coefficients.end.recip();
@@ -516,7 +515,7 @@ struct Began<'a> {
 }
 
 impl<'a> Began<'a> {
-    fn of<R: Rod<f64, W>, const W: usize>(step: &Linearization<'a, f64, R, W>) -> Self {
+    fn of<R: Rod<f64>>(step: &Linearization<'a, f64, R>) -> Self {
         let (before, now, free) = (step.before, step.after, step.free.clone());
         Self {
             q1: &now.q[free.clone()],

@@ -22,36 +22,36 @@ use implicit::{Implicit, remembers};
 use num_dual::Dual64;
 
 /// A simulation whose numbers carry the derivative along one parameter.
-type Along<R, const W: usize> = Simulation<Dual64, <R as Rod<f64, W>>::Dual, W>;
+type Along<R> = Simulation<Dual64, <R as Rod<f64>>::Dual>;
 
 /// The derivatives of a simulation's state with respect to parameters.
 #[derive(Clone)]
-pub struct Sensitivities<R: Sensitive<W>, const W: usize>(Kind<R, W>);
+pub struct Sensitivities<R: Sensitive>(Kind<R>);
 
 #[derive(Clone)]
-enum Kind<R: Sensitive<W>, const W: usize> {
+enum Kind<R: Sensitive> {
     /// Of a scheme whose steps are equations: by the implicit function theorem. With the place of every parameter
     /// among those of all groups.
-    Implicit(Vec<Group<R, W>>, Vec<usize>),
+    Implicit(Vec<Group<R>>, Vec<usize>),
     /// Of any other scheme: the same steps in dual numbers, one simulation for each parameter. The
     /// first makes the steps of the simulation in plain numbers too.
-    Direct(Vec<Along<R, W>>),
+    Direct(Vec<Along<R>>),
 }
 
 /// Parameters side by side.
 #[derive(Clone)]
-enum Group<R: Sensitive<W>, const W: usize> {
+enum Group<R: Sensitive> {
     /// One.
-    One(Box<Implicit<R, W, 1>>),
+    One(Box<Implicit<R, 1>>),
     /// Two.
-    Two(Box<Implicit<R, W, 2>>),
+    Two(Box<Implicit<R, 2>>),
     /// Four.
-    Four(Box<Implicit<R, W, 4>>),
+    Four(Box<Implicit<R, 4>>),
 }
 
-impl<R: Sensitive<W>, const W: usize> Group<R, W> {
+impl<R: Sensitive> Group<R> {
     /// Simulations at the start, as many at once as go; none of a scheme that solves no equations.
-    fn all(mut simulations: &[&Along<R, W>]) -> Option<Vec<Self>> {
+    fn all(mut simulations: &[&Along<R>]) -> Option<Vec<Self>> {
         let mut groups = Vec::new();
         while let Some((four, rest)) = simulations.split_first_chunk::<4>() {
             groups.push(Self::Four(Box::new(Implicit::new(*four)?)));
@@ -91,7 +91,7 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
-    fn frames(&self, lane: usize, frames: &R::Frames) -> DualFrames<R, f64, W> {
+    fn frames(&self, lane: usize, frames: &R::Frames) -> DualFrames<R, f64> {
         match self {
             Self::One(group) => group.frames(lane, frames),
             Self::Two(group) => group.frames(lane, frames),
@@ -99,7 +99,7 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
-    fn advance(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
+    fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         match self {
             Self::One(group) => group.advance(step),
             Self::Two(group) => group.advance(step),
@@ -109,12 +109,9 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
 }
 
 /// The group with a place, and where it is there.
-fn group_of<R: Sensitive<W>, const W: usize>(
-    groups: &[Group<R, W>],
-    place: usize,
-) -> (&Group<R, W>, usize) {
+fn group_of<R: Sensitive>(groups: &[Group<R>], place: usize) -> (&Group<R>, usize) {
     let mut lane = place;
-    let holds = |group: &&Group<R, W>| {
+    let holds = |group: &&Group<R>| {
         let held = lane < group.count();
         lane -= if held { 0 } else { group.count() };
         held
@@ -147,14 +144,14 @@ fn of_nodes(
     }
 }
 
-impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
+impl<R: Sensitive> Sensitivities<R> {
     /// At the start of simulations whose numbers all carry the derivative along one parameter each. Those along which
     /// the material remembers something go apart from the others, which need nothing of that.
-    pub fn new(simulations: Vec<Along<R, W>>) -> Self {
+    pub fn new(simulations: Vec<Along<R>>) -> Self {
         let (mut order, others): (Vec<usize>, Vec<usize>) =
-            (0..simulations.len()).partition(|k| remembers::<R, W>(&simulations[*k]));
+            (0..simulations.len()).partition(|k| remembers::<R>(&simulations[*k]));
         let groups = [&order, &others].map(|part| {
-            let own: Vec<&Along<R, W>> = part.iter().map(|k| &simulations[*k]).collect();
+            let own: Vec<&Along<R>> = part.iter().map(|k| &simulations[*k]).collect();
             Group::all(&own)
         });
         let [Some(mut groups), Some(mut rest)] = groups else {
@@ -194,7 +191,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
         &self,
         k: usize,
         plain: &State<f64, R::Frames>,
-    ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64, W>) {
+    ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64>) {
         let frames = match &self.0 {
             Kind::Direct(simulations) => simulations[k].state().frames.clone(),
             Kind::Implicit(groups, places) => {
@@ -228,11 +225,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     ///
     /// # Errors
     /// Those of [`Simulation::step_to`].
-    pub fn step_to(
-        &mut self,
-        simulation: &mut Simulation<f64, R, W>,
-        time: f64,
-    ) -> Result<(), Error> {
+    pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         let Kind::Direct(duals) = &mut self.0 else { return simulation.step_to(time) };
         if let Some(dual) = duals.first_mut() {
             dual.step_to(time).inspect_err(|_| simulation.stay())?;
@@ -242,7 +235,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     }
 
     /// Takes back the step that was just made, or tried.
-    pub fn step_back(&mut self, simulation: &mut Simulation<f64, R, W>) {
+    pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         simulation.step_back();
         if let Kind::Direct(duals) = &mut self.0
             && let Some(dual) = duals.first_mut()
@@ -256,10 +249,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
-    pub(crate) fn advance_over(
-        &mut self,
-        step: &Linearization<'_, f64, R, W>,
-    ) -> Result<(), Error> {
+    pub(crate) fn advance_over(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         match &mut self.0 {
             Kind::Implicit(groups, _) => {
                 groups.iter_mut().try_for_each(|group| group.advance(step))
@@ -274,7 +264,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives; those of the step itself where it is
     /// made again in dual numbers.
-    pub fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
+    pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match &mut self.0 {
             Kind::Implicit(..) => {
                 let Some(step) = simulation.linearization() else { return Ok(()) };

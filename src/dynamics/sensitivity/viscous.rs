@@ -39,9 +39,7 @@ type Numbers<'a, const G: usize> = (&'a [StepCoefficients<Dual64>; G], &'a [Damp
 
 impl<const G: usize> Viscous<G> {
     /// At the start of simulations; none of rods that are not viscous.
-    pub fn new<R: Sensitive<W>, const W: usize>(
-        simulations: [&Simulation<Dual64, R::Dual, W>; G],
-    ) -> Option<Self> {
+    pub fn new<R: Sensitive>(simulations: [&Simulation<Dual64, R::Dual>; G]) -> Option<Self> {
         let internal = simulations.map(|simulation| &simulation.state().internal);
         let times = simulations.iter().flat_map(|simulation| simulation.damping().own_times());
         let apart = times.into_iter().any(|time| time != Dual64::from(0.0) || time.eps != 0.0);
@@ -75,11 +73,11 @@ impl<const G: usize> Viscous<G> {
     }
 
     /// Finds those at the end of a step, at fixed unknowns and frames.
-    pub fn at_end<R: Sensitive<W>, const W: usize>(
+    pub fn at_end<R: Sensitive>(
         &mut self,
         rates: &R::Rates<G>,
         numbers: Numbers<G>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         R::rest_strain_rates(rates, step.end, &mut self.rest);
         self.strain.copy_from_slice(&self.rest);
@@ -94,11 +92,11 @@ impl<const G: usize> Viscous<G> {
     /// Goes on to the end of the step, where unknowns have the derivatives `q`, and finds those of the stresses that
     /// the next step counts by its start; less what the tangent of the forces there makes of `q` and of the frames,
     /// that of the elastic stiffness.
-    pub fn go_on<R: Sensitive<W>, const W: usize>(
+    pub fn go_on<R: Sensitive>(
         &mut self,
         (rates, frames): (&R::Rates<G>, &[FrameRate<G>]),
         numbers: Numbers<G>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
         q: &[[f64; G]],
     ) {
         self.strain.copy_from_slice(&self.rest);
@@ -123,11 +121,7 @@ impl<const G: usize> Viscous<G> {
     }
 
     /// How far springs of internal friction are stretched at the end of a step.
-    fn slide<R: Sensitive<W>, const W: usize>(
-        &mut self,
-        rates: &R::Rates<G>,
-        step: &Linearization<'_, f64, R, W>,
-    ) {
+    fn slide<R: Sensitive>(&mut self, rates: &R::Rates<G>, step: &Linearization<'_, f64, R>) {
         let (before, own) = (&step.before.internal, &self.internal);
         let count = own.slid.len();
         stretched(count, before, &step.after.internal.strain, &mut self.z);
@@ -141,10 +135,10 @@ impl<const G: usize> Viscous<G> {
     }
 
     /// Takes the springs of a Maxwell branch to the end of a step.
-    fn relax<R: Sensitive<W>, const W: usize>(
+    fn relax<R: Sensitive>(
         &mut self,
         (coefficients, damping): Numbers<G>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         if self.internal.relaxing.is_empty() {
             return;
@@ -170,12 +164,12 @@ impl<const G: usize> Viscous<G> {
 
     /// What the stress counts of the strains at the end of a step and of what they were: the derivatives of those in
     /// all, and of those now what `strain` says.
-    fn count<R: Sensitive<W>, const W: usize>(
+    fn count<R: Sensitive>(
         &mut self,
         memories: &[Memory<Dual64>; G],
         past: &InternalVariables<f64>,
         (coefficients, damping): Numbers<G>,
-        step: &Linearization<'_, f64, R, W>,
+        step: &Linearization<'_, f64, R>,
     ) {
         let Some(memory) = memories.first().map(Memory::value) else { return };
         let rates = Memory::rates(memories);

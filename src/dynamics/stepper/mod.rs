@@ -66,16 +66,16 @@ use crate::scene::{Scheme, Tolerance};
 
 /// What carries out a scheme's steps, with the room it works in.
 #[derive(Clone, Debug)]
-pub(crate) enum Stepper<D: Nestable, R: Rod<D, W>, const W: usize> {
+pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
     /// Solves the step's equations by Newton's method.
-    Newton(Box<Newton<D, R, W>>),
+    Newton(Box<Newton<D, R>>),
     /// Explicit.
     Splitting(Splitting<D>),
     /// Linearly implicit.
-    Rosenbrock(Box<Rosenbrock<D, W>>),
+    Rosenbrock(Box<Rosenbrock<D, R>>),
 }
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
     /// The stepper of a scheme with its parameter, for a rod that starts in `state`. The length, m,
     /// is the scale of the tolerance.
     pub fn new(
@@ -95,7 +95,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
     }
 
     /// Newton's method, where it is what solves the steps.
-    pub fn newton(&self) -> Option<&Newton<D, R, W>> {
+    pub fn newton(&self) -> Option<&Newton<D, R>> {
         match self {
             Self::Newton(newton) => Some(newton),
             Self::Splitting(_) | Self::Rosenbrock(_) => None,

@@ -13,9 +13,9 @@
 //! so that a step takes one tangent, one factorisation, five more gradients and six solves.
 
 use crate::dynamics::step::{Step, System, Work};
-use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Scalar;
-use crate::rod::{Rod, State};
+use crate::numerics::tangent::{Factors, Singular, Tangent};
+use crate::rod::{FactorsOf, Rod, State};
 
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
@@ -50,10 +50,10 @@ const RATE: [&[f64]; STAGES] = [
 
 /// The room of a step.
 #[derive(Clone, Debug)]
-pub struct Rosenbrock<D, const W: usize> {
+pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
     gradient: Vec<D>,
-    tangent: BandMatrix<D, W>,
-    factors: Ldlt<D, W>,
+    tangent: R::Tangent,
+    factors: FactorsOf<R, D>,
     /// What the stages add to `q` and to `v`.
     u: [Vec<D>; STAGES],
     w: [Vec<D>; STAGES],
@@ -61,13 +61,13 @@ pub struct Rosenbrock<D, const W: usize> {
     v: Vec<D>,
 }
 
-impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
+impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
     pub(crate) fn with_order(n: usize) -> Self {
         let zero = || vec![D::from(0.0); n];
         Self {
             gradient: zero(),
-            tangent: BandMatrix::zeros(n),
-            factors: Ldlt::with_order(n),
+            tangent: Tangent::zeros(n),
+            factors: Factors::with_order(n),
             u: std::array::from_fn(|_| zero()),
             w: std::array::from_fn(|_| zero()),
             q: zero(),
@@ -75,7 +75,7 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
         }
     }
 
-    pub(crate) fn step<R: Rod<D, W>>(
+    pub(crate) fn step(
         &mut self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,
@@ -118,7 +118,7 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
     }
 
     /// Finds what `stage` adds, from the gradient and the velocities there.
-    fn solve<R: Rod<D, W>>(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
+    fn solve(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);
         let (earlier_w, w) = self.w.split_at_mut(stage);

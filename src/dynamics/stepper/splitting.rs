@@ -57,7 +57,7 @@ impl<D: Scalar> Splitting<D> {
 
     /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
     /// without it.
-    pub(crate) fn step<R: Rod<D, W>, const W: usize>(
+    pub(crate) fn step<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,

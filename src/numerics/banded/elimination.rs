@@ -2,12 +2,8 @@
 
 use crate::numerics::banded::array;
 use crate::numerics::scalar::Scalar;
-use std::ops::{Mul, Range};
-
-/// What a matrix of numbers `D` is solved for: the same, or numbers with derivatives beside a matrix without.
-pub trait RightHandSide<D>: Scalar + Mul<D, Output = Self> {}
-
-impl<D, E: Scalar + Mul<D, Output = E>> RightHandSide<D> for E {}
+use crate::numerics::tangent::RightHandSide;
+use std::ops::Range;
 
 /// A pivot and the column below it, one of each band.
 pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);

@@ -1,9 +1,10 @@
 //! L D L^T of one band, from both ends at once.
 
 use crate::numerics::abreast::{has_unit, on_the_unit};
-use crate::numerics::banded::elimination::{Column, Columns, Elimination, RightHandSide};
+use crate::numerics::banded::elimination::{Column, Columns, Elimination};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use std::ops::Range;
 
 /// The factors L D L^T of a [`BandMatrix`], restricted to a range of its rows and columns.
@@ -106,17 +107,10 @@ impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::Nulla
     }
 }
 
-/// A pivot of the factorisation is zero or not a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the matrix is singular at row {row}")]
-pub struct Singular {
-    /// Row of the pivot.
-    pub row: usize,
-}
+impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
+    type Matrix = BandMatrix<D, W>;
 
-impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Room for the factors of matrices of `n` rows.
-    pub fn with_order(n: usize) -> Self {
+    fn with_order(n: usize) -> Self {
         Self {
             ends: Elimination::with_order(n / 2),
             rest: BandMatrix::zeros(W + 1),
@@ -125,23 +119,11 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         }
     }
 
-    /// Factors the rows and columns of `range`; allocates nothing.
-    ///
-    /// # Errors
-    /// The row of a pivot that is zero or not a number.
-    pub fn factor(
-        &mut self,
-        matrix: &BandMatrix<D, W>,
-        range: Range<usize>,
-    ) -> Result<(), Singular> {
+    fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         self.eliminate(range, Sum { masses: None, matrix, factor: D::from(1.0) })
     }
 
-    /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
-    ///
-    /// # Errors
-    /// As [`factor`](Self::factor).
-    pub fn factor_sum(
+    fn factor_sum(
         &mut self,
         diagonal: &[D],
         scale: D,
@@ -153,6 +135,24 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.eliminate(range, Sum { masses: Some((masses, scale)), matrix, factor })
     }
 
+    fn negative_pivots(&self) -> usize {
+        let m = self.at_each_end();
+        self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
+    }
+
+    fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        let Range { start, end } = self.range;
+        x[..start].fill([E::from(0.0); R]);
+        x[end..].fill([E::from(0.0); R]);
+        let x = &mut x[start..end];
+        match E::PLAIN && has_unit() {
+            true => on_the_unit(Solve { factors: self, x }),
+            false => self.solve_in_turn::<E, R, false>(x),
+        }
+    }
+}
+
+impl<D: Scalar, const W: usize> Ldlt<D, W> {
     fn eliminate(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
             true => on_the_unit(Factor { factors: self, range, of }),
@@ -201,30 +201,6 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     /// end changes is nothing that the other reads.
     fn at_each_end(&self) -> usize {
         self.range.len().saturating_sub(W) / 2
-    }
-
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
-    pub fn negative_pivots(&self) -> usize {
-        let m = self.at_each_end();
-        self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
-    }
-
-    /// Solves `A x = b` in place for one right-hand side.
-    pub fn solve<E: RightHandSide<D>>(&self, x: &mut [E]) {
-        self.solve_many(x.as_chunks_mut::<1>().0);
-    }
-
-    /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
-    /// `x` has as many rows as the matrix, and rows outside the range become zero.
-    pub fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
-        let Range { start, end } = self.range;
-        x[..start].fill([E::from(0.0); R]);
-        x[end..].fill([E::from(0.0); R]);
-        let x = &mut x[start..end];
-        match E::PLAIN && has_unit() {
-            true => on_the_unit(Solve { factors: self, x }),
-            false => self.solve_in_turn::<E, R, false>(x),
-        }
     }
 
     /// Solves for all right-hand sides, as many at once as there are registers for, which may be `WIDE`.

@@ -3,6 +3,7 @@
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
 
 /// Half-bandwidth of the planar tangent.

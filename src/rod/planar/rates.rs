@@ -97,7 +97,7 @@ fn add_others<const G: usize>(
     }
 }
 
-impl Sensitive<HALF_BANDWIDTH> for PlanarRod<f64> {
+impl Sensitive for PlanarRod<f64> {
     type Rates<const G: usize> = Rates<G>;
 
     fn set_rates<const G: usize>(duals: &[PlanarRod<Dual64>; G], rates: &mut Rates<G>) {

@@ -172,14 +172,14 @@ fn by_edge<V: Scalar>(
 }
 
 /// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct Tangent<'a, D> {
+pub(super) struct TangentSweep<'a, D> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     pub geometry: Option<&'a mut Geometry>,
 }
 
-impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
+impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
     type Output = ();
 
     #[inline(always)]

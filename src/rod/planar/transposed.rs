@@ -4,12 +4,12 @@ use crate::energy::{DeadMoment, Element};
 use crate::numerics::lanes::Lanes;
 use crate::rod::planar::geometry::Geometry;
 use crate::rod::planar::rates::Rates;
-use crate::rod::planar::{HALF_BANDWIDTH, PlanarRod, unknowns};
+use crate::rod::planar::{PlanarRod, unknowns};
 use crate::rod::sensitive::FrameRate;
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
-impl Transposed<HALF_BANDWIDTH> for PlanarRod<f64> {
+impl Transposed for PlanarRod<f64> {
     fn no_laws(&self, moments: bool) -> Laws {
         let edges = self.stretch.len();
         let moments = if moments || !self.moment.is_empty() { edges } else { 0 };

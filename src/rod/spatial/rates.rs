@@ -183,7 +183,7 @@ impl<const G: usize> pulp::NullaryFnOnce for FrameChange<'_, G> {
     }
 }
 
-impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
+impl Sensitive for SpatialRod<f64> {
     type Rates<const G: usize> = Rates<G>;
 
     fn set_rates<const G: usize>(duals: &[SpatialRod<Dual64>; G], rates: &mut Rates<G>) {
@@ -395,9 +395,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         }
     }
 
-    fn frame_rates<const G: usize>(
-        frames: [&DualFrames<Self, f64, HALF_BANDWIDTH>; G],
-    ) -> Vec<FrameRate<G>> {
+    fn frame_rates<const G: usize>(frames: [&DualFrames<Self, f64>; G]) -> Vec<FrameRate<G>> {
         let lanes = |of: &dyn Fn(&Frames<Dual64>) -> f64| Lanes(frames.map(of));
         let edges = frames.first().map_or(0, |frames| frames.edges.len());
         let rate = |j: usize| FrameRate {

@@ -223,14 +223,14 @@ fn edges_at<D: Nestable, V: Wide<D>>(
 }
 
 /// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct Tangent<'a, D> {
+pub(super) struct TangentSweep<'a, D> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     pub geometry: Option<&'a mut Geometry>,
 }
 
-impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
+impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
     type Output = ();
 
     #[inline(always)]

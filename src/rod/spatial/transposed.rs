@@ -6,7 +6,7 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use crate::rod::sensitive::FrameRate;
 use crate::rod::spatial::geometry::{Geometry, Straight};
 use crate::rod::spatial::rates::{JointRate, Rates};
-use crate::rod::spatial::{HALF_BANDWIDTH, STRIDE, SpatialRod, edge};
+use crate::rod::spatial::{STRIDE, SpatialRod, edge};
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
@@ -24,7 +24,7 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
     }
 }
 
-impl Transposed<HALF_BANDWIDTH> for SpatialRod<f64> {
+impl Transposed for SpatialRod<f64> {
     fn no_laws(&self, _: bool) -> Laws {
         Laws::new(self.stretch.len(), self.mass.len(), 0)
     }

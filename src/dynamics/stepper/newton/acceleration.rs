@@ -15,6 +15,7 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::newton::Newton;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, Tolerance};
 
@@ -22,7 +23,7 @@ use crate::scene::{Scheme, Tolerance};
 /// and zero of all others. Strains change as they do when all unknowns change by `change` in two such steps: between two
 /// places of an edge that are equally long, its velocity is that of none in between. Leaves their rates in `state`
 /// where it remembers any.
-pub(crate) fn acceleration_within<D: Nestable, R: Rod<D, W>, const W: usize>(
+pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
@@ -40,7 +41,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D, W>, const W: usize>(
     let scheme = (Scheme::GeneralisedAlpha, D::from(0.5));
     let tolerance = (Tolerance::default(), 1.0);
     let mut now = state.clone();
-    let mut newton = Newton::<D, R, W>::new(scheme, system, tolerance, &mut now);
+    let mut newton = Newton::<D, R>::new(scheme, system, tolerance, &mut now);
     now.internal.strain_rate = rates;
     newton.find_forces(system, &mut now);
     newton.coefficients = StepCoefficients::new(scheme.0, scheme.1, false, h);
@@ -61,7 +62,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D, W>, const W: usize>(
     Ok(a)
 }
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Takes accelerations at the start for known, and the forces there for what makes them.
     pub fn know_acceleration(
         &self,

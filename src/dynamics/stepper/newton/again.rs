@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Leaves behind what a step from `before` to `after` with [kept tangents](Self::keep_tangent) does; not of
     /// averaging schemes, whose stages it does not visit.
     pub fn linearize(

@@ -4,11 +4,11 @@ use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::Step;
 use crate::dynamics::stepper::newton::Newton;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// The mean gradient over the straight way from the start of the step to its end, and the viscous
     /// forces at the end.
     pub(super) fn average(
@@ -21,7 +21,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let (n, coefficients) = (self.gradient.len(), &self.coefficients);
         if self.stages.is_empty() {
             let q = vec![D::from(0.0); n];
-            let (gradient, tangent) = (q.clone(), BandMatrix::zeros(n));
+            let (gradient, tangent) = (q.clone(), Tangent::zeros(n));
             let forces = StageForces { q, gradient, tangent, geometry: R::Geometry::default() };
             let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
             self.stages = vec![forces; stages];

@@ -148,11 +148,7 @@ impl Convergence {
 /// How far a correction moves nodes, and turns directors, times `length`, m: the largest of those of the unknowns from `first`
 /// on.
 #[inline]
-pub fn sizes<D: Scalar, R: Rod<D, W>, const W: usize>(
-    correction: &[D],
-    first: usize,
-    length: f64,
-) -> [f64; 2] {
+pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) -> [f64; 2] {
     // Four side by side: every fourth unknown is an angle, or none is.
     let (fours, rest) = correction.as_chunks::<4>();
     let mut largest = [0.0_f64; 4];

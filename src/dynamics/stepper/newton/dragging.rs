@@ -5,28 +5,28 @@
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::Vector;
 use crate::rod::{NodalDrag, State};
 
 /// The drag of a step.
 #[derive(Clone, Debug)]
-pub(super) struct Dragging<D, const W: usize> {
+pub(super) struct Dragging<D, T> {
     tangents: Vec<Vector<D>>,
     /// Places at the end of the step as they were expected at its start, m; then velocities, m/s.
     room: Vec<D>,
     /// The elastic gradient with the drag, N (N m for angles).
     pub total: Vec<D>,
     /// The tangent with that of the drag, N/m.
-    pub matrix: BandMatrix<D, W>,
+    pub matrix: T,
 }
 
-impl<D: Nestable, const W: usize> Dragging<D, W> {
+impl<D: Nestable, T: Tangent<D>> Dragging<D, T> {
     /// Of a rod with `n` unknowns.
     pub fn new(n: usize) -> Self {
         let zero = vec![D::from(0.0); n];
-        let matrix = BandMatrix::zeros(n);
+        let matrix = T::zeros(n);
         Self { tangents: Vec::new(), room: zero.clone(), total: zero, matrix }
     }
 
@@ -56,7 +56,7 @@ impl<D: Nestable, const W: usize> Dragging<D, W> {
     }
 
     /// Makes the matrix of the elastic tangent, where the forces were found.
-    pub fn set_matrix(&mut self, drag: &NodalDrag<D>, slope: D, tangent: &BandMatrix<D, W>) {
+    pub fn set_matrix(&mut self, drag: &NodalDrag<D>, slope: D, tangent: &T) {
         self.matrix.clone_from(tangent);
         drag.add_slopes(&self.tangents, &self.room, slope, &mut self.matrix);
     }

@@ -45,7 +45,7 @@ impl<D: Nestable> Guess<D> {
     /// it. What a step of beta = 1/2 does not resolve turns its sign with every step, so that the
     /// change of the step before is the best guess there. `steady` takes velocities as they are. Returns
     /// whether they were taken to change.
-    pub fn place<R: Rod<D, W>, const W: usize>(
+    pub fn place<R: Rod<D>>(
         &mut self,
         step: &Step<'_, D, R>,
         coefficients: &StepCoefficients<D>,
@@ -96,7 +96,7 @@ impl<D: Nestable> Guess<D> {
     }
 
     /// The guess `q0 + h v0`, with the supports where they are at the end of the step.
-    pub fn place_steadily<R: Rod<D, W>, const W: usize>(
+    pub fn place_steadily<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,
@@ -113,7 +113,7 @@ impl<D: Nestable> Guess<D> {
             q[..start].copy_from_slice(&before.q[..start]);
             q[end..].copy_from_slice(&before.q[end..]);
             let [from, to] = [before.time, step.time].map(Moment::Time);
-            boundary_motion.advance::<R, W>(from, to, q, frames);
+            boundary_motion.advance::<R>(from, to, q, frames);
             boundary_motion.velocities(step.time, v);
         }
     }

@@ -25,9 +25,9 @@ use crate::dynamics::linearization::{Linearization, StageForces};
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::viscosity;
 use crate::error::Error;
-use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::{Nestable, is_finite};
-use crate::rod::{InternalVariables, Rod, State, Viscosity};
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::{FactorsOf, InternalVariables, Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Formed, Next, sizes};
 use dragging::Dragging;
@@ -56,7 +56,7 @@ fn accelerations<'a, D: Nestable>(
 
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
 #[derive(Clone, Debug)]
-pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
+pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     scheme: Scheme,
     /// The scheme's parameter.
     parameter: D,
@@ -77,27 +77,27 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     /// The springs of internal friction, only where there are any.
     sliding: Option<Sliding<D>>,
     /// The drag of the current step, only in a fluid.
-    dragging: Option<Dragging<D, W>>,
+    dragging: Option<Dragging<D, R::Tangent>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     gradient: Vec<D>,
-    tangent: BandMatrix<D, W>,
+    tangent: R::Tangent,
     /// Factors of masses and tangent in the factored matrix.
     weights: [D; 2],
-    factors: Ldlt<D, W>,
+    factors: FactorsOf<R, D>,
     correction: Vec<D>,
     tensions: Tensions<D>,
     /// The rounding level of every residual, N s^2.
     rounding: Vec<f64>,
     /// Where the forces of an averaging scheme were taken.
-    stages: Vec<StageForces<D, R::Geometry, W>>,
+    stages: Vec<StageForces<D, R>>,
     /// The rod at the end of the step, where its tangent is kept.
     end: R::Geometry,
     /// Of a viscous rod the gradient and tangent of the forces that the next step counts by its start, likewise.
-    next: (Vec<D>, BandMatrix<D, W>),
+    next: (Vec<D>, R::Tangent),
 }
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// For a rod that starts in `state`, whose internal variables it prepares. `length`, m, is the
     /// scale of the tolerance.
     pub fn new(
@@ -138,15 +138,15 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             dragging: None,
             coefficients,
             gradient: vec![D::from(0.0); n],
-            tangent: BandMatrix::zeros(n),
+            tangent: Tangent::zeros(n),
             weights: [D::from(1.0), D::from(0.0)],
-            factors: Ldlt::with_order(n),
+            factors: Factors::with_order(n),
             correction: vec![D::from(0.0); n],
             tensions: Tensions::unknown(length / edges),
             rounding: vec![0.0; n],
             stages: Vec::new(),
             end: R::Geometry::default(),
-            next: (Vec::new(), BandMatrix::zeros(0)),
+            next: (Vec::new(), Tangent::zeros(0)),
         }
     }
 
@@ -155,7 +155,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         self.keeps_tangent = true;
         if self.viscous.is_some() {
             let n = self.gradient.len();
-            self.next = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+            self.next = (vec![D::from(0.0); n], Tangent::zeros(n));
         }
     }
     /// Whether the forces of a step are an average over it.
@@ -174,7 +174,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         system: &'a System<D, R>,
         before: &'a State<D, R::Frames>,
         after: &'a State<D, R::Frames>,
-    ) -> Option<Linearization<'a, D, R, W>> {
+    ) -> Option<Linearization<'a, D, R>> {
         self.keeps_tangent.then_some(Linearization {
             rod: &system.rod,
             derivatives: system.derivatives,
@@ -196,7 +196,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     }
 
     /// The derivatives of all forces by the unknowns at the end, but for those of mass damping.
-    fn matrix(&self) -> &BandMatrix<D, W> {
+    fn matrix(&self) -> &R::Tangent {
         self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix)
     }
 
@@ -479,7 +479,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             q[i] += correction[i];
         }
         work.newton_iterations += 1;
-        sizes::<D, R, W>(correction, free.start, self.length)
+        sizes::<D, R>(correction, free.start, self.length)
     }
 
     /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.

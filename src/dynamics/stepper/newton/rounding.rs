@@ -5,6 +5,7 @@ use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::{MAX_ITERATIONS, Newton};
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 use std::ops::Range;
 
@@ -17,7 +18,7 @@ const SMALLEST_STEP: f64 = 1e-12;
 /// solution, so its tangent is formed only when that turns out wrong.
 const LAST_STEP: f64 = 1e-8;
 
-impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Corrects until the residual is rounding error or the correction vanishes; numbers that carry
     /// derivatives get one more correction per order.
     pub(super) fn solve_to_rounding(

@@ -24,7 +24,7 @@ impl<D: Nestable> Sliding<D> {
     }
 
     /// Looks at the unknowns `q` of a step that began with these internal variables.
-    pub fn look<R: Rod<D, W>, const W: usize>(
+    pub fn look<R: Rod<D>>(
         &mut self,
         elastic: &R,
         before: &InternalVariables<D>,
@@ -39,7 +39,7 @@ impl<D: Nestable> Sliding<D> {
 
     /// Whether, where it looked last, the last correction by up to `size`, as a part of the rod's length, let no
     /// spring begin to slip or stick again.
-    pub fn goes_on<R: Rod<D, W>, const W: usize>(&self, elastic: &R, size: f64) -> bool {
+    pub fn goes_on<R: Rod<D>>(&self, elastic: &R, size: f64) -> bool {
         let edges = (self.strains.len() - self.z.len()) as f64;
         elastic.distance_to_slipping(&self.z) > SURELY * size * edges
     }

@@ -53,7 +53,7 @@ impl<D: Nestable> Tensions<D> {
 
     /// Takes note of a correction that has moved nodes by up to `moved`, m, to `q`, after so many tangents; none will
     /// follow in this step where it is `done`.
-    pub fn corrected<R: Rod<D, W>, const W: usize>(
+    pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
         (correction, moved): (&[D], f64),
