@@ -3,15 +3,15 @@
 //!
 //! `cargo bench --package rodfit-benches --bench step`; `cargo bench --package rodfit-benches --bench step -- scaling` prints the exponent as well.
 
-use rodfit::numerics::tangent::{Factors, Tangent};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, Mat, Par, Side};
-use rodfit::rod::{FactorsOf, TangentOf};
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
+use rodfit::rod::{FactorsOf, TangentOf};
 use rodfit::scene::Scheme;
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Problem, Scene, Trajectory};
 use std::hint::black_box;
@@ -47,7 +47,8 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     let (rod, free) = (discretized.rod(), discretized.free());
     // The frames of the step before, as in the middle of an iteration.
     let (q, frames) = (&simulation.state().q, &simulation.previous().frames);
-    let (mut gradient, mut tangent) = (vec![0.0; q.len()], TangentOf::<M::Rod<f64>, f64>::zeros(q.len()));
+    let (mut gradient, mut tangent) =
+        (vec![0.0; q.len()], TangentOf::<M::Rod<f64>, f64>::zeros(q.len()));
     rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let end = 1e-6 / 4.0;
     let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(q.len());
@@ -88,7 +89,9 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     };
     let upper: Vec<Triplet<usize, usize, f64>> = free
         .clone()
-        .flat_map(|j| (j..TangentOf::<M::Rod<f64>, f64>::coupled(j, free.end).end).map(move |i| (i, j)))
+        .flat_map(|j| {
+            (j..TangentOf::<M::Rod<f64>, f64>::coupled(j, free.end).end).map(move |i| (i, j))
+        })
         .map(|(i, j)| Triplet::new(j - free.start, i - free.start, entry(i, j)))
         .collect();
     let sparse = SparseColMat::try_new_from_triplets(n, n, &upper).expect("a matrix");

@@ -224,8 +224,8 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
         }
     }
     compare(report, &rod.stretch, q, [0, 0]);
-    compare(report, &rod.bend, q, [1, 0]);
-    for (i, moment) in &rod.moment {
+    compare(report, &rod.joint, q, [1, 0]);
+    for (i, moment) in &rod.moments.list {
         compare(report, &[*moment], &q[2 * i..], [*i, *i]);
     }
     compare_own(report, &rod.own, (q, &[]), |i| of_edge(&rod.stretch, i));

@@ -68,8 +68,8 @@ fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usiz
 
 #[cfg(test)]
 mod tests {
-    use crate::numerics::banded::BandMatrix;
     use super::*;
+    use crate::numerics::banded::BandMatrix;
 
     /// A chain of masses between walls: omega^2 = 4 k/m sin^2(pi n/(2 (n + 1))).
     #[test]

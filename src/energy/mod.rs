@@ -31,6 +31,7 @@ pub use friction::Sliders;
 pub use own::{By, Curvatures, OwnEnergy, Slopes};
 pub use place::{Directors, Place};
 pub use planar_bend::PlanarBend;
+pub use stiffness::Stiffness;
 pub use stretch::Stretch;
 
 use crate::numerics::called::Called;

@@ -160,8 +160,11 @@ impl Problem {
                 let rod = discretized.rod();
                 let stiffness = rod.stretch.iter().map(|s| s.stiffness);
                 (
-                    stiffness.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass).collect(),
-                    rod.bend.iter().map(|b| b.natural_curvature).collect(),
+                    stiffness
+                        .chain(rod.joint.iter().map(|b| b.stiffness))
+                        .chain(rod.mass)
+                        .collect(),
+                    rod.joint.iter().map(|b| b.natural_curvature).collect(),
                 )
             }
             AnyProblem::Spatial(discretized) => {

@@ -12,7 +12,7 @@ use crate::problem::own;
 use crate::problem::profile::Profile;
 use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
-use crate::rod::{Extra, PlanarRod};
+use crate::rod::{Extra, Moments, PlanarRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::supports::Moment;
 use crate::scene::{End, Plane, Scene, Support, Track};
@@ -229,11 +229,10 @@ impl Model for PlanarModel {
             weighing.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
         PlanarRod {
             stretch: stretch.collect(),
-            bend: bend.collect(),
+            joint: bend.collect(),
             mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
             load,
-            moment: Vec::new(),
-            heading: rest.direction(0),
+            moments: Moments { list: Vec::new(), heading: rest.direction(0) },
             sliders: springs(scene, &rest.tributary, slips),
             own: Extra::default(),
         }
@@ -270,7 +269,7 @@ impl Model for PlanarModel {
                 let last = rest.length.len() - 1;
                 for edge in [load.node.saturating_sub(1), load.node.min(last)] {
                     let rest = rest.direction(edge);
-                    rod.moment.push((edge, DeadMoment { moment: moment * 0.5, rest }));
+                    rod.moments.list.push((edge, DeadMoment { moment: moment * 0.5, rest }));
                 }
             }
         }

@@ -165,7 +165,15 @@ impl Model for SpatialModel {
         }
         let own = Extra::default();
         let sliders = springs(scene, &rest.tributary, |_| D::from(1.0));
-        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, sliders, own }
+        SpatialRod {
+            stretch: stretch.collect(),
+            joint: joint.collect(),
+            mass,
+            load,
+            moments: (),
+            sliders,
+            own,
+        }
     }
 
     fn add_masses<D: Nestable>(

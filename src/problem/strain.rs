@@ -65,7 +65,7 @@ impl StrainGauge {
             AnyProblem::Planar(discretized) => {
                 let rod = discretized.rod();
                 let lengths = rod.stretch.iter().map(|s| s.rest_length).collect();
-                let natural = rod.bend.iter().map(|b| b.natural_curvature).collect();
+                let natural = rod.joint.iter().map(|b| b.natural_curvature).collect();
                 (lengths, natural, Some(problem.normal()))
             }
             AnyProblem::Spatial(discretized) => {

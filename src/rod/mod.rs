@@ -4,9 +4,13 @@
 //! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
 
 mod blocks;
+mod discrete;
 mod drag;
 mod edges;
 mod extra;
+mod joint_law;
+pub mod layout;
+mod moments;
 pub mod planar;
 mod sensitive;
 pub mod spatial;
@@ -14,9 +18,12 @@ mod state;
 mod transposed;
 mod viscosity;
 
+pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub use extra::Extra;
 pub(crate) use extra::Placed;
+pub use layout::Layout;
+pub use moments::Moments;
 pub use planar::PlanarRod;
 pub use sensitive::{Counted, FrameRate, Sensitive};
 pub use spatial::SpatialRod;
@@ -236,23 +243,6 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn slider_energy(&self, _z: &[D]) -> f64 {
         0.0
     }
-}
-
-/// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over
-/// both directions, are half a turn apart.
-#[inline]
-fn half_a_turn_apart(product: f64) -> bool {
-    product <= -4.0
-}
-
-/// Whether an edge that was `a` and is `b`, m, has turned by more than 45 degrees.
-#[inline]
-fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
-    let dot = |a: &[D; N], b: &[D; N]| -> f64 {
-        a.iter().zip(b).map(|(a, b)| a.value() * b.value()).sum()
-    };
-    let along = dot(&a, &b);
-    along < 0.0 || 2.0 * along * along < dot(&a, &a) * dot(&b, &b)
 }
 
 /// The second derivatives of the energy of a rod over `D`.

@@ -3,7 +3,6 @@
 //! lanes and that do not, bent by more than a right angle, rotated far from their references, with and without
 //! springs of friction.
 
-use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +12,8 @@ use rodfit::energy::frame::Frames;
 use rodfit::energy::friction::{Sliders, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
-use rodfit::rod::{Energies, Extra, PlanarRod, Rod, SpatialRod};
+use rodfit::numerics::tangent::Tangent;
+use rodfit::rod::{Energies, Extra, Moments, PlanarRod, Rod, SpatialRod};
 use std::sync::Arc;
 
 /// Rods of these many edges, each several times.
@@ -53,17 +53,16 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
     let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
     let rod = PlanarRod {
         stretch,
-        bend: (1..edges)
+        joint: (1..edges)
             .map(|_| PlanarBend { stiffness: next(0.1, 3.0), natural_curvature: next(-1.0, 1.0) })
             .collect(),
         mass: vec![D::from(1.0); 2 * (edges + 1)],
         load: (0..=edges).map(|_| DeadLoad { force: [0; 2].map(|_| next(-1.0, 1.0)) }).collect(),
-        moment: Vec::new(),
-        heading: [D::from(1.0); 2],
+        moments: Moments { list: Vec::new(), heading: [D::from(1.0); 2] },
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
             let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
-            let acting = (1..edges).map(|_| [next(0.1, 3.0), next(-0.5, 0.5)]).collect();
+            let acting = (1..edges).map(|_| (next(0.1, 3.0), [next(-0.5, 0.5)])).collect();
             Springs { sliders, acting }
         }),
         own: Extra::default(),
@@ -110,6 +109,7 @@ fn spatial<D: Nestable>(
         coupling: [next(-0.1, 0.1), next(-0.1, 0.1)],
     };
     let rod = SpatialRod {
+        moments: (),
         stretch,
         joint: (1..edges)
             .map(|_| JointLaw {

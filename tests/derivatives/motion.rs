@@ -1,8 +1,8 @@
 //! Sensitivities against the whole simulation run in dual numbers.
 
-use rodfit::numerics::tangent::Factors;
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
+use rodfit::numerics::tangent::Factors;
 use rodfit::problem::Model;
 use rodfit::scene::{
     Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, Support, Time,

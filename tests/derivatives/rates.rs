@@ -1,7 +1,6 @@
 //! What the sensitivities of a step are made of, side by side and by hand, against the same rods in
 //! dual numbers.
 
-use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +10,8 @@ use rodfit::energy::frame::Frames;
 use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
-use rodfit::rod::{Extra, FrameRate, PlanarRod, Rod, Sensitive, SpatialRod};
+use rodfit::numerics::tangent::Tangent;
+use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, Sensitive, SpatialRod};
 
 const EDGES: usize = 6;
 
@@ -41,13 +41,15 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
                 natural_strain: next(-0.1, 0.1),
             })
             .collect(),
-        bend: (1..EDGES)
+        joint: (1..EDGES)
             .map(|_| PlanarBend { stiffness: next(0.1, 3.0), natural_curvature: next(-1.0, 1.0) })
             .collect(),
         mass: vec![D::from(1.0); 2 * (EDGES + 1)],
         load: (0..=EDGES).map(|_| DeadLoad { force: [0; 2].map(|_| next(-1.0, 1.0)) }).collect(),
-        moment: vec![(2, DeadMoment { moment: next(-1.0, 1.0), rest: [D::from(1.0); 2] })],
-        heading: [D::from(1.0); 2],
+        moments: Moments {
+            list: vec![(2, DeadMoment { moment: next(-1.0, 1.0), rest: [D::from(1.0); 2] })],
+            heading: [D::from(1.0); 2],
+        },
         sliders: None,
         own: Extra::default(),
     }
@@ -56,6 +58,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
 fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> SpatialRod<D> {
     let mut next = |low, high| to(numbers.next(low, high));
     SpatialRod {
+        moments: (),
         stretch: (0..EDGES)
             .map(|_| Stretch {
                 stiffness: next(10.0, 90.0),
@@ -162,8 +165,7 @@ fn of_spatial_rods_and_their_frames() {
     let (mut gradient, mut tangent) = (vec![0.0; count], BandMatrix::zeros(count));
     rod.tangent(&q, &real, Derivatives::Hand, &mut gradient, &mut tangent);
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
-        let (mut found, geometry) =
-            gradient_rates((&rod, &duals), (&q, &real), derivatives);
+        let (mut found, geometry) = gradient_rates((&rod, &duals), (&q, &real), derivatives);
         SpatialRod::frame_rate(&rates, &geometry, &gradient, &tangent, &mut found);
         for g in 0..2 {
             let still: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();

@@ -1,9 +1,9 @@
 //! Schemes that need no iteration: gradients on the way, orders, energy, momenta, reversal, limits.
 
-use rodfit::rod::TangentOf;
 use rodfit::numerics::tangent::Tangent;
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
+use rodfit::rod::TangentOf;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Discretized, Error, Problem, Trajectory};
 

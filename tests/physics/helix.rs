@@ -1,12 +1,12 @@
 //! The paper's helix: its figures, energy, and the work it takes.
 
-use rodfit::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use rodfit::dynamics::Simulation;
 use rodfit::energy::Element;
 use rodfit::energy::bend_twist::Published;
 use rodfit::energy::frame::Frames;
 use rodfit::numerics::banded::BandMatrix;
+use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::{Energies, Rod, SpatialRod, Viscosity};
 use rodfit::scene::{Clamp, Tolerance};
 use rodfit::{Derivatives, Problem};

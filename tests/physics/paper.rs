@@ -1,8 +1,8 @@
 //! The paper's cantilever: its figures, the misprint of Eq. (6a), and the limit of small segments.
 
-use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::energy::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, Time};
 

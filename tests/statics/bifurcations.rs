@@ -1,8 +1,8 @@
 //! Where rods lose their shape in space, and what they take on instead.
 
-use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
 use rodfit::scene::{Material, Motion, Scene, Section, Shape, Support};
 use std::f64::consts::PI;

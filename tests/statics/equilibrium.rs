@@ -1,7 +1,7 @@
 //! Equilibria against theory, where plain Newton dies, and where stability is lost.
 
-use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
 use rodfit::scene::{
     Clamp, Dimension, Discretization, End, Material, Motion, Point, PointForce, Scene, Section,

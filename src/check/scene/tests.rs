@@ -99,9 +99,9 @@ fn planted_error_in_any_entry_of_planar_elements_is_found() {
     let stretch: Vec<_> =
         states.iter().map(|q| (AsEnergy(rod.stretch[2]), local::<4>(q, 4))).collect();
     assert_eq!(every_planted_error_is_found("stretch", &stretch), 4 + 16);
-    let bend: Vec<_> = states.iter().map(|q| (AsEnergy(rod.bend[2]), local::<6>(q, 4))).collect();
+    let bend: Vec<_> = states.iter().map(|q| (AsEnergy(rod.joint[2]), local::<6>(q, 4))).collect();
     assert_eq!(every_planted_error_is_found("bend", &bend), 6 + 36);
-    let (node, element) = rod.moment[0];
+    let (node, element) = rod.moments.list[0];
     let moments: Vec<_> = states.iter().map(|q| (AsEnergy(element), local(q, 2 * node))).collect();
     assert!(every_planted_error_is_found("moment", &moments) > 0);
 }

@@ -2,11 +2,12 @@
 
 use crate::energy::friction::Springs;
 use crate::energy::planar_bend::curvature_between;
-use crate::energy::{DeadLoad, PlanarBend, Stretch};
+use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, tension, window};
+use crate::rod::layout::{self, Plane};
 use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
 use crate::rod::planar::geometry::{Edge, Geometry, Measure};
 
@@ -20,27 +21,18 @@ struct Pairs<V> {
     curvature: V,
 }
 
-/// A rod at its unknowns.
-pub(super) type At<'a, D> = (Elements<'a, D>, &'a [D]);
+/// The elements of a planar rod.
+pub(super) type Elements<'a, D> = layout::Elements<'a, D, Plane, 2, 1>;
 
-/// What a rod is made of.
-#[derive(Clone, Copy)]
-pub(super) struct Elements<'a, D> {
-    pub stretch: &'a [Stretch<D, 2>],
-    pub bend: &'a [PlanarBend<D>],
-    pub load: &'a [DeadLoad<D, 2>],
-    /// Springs of internal friction, if they act.
-    pub springs: Option<&'a Springs<D, [D; 2]>>,
-    /// The tensions of edges, where they are not to be what the stretching makes of them.
-    pub tensions: Option<&'a [D]>,
-}
+/// A planar rod at its unknowns.
+pub(super) type At<'a, D> = layout::At<'a, D, Plane, 2, 1>;
 
 impl<D: Nestable> Elements<'_, D> {
     /// A bend at a curvature, with the spring of internal friction that acts there if one does.
-    pub fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
+    pub(super) fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
         let Some(Springs { sliders, acting }) = self.springs else { return *bend };
         match acting.get(i) {
-            Some([elastic, from]) => {
+            Some((elastic, [from])) => {
                 sliders.bend(i, (bend, *elastic), curvature, curvature + *from)
             }
             None => *bend,
@@ -49,7 +41,7 @@ impl<D: Nestable> Elements<'_, D> {
 }
 
 /// A rod at `q` and what its elements are side by side.
-struct Along<'a, D, V: Wide<D>> {
+struct Along<'a, D: Scalar, V: Wide<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
@@ -60,7 +52,7 @@ struct Along<'a, D, V: Wide<D>> {
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
-    fn new((elements, q): At<'a, D>, level: V::Level) -> Self {
+    fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
         Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
     }
 
@@ -84,7 +76,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
     fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
         let mut room = None;
-        let all = block::<D, V, _>(self.elements.bend, *first, PlanarBend::none(), &mut room);
+        let all = block::<D, V, _>(self.elements.joint, *first, PlanarBend::none(), &mut room);
         if self.elements.springs.is_none() {
             return PlanarBend::side_by_side(self.level, all);
         }
@@ -172,7 +164,7 @@ fn by_edge<V: Scalar>(
 }
 
 /// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct TangentSweep<'a, D> {
+pub(super) struct TangentSweep<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
@@ -184,7 +176,7 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, _) = self.at;
+        let elements = self.at.elements;
         let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
         let measure = self.geometry.map(|geometry| Measure::new(elements.stretch, geometry));
         Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
@@ -193,7 +185,7 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 }
 
 /// Adds the tangent by edges.
-pub(super) struct EdgeTangent<'a, D> {
+pub(super) struct EdgeTangent<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub edges: ToEdges<'a, D>,
 }
@@ -210,7 +202,7 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
 /// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
 /// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
 /// them is the gradient there.
-pub(super) struct Forces<'a, D> {
+pub(super) struct Forces<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
@@ -220,7 +212,7 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, _) = self.at;
+        let elements = self.at.elements;
         let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
         let mut along = Along::<D, V>::new(self.at, level);
         let zero = V::gather(level, |_| D::from(0.0));
@@ -251,7 +243,7 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
 }
 
 /// Measures edges and joints alone.
-pub(super) struct Measured<'a, D> {
+pub(super) struct Measured<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub geometry: &'a mut Geometry,
 }
@@ -261,7 +253,7 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, _) = self.at;
+        let elements = self.at.elements;
         let mut measure = Measure::new(elements.stretch, self.geometry);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
@@ -271,7 +263,7 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 }
 
 /// Adds up the elastic energies, without those of springs.
-pub(super) struct Elastic<'a, D> {
+pub(super) struct Elastic<'a, D: Scalar> {
     pub at: At<'a, D>,
 }
 
@@ -280,7 +272,7 @@ impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
-        let (mut sums, edges) = (Energies::default(), self.at.0.stretch.len());
+        let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
         let mut along = Along::<D, V>::new(self.at, level);
         along.elements.springs = None;
         while let Some(pairs) = along.next() {
@@ -293,5 +285,30 @@ impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
             }
         }
         sums
+    }
+}
+
+/// Writes the strains of edges and of joints.
+pub(super) struct Strains<'a, D: Scalar> {
+    pub at: At<'a, D>,
+    pub edges: &'a mut [D],
+    pub joints: &'a mut [[D; 1]],
+}
+
+impl<D: Nestable> Sweep<D> for Strains<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut along = Along::<D, V>::new(self.at, level);
+        while let Some(Pairs { first, e, curvature, .. }) = along.next() {
+            let strain = along.stretches(first).strain_of(e.squared, e.length);
+            for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+                *to = strain.lane(lane);
+            }
+            for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
+                *to = [curvature.lane(lane)];
+            }
+        }
     }
 }

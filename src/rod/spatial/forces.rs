@@ -3,7 +3,7 @@
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
 use crate::energy::joint::{EdgeState, Pull};
-use crate::numerics::scalar::{Nestable, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::numerics::vector::{add, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
@@ -53,7 +53,7 @@ impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
 }
 
 /// Writes the gradient by the hand-derived formulas.
-pub(super) struct Gradient<'a, D> {
+pub(super) struct Gradient<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
@@ -63,7 +63,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let mut nodes = Forces::<D, V>::new(level, self.at.0.load, self.gradient);
+        let mut nodes = Forces::<D, V>::new(level, self.at.elements.load, self.gradient);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
             let Pairs { first, e, f, bent, .. } = &pairs;
@@ -76,7 +76,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 }
 
 /// Moves the frames with their edges, and writes the gradient there.
-pub(super) struct MovedGradient<'a, D> {
+pub(super) struct MovedGradient<'a, D: Scalar> {
     pub elements: Elements<'a, D>,
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,

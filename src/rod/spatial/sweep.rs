@@ -1,39 +1,27 @@
 //! Sweeps over the edges of a spatial rod, several side by side.
 
+use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
-use crate::energy::frame::{EdgeFrame, Frames};
-use crate::energy::friction::Springs;
+use crate::energy::frame::EdgeFrame;
 use crate::energy::joint::{Joint, Sum, between};
-use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::numerics::vector::{Vector, add, sub};
 use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::edges::{HALF_BANDWIDTH, STRIDE, TakesEdges, ToEdges, ToNodes};
+use crate::rod::layout::{self, Space};
 use crate::rod::spatial::geometry::{Geometry, Measure};
 
-/// A rod at its unknowns, with its frames.
-pub(super) type At<'a, D> = (Elements<'a, D>, &'a [D], &'a Frames<D>);
+/// The elements of a spatial rod.
+pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
 
-/// The elastic stiffness of a joint, and where its spring would be at no strain.
-pub(super) type Spring<D> = (Stiffness<D>, Vector<D>);
-
-/// What a rod is made of.
-#[derive(Clone, Copy)]
-pub(super) struct Elements<'a, D> {
-    pub stretch: &'a [Stretch<D, 3>],
-    pub joint: &'a [JointLaw<D>],
-    pub load: &'a [DeadLoad<D, 3>],
-    /// Springs of internal friction, if they act.
-    pub springs: Option<&'a Springs<D, Spring<D>>>,
-    /// The tensions of edges, where they are not to be what the stretching makes of them.
-    pub tensions: Option<&'a [D]>,
-}
+/// A spatial rod at its unknowns, with its frames.
+pub(super) type At<'a, D> = layout::At<'a, D, Space, 3, 3>;
 
 impl<D: Nestable> Elements<'_, D> {
     /// The stiffness and the stresses of joint `i` at its strains.
-    pub fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
+    pub(super) fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
         let law = &self.joint[i];
         match self.springs.and_then(|springs| Some((springs, springs.acting.get(i)?))) {
             None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
@@ -64,7 +52,7 @@ pub(super) struct Pairs<V> {
 }
 
 /// A rod at `q` and what its elements are side by side.
-pub(super) struct Along<'a, D, V: Wide<D>> {
+pub(super) struct Along<'a, D: Scalar, V: Wide<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
@@ -77,7 +65,7 @@ pub(super) struct Along<'a, D, V: Wide<D>> {
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
-    pub fn new((elements, q, frames): At<'a, D>, level: V::Level) -> Self {
+    pub fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
         let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
         let edges = edges_at(q, frames, level, 0);
         Self { elements, q, frames, twist, level, first: 0, edges }
@@ -223,7 +211,7 @@ fn edges_at<D: Nestable, V: Wide<D>>(
 }
 
 /// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct TangentSweep<'a, D> {
+pub(super) struct TangentSweep<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
@@ -235,7 +223,7 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, _, frames) = self.at;
+        let At { elements, frames, .. } = self.at;
         let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
         let measure =
             self.geometry.map(|geometry| Measure::new(elements.stretch, frames, geometry));
@@ -245,7 +233,7 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 }
 
 /// Adds the tangent by edges.
-pub(super) struct EdgeTangent<'a, D> {
+pub(super) struct EdgeTangent<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub edges: ToEdges<'a, D>,
 }
@@ -260,7 +248,7 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
 }
 
 /// Measures edges and joints alone.
-pub(super) struct Measured<'a, D> {
+pub(super) struct Measured<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub geometry: &'a mut Geometry,
 }
@@ -270,7 +258,7 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, _, frames) = self.at;
+        let At { elements, frames, .. } = self.at;
         let mut measure = Measure::new(elements.stretch, frames, self.geometry);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(Pairs { first, e, f, bent, .. }) = along.next() {
@@ -280,7 +268,7 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 }
 
 /// Adds up the elastic energies, without those of springs.
-pub(super) struct Elastic<'a, D> {
+pub(super) struct Elastic<'a, D: Scalar> {
     pub at: At<'a, D>,
 }
 
@@ -289,7 +277,7 @@ impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
-        let (mut sums, edges) = (Energies::default(), self.at.0.stretch.len());
+        let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(Pairs { first, e, law, bent, .. }) = along.next() {
             let [bend, twist] = law.energies_of(&bent.strains);
@@ -305,7 +293,7 @@ impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
 }
 
 /// Writes the strains of edges and of joints.
-pub(super) struct Strains<'a, D> {
+pub(super) struct Strains<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub edges: &'a mut [D],
     pub joints: &'a mut [[D; 3]],

@@ -1,0 +1,368 @@
+//! A rod of straight edges, in the plane or in space: elements, masses and loads.
+
+mod rates;
+mod transposed;
+
+pub use rates::Rates;
+
+use crate::energy::friction::Springs;
+use crate::energy::{DeadLoad, Derivatives, Element, Stretch};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::Tangent;
+use crate::numerics::vector::components;
+use crate::rod::joint_law::LinearJoint;
+use crate::rod::layout::{At, Elements, Layout, Spring};
+use crate::rod::moments::EdgeMoments;
+use crate::rod::{DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
+use num_dual::Dual64;
+
+/// The elements, masses and loads of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
+#[derive(Clone, Debug)]
+pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    /// One per edge.
+    pub stretch: Vec<Stretch<D, N>>,
+    /// One per inner node: `joint[i]` is that of node `i + 1`.
+    pub joint: Vec<L::Joint<D>>,
+    /// Lumped mass of every degree of freedom, kg, and rotational inertia of every edge with an angle, kg m^2.
+    pub mass: Vec<D>,
+    /// Weight and point forces, one per node.
+    pub load: Vec<DeadLoad<D, N>>,
+    /// Constant moments.
+    pub moments: L::Moments<D>,
+    /// Springs of internal friction beside the joints.
+    pub sliders: Option<Springs<D, Spring<L, D, N, S>>>,
+    /// User-defined energies.
+    pub own: Extra<D>,
+}
+
+/// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over
+/// both directions, are half a turn apart.
+#[inline]
+fn half_a_turn_apart(product: f64) -> bool {
+    product <= -4.0
+}
+
+/// `a.b` of the values.
+#[inline(always)]
+fn inner<D: Scalar, const N: usize>(a: &[D; N], b: &[D; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.value() * b.value()).sum()
+}
+
+/// Whether an edge that was `a` and is `b`, m, has turned by more than 45 degrees.
+#[inline]
+fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
+    let along = inner(&a, &b);
+    along < 0.0 || 2.0 * along * along < inner(&a, &a) * inner(&b, &b)
+}
+
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
+    /// The elements of the rod.
+    pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
+        let Self { stretch, joint, load, sliders, .. } = self;
+        let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
+        Elements { stretch, joint, load, springs, tensions: None }
+    }
+
+    fn at<'a>(&'a self, q: &'a [D], frames: &'a L::Frames<D>) -> At<'a, D, L, N, S> {
+        At { elements: self.elements(), q, frames }
+    }
+
+    /// Writes gradient and tangent, and the geometry if there is one.
+    #[inline(always)]
+    fn assemble(
+        &self,
+        at: At<'_, D, L, N, S>,
+        derivatives: Derivatives,
+        (gradient, tangent): (&mut [D], &mut L::Tangent<D>),
+        geometry: Option<&mut L::Geometry>,
+    ) {
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            L::tangent_by_duals(at, gradient, tangent);
+            if let Some(geometry) = geometry {
+                L::measure(at, geometry);
+            }
+        } else {
+            L::tangent(at, gradient, tangent, geometry);
+        }
+        self.moments.add_tangent(at.q, gradient, tangent);
+        self.own.add_tangent(at.q, L::edge_frames(at.frames), derivatives, gradient, tangent);
+    }
+}
+
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
+    for DiscreteRod<D, L, N, S>
+{
+    type Tangent = L::Tangent<D>;
+    type Dual = DiscreteRod<Dual64, L, N, S>;
+    type Frames = L::Frames<D>;
+    type Geometry = L::Geometry;
+
+    const HAS_FRAMES: bool = L::STRIDE > N;
+
+    fn is_angle(i: usize) -> bool {
+        i % L::STRIDE >= N
+    }
+
+    fn mass(&self) -> &[D] {
+        &self.mass
+    }
+
+    fn gradient(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    ) {
+        let at = self.at(q, frames);
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            gradient.fill(D::from(0.0));
+            for (i, load) in self.load.iter().enumerate() {
+                let to = gradient[L::STRIDE * i..].iter_mut();
+                to.zip(load.force).for_each(|(to, force)| *to -= force);
+            }
+            L::add_gradient_by_duals(at, gradient);
+        } else {
+            L::gradient(at, gradient);
+        }
+        self.moments.add_gradient(q, gradient);
+        self.own.add_gradient(q, L::edge_frames(frames), derivatives, gradient);
+    }
+
+    fn tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+        tangent: &mut Self::Tangent,
+    ) {
+        self.assemble(self.at(q, frames), derivatives, (gradient, tangent), None);
+    }
+
+    fn tangent_under(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        tensions: Option<&[D]>,
+        forces: (&mut [D], &mut Self::Tangent),
+    ) {
+        let at = At { elements: Elements { tensions, ..self.elements() }, q, frames };
+        self.assemble(at, derivatives, forces, None);
+    }
+
+    fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
+        tensions.clear();
+        for (i, stretch) in self.stretch.iter().enumerate() {
+            let (now, change) = (L::edge(q, i), L::edge(change, i));
+            tensions.push(stretch.tension_after(&components(|c| now[c] - change[c]), &now));
+        }
+    }
+
+    fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
+        L::measure(self.at(q, frames), geometry);
+    }
+
+    fn measured_tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        forces: (&mut [D], &mut Self::Tangent),
+        geometry: &mut Self::Geometry,
+    ) {
+        let geometry = D::PLAIN.then_some(geometry);
+        self.assemble(self.at(q, frames), derivatives, forces, geometry);
+    }
+
+    fn edge_tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        tangent: &mut Self::Tangent,
+    ) {
+        tangent.clear();
+        let by_duals = D::PLAIN && derivatives == Derivatives::Dual;
+        L::edge_tangent(self.at(q, frames), by_duals, tangent);
+        self.moments.add_edge_tangent(q, tangent);
+    }
+
+    fn rebase(frames: &mut Self::Frames, q: &[D]) {
+        L::rebase(frames, q);
+    }
+
+    fn moved_gradient(
+        &self,
+        q: &[D],
+        frames: &mut Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    ) {
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            Self::rebase(frames, q);
+            return self.gradient(q, frames, derivatives, gradient);
+        }
+        L::moved_gradient(self.elements(), q, frames, gradient);
+        self.moments.add_gradient(q, gradient);
+        self.own.add_gradient(q, L::edge_frames(frames), derivatives, gradient);
+    }
+
+    fn real_frames(dual: &DualFrames<Self, D>, frames: &mut Self::Frames) {
+        L::set_real_frames(dual, frames);
+    }
+
+    fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames) {
+        L::refer(q, from, to);
+    }
+
+    fn director(q: &[D], frames: &Self::Frames, edge: usize) -> Option<[D; 3]> {
+        L::director(q, frames, edge)
+    }
+
+    fn untwist(q: &mut [D], frames: &Self::Frames) {
+        L::untwist(q, frames);
+    }
+
+    fn align(q: &mut [D], frames: &Self::Frames, edge: usize, director: [D; 3], turn: f64) {
+        L::align(q, frames, edge, director, turn);
+    }
+
+    fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize> {
+        let at = self.at(now, frames);
+        let struck = |i: usize| {
+            let [a, b] = [before, now].map(|q| L::joint_strains(&at, q, i));
+            // Strains of bending come first.
+            half_a_turn_apart((0..S.min(2)).map(|c| a[c].value() * b[c].value()).sum())
+        };
+        let mut edge = L::edge(now, 0);
+        for i in 0..self.joint.len() {
+            let next = L::edge(now, i + 1);
+            if inner(&edge, &next) < 0.0 && struck(i) {
+                return Some(i + 1);
+            }
+            edge = next;
+        }
+        None
+    }
+
+    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
+        (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
+    }
+
+    fn wound(&self, before: &[D], now: &[D]) -> f64 {
+        self.moments.jump(before, now)
+    }
+
+    fn not_finite(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
+        self.own.not_finite(q, L::edge_frames(frames))
+    }
+
+    fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
+        let at = self.at(q, frames);
+        let mut sums = L::energies(at);
+        for (i, load) in self.load.iter().enumerate() {
+            sums.potential += load.energy(L::node(q, i)).value();
+        }
+        let turning = |i: usize| 2.0 * (0.5 * L::joint_strains(&at, q, i)[0].value()).atan();
+        sums.potential += self.moments.potential(q, turning);
+        sums.own = self.own.energy(q, L::edge_frames(frames));
+        sums
+    }
+
+    fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>) {
+        let edges = self.stretch.len();
+        strains.resize(edges + S * self.joint.len(), D::from(0.0));
+        let (axial, joints) = strains.split_at_mut(edges);
+        L::strains(self.at(q, frames), axial, joints.as_chunks_mut::<S>().0);
+    }
+
+    fn dashpots(&self) -> Self {
+        let mut rod = self.clone();
+        let zero = D::from(0.0);
+        rod.stretch.iter_mut().for_each(|edge| edge.natural_strain = zero);
+        rod.joint.iter_mut().for_each(|joint| joint.set_natural([zero; S]));
+        rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
+        rod.moments.clear();
+        rod.own = Extra::default();
+        rod
+    }
+
+    fn strain_energies(&self, strains: &[D]) -> [D; 3] {
+        let (stretch, joints) = strains.split_at(self.stretch.len());
+        let mut energies = [D::from(0.0); 3];
+        for (e, s) in self.stretch.iter().zip(stretch) {
+            energies[0] += e.stiffness * e.rest_length * *s * *s * 0.5;
+        }
+        for (joint, s) in self.joint.iter().zip(joints.as_chunks::<S>().0) {
+            let [bend, twist] = joint.strain_energies(s);
+            energies[1] += bend;
+            energies[2] += twist;
+        }
+        energies
+    }
+
+    fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
+        let (edges, stretch) = (elastic.stretch.len(), viscosity.factor(0));
+        for (i, (to, from)) in self.stretch.iter_mut().zip(&elastic.stretch).enumerate() {
+            *to = from.viscous(stretch, viscosity.shift(0, i));
+        }
+        let own = viscosity.own.as_ref();
+        let own = own.map(|own| (own, own.past[edges..].as_chunks::<S>().0));
+        let (shifts, _) = viscosity.shift[edges..].as_chunks::<S>();
+        for (i, (to, from)) in self.joint.iter_mut().zip(&elastic.joint).enumerate() {
+            *to =
+                from.viscous(viscosity.factor, &shifts[i], own.map(|(own, past)| (own, &past[i])));
+        }
+    }
+
+    fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
+        let stretch = viscosity.factor(0);
+        let (stretched, joined) = viscosity.shift.split_at(dashpots.stretch.len());
+        for ((to, from), strain) in self.stretch.iter_mut().zip(&dashpots.stretch).zip(stretched) {
+            (to.stiffness, to.natural_strain) = (from.stiffness * stretch, *strain);
+        }
+        let joints = self.joint.iter_mut().zip(&dashpots.joint).zip(joined.as_chunks::<S>().0);
+        for ((to, from), strains) in joints {
+            *to = from.dashpot(viscosity, *strains);
+        }
+    }
+
+    fn slides(&self) -> usize {
+        if self.sliders.is_some() { S * self.joint.len() } else { 0 }
+    }
+
+    fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
+        let Some(springs) = &mut self.sliders else { return };
+        springs.acting.clear();
+        let Some(InternalVariables { strain, slid, .. }) = before else { return };
+        let strains = strain[elastic.stretch.len()..].as_chunks::<S>().0;
+        let starts = strains.iter().zip(slid.as_chunks::<S>().0);
+        let spring = |(joint, (strain, slid)): (&L::Joint<D>, (&[D; S], &[D; S]))| {
+            (joint.stiffness(), components(|c| slid[c] - strain[c]))
+        };
+        springs.acting.extend(elastic.joint.iter().zip(starts).map(spring));
+    }
+
+    fn slip(&self, z: &mut [D]) {
+        let Some(springs) = &self.sliders else { return };
+        for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
+            *z = self.joint[i].slid(&springs.sliders, i, *z);
+        }
+    }
+
+    fn distance_to_slipping(&self, z: &[D]) -> f64 {
+        let Some(springs) = &self.sliders else { return f64::INFINITY };
+        let of =
+            |(i, z): (usize, &[D; S])| self.joint[i].distance_to_slipping(&springs.sliders, i, *z);
+        z.as_chunks::<S>().0.iter().enumerate().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    fn slider_energy(&self, z: &[D]) -> f64 {
+        let Some(springs) = &self.sliders else { return 0.0 };
+        let energy =
+            |(z, joint): (&[D; S], &L::Joint<D>)| joint.spring_energy(&springs.sliders, *z).value();
+        z.as_chunks::<S>().0.iter().zip(&self.joint).map(energy).sum()
+    }
+}

@@ -1,0 +1,145 @@
+//! Constant moments on the edges of a planar rod. In space a constant moment has no potential (Ziegler 1968).
+
+use crate::energy::{DeadMoment, Element};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
+use num_dual::Dual64;
+use std::f64::consts::TAU;
+use std::fmt::Debug;
+
+/// Constant moments on edges; `()` for a rod without any.
+pub trait EdgeMoments<D: Scalar>: Clone + Debug + Send + Sync {
+    /// Whether such a rod can have moments at all.
+    const POSSIBLE: bool = false;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        true
+    }
+
+    /// Removes all.
+    fn clear(&mut self) {}
+
+    /// Adds their gradient.
+    fn add_gradient(&self, _q: &[D], _gradient: &mut [D]) {}
+
+    /// Adds their gradient and its tangent.
+    fn add_tangent(&self, _q: &[D], _gradient: &mut [D], _tangent: &mut impl Tangent<D>) {}
+
+    /// Adds their tangent in terms of edges.
+    fn add_edge_tangent(&self, _q: &[D], _tangent: &mut impl Tangent<D>) {}
+
+    /// Their potential, J, where the joints have these turning angles, rad.
+    fn potential(&self, _q: &[D], _turning: impl Fn(usize) -> f64) -> f64 {
+        0.0
+    }
+
+    /// The jump of the potential, J, over a step in which the angle of the first edge passes half a turn.
+    fn jump(&self, _before: &[D], _now: &[D]) -> f64 {
+        0.0
+    }
+}
+
+impl<D: Scalar> EdgeMoments<D> for () {}
+
+/// The moments on the edges of a planar rod.
+#[derive(Clone, Debug)]
+pub struct Moments<D> {
+    /// Each with the edge on which it acts.
+    pub list: Vec<(usize, DeadMoment<D>)>,
+    /// The first edge's direction at rest, from which the angles of the potential count.
+    pub heading: [D; 2],
+}
+
+/// The unknowns of edge `i`, m.
+#[inline(always)]
+fn ends<D>(q: &[D], i: usize) -> &[D; 4] {
+    q[2 * i..].first_chunk().expect("an edge's nodes are nodes of the rod")
+}
+
+impl<D: Scalar> Moments<D> {
+    /// The angle of the first edge from its direction at rest, in (-pi, pi], rad.
+    fn first_angle(&self, q: &[D]) -> f64 {
+        let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
+        first.energy(ends(q, 0)).value()
+    }
+}
+
+impl<D: Scalar> EdgeMoments<D> for Moments<D> {
+    const POSSIBLE: bool = true;
+
+    fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    fn clear(&mut self) {
+        self.list.clear();
+    }
+
+    fn add_gradient(&self, q: &[D], gradient: &mut [D]) {
+        for (i, moment) in &self.list {
+            let local = moment.gradient(ends(q, *i));
+            gradient[2 * i..].iter_mut().zip(local).for_each(|(to, from)| *to += from);
+        }
+    }
+
+    fn add_tangent(&self, q: &[D], gradient: &mut [D], tangent: &mut impl Tangent<D>) {
+        for (i, moment) in &self.list {
+            let local = moment.tangent(ends(q, *i));
+            gradient[2 * i..].iter_mut().zip(local.gradient).for_each(|(to, from)| *to += from);
+            tangent.add_corner(2 * i, 4, &local.hessian);
+        }
+    }
+
+    /// The derivatives by the second node are those by the edge.
+    fn add_edge_tangent(&self, q: &[D], tangent: &mut impl Tangent<D>) {
+        for (i, moment) in &self.list {
+            let h = moment.tangent(ends(q, *i)).hessian;
+            tangent.add_corner(2 * i + 2, 2, &[[h[2][2], h[2][3]], [h[3][2], h[3][3]]]);
+        }
+    }
+
+    /// Angles count on from the first edge's, beyond half turns, by the turning angles of the joints.
+    fn potential(&self, q: &[D], turning: impl Fn(usize) -> f64) -> f64 {
+        let Some(last) = self.list.iter().map(|(i, _)| *i).max() else { return 0.0 };
+        let mut angle = self.first_angle(q);
+        let mut potential = 0.0;
+        for j in 0..=last {
+            if j > 0 {
+                angle += turning(j - 1);
+            }
+            let here = self.list.iter().filter(|(i, _)| *i == j);
+            potential -= here.map(|(_, m)| m.moment.value() * angle).sum::<f64>();
+        }
+        potential
+    }
+
+    /// A hinged rod turns beyond half a turn, where its first angle jumps.
+    fn jump(&self, before: &[D], now: &[D]) -> f64 {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let turns = ((self.first_angle(before) - self.first_angle(now)) / TAU).round();
+        let moments: f64 = self.list.iter().map(|(_, m)| m.moment.value()).sum();
+        -TAU * turns * moments
+    }
+}
+
+impl Moments<Dual64> {
+    /// Passes the derivative of each moment's gradient at fixed unknowns to `add`, with its first unknown.
+    pub(crate) fn add_gradient_rate(&self, q: &[f64], mut add: impl FnMut(usize, &[f64])) {
+        for (i, DeadMoment { moment, .. }) in &self.list {
+            let rate = DeadMoment { moment: moment.eps, rest: [0.0; 2] };
+            add(2 * i, &rate.gradient(ends(q, *i)));
+        }
+    }
+}
+
+/// Adds the derivatives of `d` times the gradient by a moment on each edge.
+pub(crate) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
+    for (i, to) in slopes.iter_mut().enumerate() {
+        let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };
+        let forces = unit.gradient(ends(q, i));
+        *to += forces.iter().zip(&d[2 * i..]).map(|(f, d)| f * d).sum::<f64>();
+    }
+}
