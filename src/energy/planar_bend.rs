@@ -115,7 +115,7 @@ impl<D: Scalar> PlanarBend<D> {
     }
 
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline]
+    #[inline(always)]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {
             stiffness: self.stiffness * factor,

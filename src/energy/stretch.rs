@@ -65,7 +65,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     }
 
     /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline]
+    #[inline(always)]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {
             stiffness: self.stiffness * factor,

@@ -3,7 +3,8 @@
 mod rates;
 mod transposed;
 
-pub use rates::Rates;
+pub use rates::{JointRate, RateLayout};
+pub use transposed::TransposedLayout;
 
 use crate::energy::friction::Springs;
 use crate::energy::{DeadLoad, Derivatives, Element, Stretch};
@@ -13,6 +14,7 @@ use crate::numerics::vector::components;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::layout::{At, Elements, Layout, Spring};
 use crate::rod::moments::EdgeMoments;
+use crate::rod::sweeps::{Elastic, Measured, Strains};
 use crate::rod::{DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 
@@ -45,7 +47,11 @@ fn half_a_turn_apart(product: f64) -> bool {
 /// `a.b` of the values.
 #[inline(always)]
 fn inner<D: Scalar, const N: usize>(a: &[D; N], b: &[D; N]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.value() * b.value()).sum()
+    let mut sum = a[0].value() * b[0].value();
+    for c in 1..N {
+        sum += a[c].value() * b[c].value();
+    }
+    sum
 }
 
 /// Whether an edge that was `a` and is `b`, m, has turned by more than 45 degrees.
@@ -79,7 +85,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         if D::PLAIN && derivatives == Derivatives::Dual {
             L::tangent_by_duals(at, gradient, tangent);
             if let Some(geometry) = geometry {
-                L::measure(at, geometry);
+                D::side_by_side(Measured { at, geometry });
             }
         } else {
             L::tangent(at, gradient, tangent, geometry);
@@ -161,7 +167,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
-        L::measure(self.at(q, frames), geometry);
+        D::side_by_side(Measured { at: self.at(q, frames), geometry });
     }
 
     fn measured_tangent(
@@ -236,15 +242,19 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             // Strains of bending come first.
             half_a_turn_apart((0..S.min(2)).map(|c| a[c].value() * b[c].value()).sum())
         };
-        let mut edge = L::edge(now, 0);
-        for i in 0..self.joint.len() {
-            let next = L::edge(now, i + 1);
-            if inner(&edge, &next) < 0.0 && struck(i) {
-                return Some(i + 1);
-            }
-            edge = next;
+        // Hardly any edge turns by more than a right angle against the one before it.
+        let (mut last, mut least) = (L::edge(now, 0), 0.0);
+        for i in 1..self.stretch.len() {
+            let edge = L::edge(now, i);
+            let dot = inner(&last, &edge);
+            least = if dot < least { dot } else { least };
+            last = edge;
         }
-        None
+        if least == 0.0 {
+            return None;
+        }
+        let sharp = |i: &usize| inner(&L::edge(now, *i), &L::edge(now, i + 1)) < 0.0;
+        (0..self.joint.len()).filter(sharp).find(|i| struck(*i)).map(|i| i + 1)
     }
 
     fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
@@ -261,7 +271,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
-        let mut sums = L::energies(at);
+        let mut sums = D::side_by_side(Elastic { at });
         for (i, load) in self.load.iter().enumerate() {
             sums.potential += load.energy(L::node(q, i)).value();
         }
@@ -274,8 +284,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>) {
         let edges = self.stretch.len();
         strains.resize(edges + S * self.joint.len(), D::from(0.0));
-        let (axial, joints) = strains.split_at_mut(edges);
-        L::strains(self.at(q, frames), axial, joints.as_chunks_mut::<S>().0);
+        let (edges, joints) = strains.split_at_mut(edges);
+        let joints = joints.as_chunks_mut::<S>().0;
+        D::side_by_side(Strains { at: self.at(q, frames), edges, joints });
     }
 
     fn dashpots(&self) -> Self {
@@ -304,16 +315,36 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
-        let (edges, stretch) = (elastic.stretch.len(), viscosity.factor(0));
-        for (i, (to, from)) in self.stretch.iter_mut().zip(&elastic.stretch).enumerate() {
-            *to = from.viscous(stretch, viscosity.shift(0, i));
+        let (edges, joints) = (elastic.stretch.len(), elastic.joint.len());
+        let (axial, joined) = viscosity.shift.split_at(edges);
+        let (to, from) = (&mut self.stretch[..edges], &elastic.stretch[..edges]);
+        match &viscosity.own {
+            None => {
+                for i in 0..edges {
+                    to[i] = from[i].viscous(viscosity.factor, axial[i]);
+                }
+            }
+            Some(own) => {
+                for i in 0..edges {
+                    let shift = axial[i] + own.time[0] * own.past[i];
+                    to[i] = from[i].viscous(viscosity.factor + own.factor[0], shift);
+                }
+            }
         }
-        let own = viscosity.own.as_ref();
-        let own = own.map(|own| (own, own.past[edges..].as_chunks::<S>().0));
-        let (shifts, _) = viscosity.shift[edges..].as_chunks::<S>();
-        for (i, (to, from)) in self.joint.iter_mut().zip(&elastic.joint).enumerate() {
-            *to =
-                from.viscous(viscosity.factor, &shifts[i], own.map(|(own, past)| (own, &past[i])));
+        let shifts = &joined.as_chunks::<S>().0[..joints];
+        let (to, from) = (&mut self.joint[..joints], &elastic.joint[..joints]);
+        match &viscosity.own {
+            None => {
+                for i in 0..joints {
+                    to[i] = from[i].viscous(viscosity.factor, &shifts[i], None);
+                }
+            }
+            Some(own) => {
+                let past = own.past[edges..].as_chunks::<S>().0;
+                for i in 0..joints {
+                    to[i] = from[i].viscous(viscosity.factor, &shifts[i], Some((own, &past[i])));
+                }
+            }
         }
     }
 

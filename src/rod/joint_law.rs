@@ -53,6 +53,7 @@ impl<D: Scalar> LinearJoint<D, 1> for PlanarBend<D> {
         [self.stiffness * *k * *k * 0.5, D::from(0.0)]
     }
 
+    #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; 1], own: Option<(&OwnViscosity<D>, &[D; 1])>) -> Self {
         match own {
             None => PlanarBend::viscous(self, factor, shift[0]),
@@ -96,6 +97,7 @@ impl<D: Scalar> LinearJoint<D, 3> for JointLaw<D> {
         [(stress[0] * s[0] + stress[1] * s[1]) * 0.5, stress[2] * s[2] * 0.5]
     }
 
+    #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; 3], own: Option<(&OwnViscosity<D>, &[D; 3])>) -> Self {
         match own {
             None => JointLaw::viscous(self, factor, shift),

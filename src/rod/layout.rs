@@ -1,18 +1,15 @@
 //! What differs between a rod in the plane and one in space: the unknowns of a node, the strains of a joint, the frames.
 
 use crate::energy::frame::EdgeFrame;
-use crate::energy::friction::{SliderRates, Springs};
-use crate::energy::{DeadLoad, Sliders, Stretch};
-use crate::numerics::lanes::Lanes;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::energy::friction::Springs;
+use crate::energy::{DeadLoad, Stretch};
+use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::tangent::Tangent;
-use crate::numerics::vector::components;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::moments::EdgeMoments;
-use crate::rod::{Energies, FrameRate, Laws};
+use crate::rod::sweeps::EdgeBlocks;
 use num_dual::Dual64;
 use std::fmt::Debug;
-use std::ops::{Add, Mul};
 
 /// The layout of a rod in the plane.
 #[derive(Clone, Copy, Debug)]
@@ -69,44 +66,12 @@ impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_
     }
 }
 
-/// Derivatives of the stresses of a joint along `G` parameters, as functions of its `S` strains.
-pub trait JointRate<J, const S: usize, const G: usize>:
-    Copy + Debug + PartialEq + Send + Sync
-{
-    /// Of dual joints, one for each parameter.
-    fn of(duals: [&J; G]) -> Self;
-
-    /// Whether nothing changes.
-    fn is_zero(&self) -> bool;
-
-    /// The part that is proportional to the strains, with the `coupled` part of bending and twisting or without.
-    fn stiffer(&self, strains: &[f64; S], coupled: bool) -> [Lanes<G>; S];
-
-    /// The part without strains.
-    fn offset(&self) -> [Lanes<G>; S];
-
-    /// The derivatives of the stresses at these strains.
-    #[inline(always)]
-    fn stress(&self, strains: &[f64; S]) -> [Lanes<G>; S] {
-        let (mut stress, offset) = (self.stiffer(strains, true), self.offset());
-        for c in 0..S {
-            stress[c] += offset[c];
-        }
-        stress
-    }
-
-    /// The product with the derivatives of a number by the law of the joint, see [`Laws::joint`].
-    fn along(&self, law: &([f64; 6], [f64; 3])) -> Lanes<G>;
-}
-
 /// The layout of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
 pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + 'static {
     /// Unknowns from one node to the next: `N` coordinates, and the angle of the next edge if there are frames.
     const STRIDE: usize;
     /// The law of a joint.
     type Joint<D: Scalar>: LinearJoint<D, S>;
-    /// Derivatives of that law along parameters.
-    type JointRate<const G: usize>: JointRate<Self::Joint<Dual64>, S, G>;
     /// Constant moments on edges.
     type Moments<D: Scalar>: EdgeMoments<D>;
     /// Second derivatives of the energy.
@@ -115,6 +80,11 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     type Frames<D: Scalar>: Clone + Debug + Send + Sync;
     /// Edges and joints as they are, in plain numbers.
     type Geometry: Clone + Debug + Default + Send + Sync;
+    /// The edges in SIMD lanes.
+    type Blocks<'a, D: Nestable, V: Wide<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
+
+    /// Gives a geometry room for so many edges.
+    fn resize(geometry: &mut Self::Geometry, edges: usize);
 
     /// The coordinates of node `i`, m.
     #[inline(always)]
@@ -123,11 +93,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     }
 
     /// The vector of edge `i`, m.
-    #[inline(always)]
-    fn edge<D: Scalar>(q: &[D], i: usize) -> [D; N] {
-        let (a, b) = (Self::node(q, i), Self::node(q, i + 1));
-        components(|c| b[c] - a[c])
-    }
+    fn edge<D: Scalar>(q: &[D], i: usize) -> [D; N];
 
     /// Writes the gradient by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
@@ -156,15 +122,6 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
         by_duals: bool,
         tangent: &mut Self::Tangent<D>,
     );
-
-    /// Writes the geometry.
-    fn measure<D: Nestable>(at: At<'_, D, Self, N, S>, geometry: &mut Self::Geometry);
-
-    /// Elastic energies, J, without those of springs.
-    fn energies<D: Nestable>(at: At<'_, D, Self, N, S>) -> Energies;
-
-    /// Writes the strains of edges and of joints.
-    fn strains<D: Nestable>(at: At<'_, D, Self, N, S>, edges: &mut [D], joints: &mut [[D; S]]);
 
     /// The strains of joint `i`.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
@@ -217,116 +174,4 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 
     /// The strains of the joints in a geometry.
     fn measured_joints(geometry: &Self::Geometry) -> impl Iterator<Item = [f64; S]>;
-
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the strain
-    /// of an edge, of the stresses, by those of a joint, and of the loads.
-    fn pull<const G: usize>(
-        geometry: &Self::Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; S]) -> [Lanes<G>; S],
-        load: impl Fn(usize) -> [Lanes<G>; N],
-        out: &mut [[f64; G]],
-    );
-
-    /// Passes the derivatives of the gradients of edges and joints, by num-dual at fixed unknowns, to `add`, each with
-    /// its first unknown.
-    fn add_rates_by_duals(
-        elements: Elements<'_, Dual64, Self, N, S>,
-        q: &[f64],
-        frames: &Self::Frames<f64>,
-        add: impl FnMut(usize, &[f64]),
-    );
-
-    /// Passes the derivatives of the gradients of moments to `add`, likewise.
-    fn add_moment_rates(_: &Self::Moments<Dual64>, _q: &[f64], _add: impl FnMut(usize, &[f64])) {}
-
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
-    fn add_strain_rates<const G: usize>(
-        stretch: &[Stretch<f64, N>],
-        frames: &[FrameRate<G>],
-        geometry: &Self::Geometry,
-        q: &[[f64; G]],
-        out: (&mut [Lanes<G>], &mut [[Lanes<G>; S]]),
-    );
-
-    /// The product of a joint's stiffness with `s`, with the `coupled` part of bending and twisting or without.
-    fn stiffness_times<T>(joint: &Self::Joint<f64>, s: &[T; S], coupled: bool) -> [T; S]
-    where
-        T: Copy + Add<Output = T> + Mul<f64, Output = T>;
-
-    /// The derivatives of the stretch of the springs of joint `i`, where that without slip is `z` with the derivatives
-    /// `rate`.
-    fn slip_rate<const G: usize>(
-        changes: &SliderRates<G>,
-        sliders: (&Sliders<f64>, usize),
-        joint: (&Self::Joint<f64>, &Self::JointRate<G>),
-        z: [f64; S],
-        rate: [Lanes<G>; S],
-    ) -> [Lanes<G>; S];
-
-    /// Adds the derivatives of the gradient along those of the frames, see
-    /// [`Sensitive::frame_rate`](crate::rod::Sensitive::frame_rate).
-    fn frame_rate<const G: usize>(
-        _frames: &[FrameRate<G>],
-        _geometry: &Self::Geometry,
-        _gradient: &[f64],
-        _tangent: &Self::Tangent<f64>,
-        _out: &mut [[f64; G]],
-    ) {
-    }
-
-    /// Moves the derivatives of the frames to where the rod is measured and has the derivatives `q`.
-    fn rebase_rates<const G: usize>(
-        _frames: &mut [FrameRate<G>],
-        _geometry: &Self::Geometry,
-        _q: &[[f64; G]],
-    ) {
-    }
-
-    /// The derivatives that frames carry.
-    fn frame_rates<const G: usize>(_: [&Self::Frames<Dual64>; G]) -> Vec<FrameRate<G>> {
-        Vec::new()
-    }
-
-    /// Writes frames with the derivatives along parameter `lane`.
-    fn set_dual_frames<const G: usize>(
-        _frames: &Self::Frames<f64>,
-        _rates: &[FrameRate<G>],
-        _lane: usize,
-        _dual: &mut Self::Frames<Dual64>,
-    ) {
-    }
-
-    /// Adds the derivatives of a number by the law of a joint, see [`Laws::joint`], where the stresses have the
-    /// derivatives `w`; `own` are the strains with a viscosity of their kind.
-    fn add_to_joint(
-        w: &[f64; S],
-        strains: &[f64; S],
-        own: &[f64; S],
-        law: &mut ([f64; 6], [f64; 3]),
-    );
-
-    /// Adds the derivatives by the moments at `q`, where the forces have the derivatives `d`.
-    fn add_to_moments(_q: &[f64], _d: &[f64], _laws: &mut Laws) {}
-
-    /// The product with the derivatives by moments.
-    fn along_moments(_: &Self::Moments<Dual64>, _laws: &Laws) -> f64 {
-        0.0
-    }
-
-    /// Transposed part of the frames' turn with the angles of their edges.
-    fn turn_frames(_: &Self::Geometry, _angles: &[f64], _frames: &mut [FrameRate<1>]) {}
-
-    /// Transposed [`frame_rate`](Self::frame_rate): see
-    /// [`Transposed::add_to_frames`](crate::rod::Transposed::add_to_frames).
-    fn add_to_frames(
-        _: &Self::Geometry,
-        _gradient: &[f64],
-        _by: (&[f64], &[f64]),
-        _frames: &mut [FrameRate<1>],
-    ) {
-    }
-
-    /// Transposed [`rebase_rates`](Self::rebase_rates).
-    fn rebase_back(_: &Self::Geometry, _frames: &mut [FrameRate<1>], _q: &mut [f64]) {}
 }

@@ -15,6 +15,7 @@ pub mod planar;
 mod sensitive;
 pub mod spatial;
 mod state;
+pub mod sweeps;
 mod transposed;
 mod viscosity;
 
@@ -25,7 +26,7 @@ pub(crate) use extra::Placed;
 pub use layout::Layout;
 pub use moments::Moments;
 pub use planar::PlanarRod;
-pub use sensitive::{Counted, FrameRate, Sensitive};
+pub use sensitive::{EffectiveStrains, FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
 pub use transposed::{Laws, Strained, Transposed, still_frames, strained};

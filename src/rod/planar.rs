@@ -7,25 +7,16 @@ mod geometry;
 mod rates;
 mod sweep;
 
-use crate::energy::friction::SliderRates;
-use crate::energy::{
-    Local, PlanarBend, Sliders, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
-};
+use crate::energy::{Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::lanes::Lanes;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, Scalar, Wide};
+use crate::rod::DiscreteRod;
 use crate::rod::layout::{Layout, Plane};
-use crate::rod::moments::{Moments, add_slopes};
+use crate::rod::moments::Moments;
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::rates::BendRate;
-use crate::rod::planar::sweep::{
-    At, EdgeTangent, Elastic, Elements, Forces, Measured, Strains, TangentSweep,
-};
-use crate::rod::{DiscreteRod, Energies, FrameRate, Laws};
-use num_dual::Dual64;
-use std::ops::{Add, Mul};
+use crate::rod::planar::sweep::{Along, At, EdgeTangent, Elements, Forces, TangentSweep};
 
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;
@@ -78,11 +69,21 @@ fn each_edge_in_duals<D: Nestable>(At { elements, q, .. }: At<'_, D>, to: &mut i
 impl Layout<2, 1> for Plane {
     const STRIDE: usize = 2;
     type Joint<D: Scalar> = PlanarBend<D>;
-    type JointRate<const G: usize> = BendRate<G>;
     type Moments<D: Scalar> = Moments<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Scalar> = ();
     type Geometry = Geometry;
+    type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
+
+    #[inline(always)]
+    fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
+        let [x0, y0, x1, y1] = *unknowns(q, i);
+        [x1 - x0, y1 - y0]
+    }
+
+    fn resize(geometry: &mut Geometry, edges: usize) {
+        geometry.resize(edges);
+    }
 
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::side_by_side(Forces { at, gradient });
@@ -129,18 +130,6 @@ impl Layout<2, 1> for Plane {
         }
     }
 
-    fn measure<D: Nestable>(at: At<'_, D>, geometry: &mut Geometry) {
-        D::side_by_side(Measured { at, geometry });
-    }
-
-    fn energies<D: Nestable>(at: At<'_, D>) -> Energies {
-        D::side_by_side(Elastic { at })
-    }
-
-    fn strains<D: Nestable>(at: At<'_, D>, edges: &mut [D], joints: &mut [[D; 1]]) {
-        D::side_by_side(Strains { at, edges, joints });
-    }
-
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
         [at.elements.joint[i].strain(unknowns(q, i))]
     }
@@ -151,79 +140,5 @@ impl Layout<2, 1> for Plane {
 
     fn measured_joints(geometry: &Geometry) -> impl Iterator<Item = [f64; 1]> {
         geometry.joints.iter().map(|[curvature, _]| [*curvature])
-    }
-
-    fn pull<const G: usize>(
-        geometry: &Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; 1]) -> [Lanes<G>; 1],
-        load: impl Fn(usize) -> [Lanes<G>; 2],
-        out: &mut [[f64; G]],
-    ) {
-        rates::pull(geometry, axial, stress, load, out);
-    }
-
-    fn add_rates_by_duals(
-        elements: Elements<'_, Dual64>,
-        q: &[f64],
-        (): &(),
-        mut add: impl FnMut(usize, &[f64]),
-    ) {
-        for (i, element) in elements.stretch.iter().enumerate() {
-            add(2 * i, &dual_gradient_rate(element, unknowns::<_, 4>(q, i)));
-        }
-        for (i, element) in elements.joint.iter().enumerate() {
-            add(2 * i, &dual_gradient_rate(element, unknowns::<_, 6>(q, i)));
-        }
-    }
-
-    fn add_moment_rates(moments: &Moments<Dual64>, q: &[f64], add: impl FnMut(usize, &[f64])) {
-        moments.add_gradient_rate(q, add);
-    }
-
-    fn add_strain_rates<const G: usize>(
-        stretch: &[Stretch<f64, 2>],
-        _: &[FrameRate<G>],
-        geometry: &Geometry,
-        q: &[[f64; G]],
-        (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 1]]),
-    ) {
-        rates::add_strain_rates(stretch, geometry, q, edges, joints);
-    }
-
-    fn stiffness_times<T>(joint: &PlanarBend<f64>, [s]: &[T; 1], _: bool) -> [T; 1]
-    where
-        T: Copy + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        [*s * joint.stiffness]
-    }
-
-    fn slip_rate<const G: usize>(
-        changes: &SliderRates<G>,
-        (sliders, i): (&Sliders<f64>, usize),
-        _: (&PlanarBend<f64>, &BendRate<G>),
-        [z]: [f64; 1],
-        [rate]: [Lanes<G>; 1],
-    ) -> [Lanes<G>; 1] {
-        [changes.slid(sliders, i, z, rate)]
-    }
-
-    fn add_to_joint(
-        [w]: &[f64; 1],
-        [strain]: &[f64; 1],
-        [own]: &[f64; 1],
-        (stiffness, offset): &mut ([f64; 6], [f64; 3]),
-    ) {
-        stiffness[0] += w * (strain + own);
-        offset[0] += w;
-    }
-
-    fn add_to_moments(q: &[f64], d: &[f64], laws: &mut Laws) {
-        add_slopes(q, d, &mut laws.moment);
-    }
-
-    fn along_moments(moments: &Moments<Dual64>, laws: &Laws) -> f64 {
-        let moments = moments.list.iter().filter(|(i, _)| *i < laws.moment.len());
-        moments.map(|(i, m)| m.moment.eps * laws.moment[*i]).sum()
     }
 }

@@ -13,16 +13,20 @@ pub struct FrameRate<const G: usize> {
     pub turn: Lanes<G>,
 }
 
-/// The strains of all elements as the stress of a moment counts them, in the order of the strains, each with its
-/// derivatives: the stress of a joint is `K (s - s_natural)`, and of what is viscous alone `K s`.
+/// The effective strains from which the stress at one moment follows, in the order of the strains, with their
+/// derivatives along `G` parameters: the stress of a joint is `K (s - s_natural)`, and that of dashpots alone `K s`.
 #[derive(Clone, Debug, Default)]
-pub struct Counted<const G: usize> {
-    /// Whether natural strains count.
+pub struct EffectiveStrains<const G: usize> {
+    /// Whether natural strains are subtracted.
     pub natural: bool,
     /// The strains.
-    pub strains: Vec<(f64, Lanes<G>)>,
-    /// What stretching, bending and twisting count besides, without what couples them; empty of most rods.
-    pub own: Vec<(f64, Lanes<G>)>,
+    pub values: Vec<f64>,
+    /// Their derivatives.
+    pub rates: Vec<Lanes<G>>,
+    /// Strains of kinds with a viscosity of their own, without the coupling of bending and twisting; empty of most rods.
+    pub own: Vec<f64>,
+    /// Their derivatives.
+    pub own_rates: Vec<Lanes<G>>,
 }
 
 /// A rod whose forces have derivatives with respect to `G` parameters side by side. Dual rods, one for
@@ -71,7 +75,7 @@ pub trait Sensitive: Rod<f64> {
     fn stress_rates<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
-        counted: &Counted<G>,
+        strains: &EffectiveStrains<G>,
         out: &mut [Lanes<G>],
     );
 

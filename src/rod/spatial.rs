@@ -12,27 +12,21 @@ mod transposed;
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{BendTwist, JointLaw};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
-use crate::energy::friction::SliderRates;
 use crate::energy::joint::ByEdge;
-use crate::energy::{Local, Sliders, Stretch, dual_gradient, dual_gradient_rate, dual_tangent};
+use crate::energy::{Local, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::lanes::Lanes;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, dot, each, unit};
+use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, TakesEdges, ToEdges, ToNodes};
 use crate::rod::layout::{Layout, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::moving::Rebase;
-use crate::rod::spatial::rates::BendTwistRate;
-use crate::rod::spatial::sweep::{
-    At, EdgeTangent, Elastic, Elements, Measured, Strains, TangentSweep,
-};
-use crate::rod::{DiscreteRod, Energies, FrameRate};
+use crate::rod::spatial::sweep::{Along, At, EdgeTangent, Elements, TangentSweep};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
-use std::ops::{Add, Mul};
 
 /// A rod in space.
 pub type SpatialRod<D> = DiscreteRod<D, Space, 3, 3>;
@@ -142,11 +136,21 @@ fn each_edge_in_duals<D: Nestable>(
 impl Layout<3, 3> for Space {
     const STRIDE: usize = STRIDE;
     type Joint<D: Scalar> = JointLaw<D>;
-    type JointRate<const G: usize> = BendTwistRate<G>;
     type Moments<D: Scalar> = ();
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Scalar> = Frames<D>;
     type Geometry = Geometry;
+    type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
+
+    #[inline(always)]
+    fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
+        let [x0, y0, z0, x1, y1, z1] = ends(q, i);
+        [x1 - x0, y1 - y0, z1 - z0]
+    }
+
+    fn resize(geometry: &mut Geometry, edges: usize) {
+        geometry.resize(edges);
+    }
 
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::side_by_side(Gradient { at, gradient });
@@ -199,18 +203,6 @@ impl Layout<3, 3> for Space {
             true => each_edge_in_duals(at, &mut edges),
             false => D::side_by_side(EdgeTangent { at, edges }),
         }
-    }
-
-    fn measure<D: Nestable>(at: At<'_, D>, geometry: &mut Geometry) {
-        D::side_by_side(Measured { at, geometry });
-    }
-
-    fn energies<D: Nestable>(at: At<'_, D>) -> Energies {
-        D::side_by_side(Elastic { at })
-    }
-
-    fn strains<D: Nestable>(at: At<'_, D>, edges: &mut [D], joints: &mut [[D; 3]]) {
-        D::side_by_side(Strains { at, edges, joints });
     }
 
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
@@ -297,127 +289,5 @@ impl Layout<3, 3> for Space {
 
     fn measured_joints(geometry: &Geometry) -> impl Iterator<Item = [f64; 3]> {
         geometry.joints.iter().map(|joint| joint.strains)
-    }
-
-    fn pull<const G: usize>(
-        geometry: &Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; 3]) -> [Lanes<G>; 3],
-        load: impl Fn(usize) -> [Lanes<G>; 3],
-        out: &mut [[f64; G]],
-    ) {
-        rates::pull(geometry, axial, stress, load, out);
-    }
-
-    fn add_rates_by_duals(
-        elements: Elements<'_, Dual64>,
-        q: &[f64],
-        frames: &Frames<f64>,
-        mut add: impl FnMut(usize, &[f64]),
-    ) {
-        for (i, element) in elements.stretch.iter().enumerate() {
-            let local = dual_gradient_rate(element, &ends(q, i));
-            (0..6).for_each(|r| add(STRIDE * i + ENDS[r], &[local[r]]));
-        }
-        for i in 0..elements.joint.len() {
-            let still = |v: f64| Dual64::from(v);
-            let at = [frames.edges[i].map(still), frames.edges[i + 1].map(still)];
-            let element = elements.joint[i].at(at, still(frames.twist[i]));
-            let local = bend_twist::dual_gradient(&element, &each(around(q, i), still));
-            add(STRIDE * i, &each(&local, |x| x.eps));
-        }
-    }
-
-    fn add_strain_rates<const G: usize>(
-        stretch: &[Stretch<f64, 3>],
-        frames: &[FrameRate<G>],
-        geometry: &Geometry,
-        q: &[[f64; G]],
-        (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 3]]),
-    ) {
-        rates::add_strain_rates(stretch, (frames, geometry), q, edges, joints);
-    }
-
-    fn stiffness_times<T>(joint: &JointLaw<f64>, s: &[T; 3], coupled: bool) -> [T; 3]
-    where
-        T: Copy + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        rates::times(&joint.stiffness, s, coupled)
-    }
-
-    fn slip_rate<const G: usize>(
-        changes: &SliderRates<G>,
-        (sliders, i): (&Sliders<f64>, usize),
-        (joint, rate): (&JointLaw<f64>, &BendTwistRate<G>),
-        z: [f64; 3],
-        z_rate: [Lanes<G>; 3],
-    ) -> [Lanes<G>; 3] {
-        changes.slid_in_space(sliders, i, (&joint.stiffness, &rate.stiffness), (z, z_rate))
-    }
-
-    fn frame_rate<const G: usize>(
-        frames: &[FrameRate<G>],
-        geometry: &Geometry,
-        gradient: &[f64],
-        tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
-        out: &mut [[f64; G]],
-    ) {
-        rates::add_frame_rates(frames, geometry, gradient, tangent, out);
-    }
-
-    fn rebase_rates<const G: usize>(
-        frames: &mut [FrameRate<G>],
-        geometry: &Geometry,
-        q: &[[f64; G]],
-    ) {
-        rates::rebase(frames, geometry, q);
-    }
-
-    fn frame_rates<const G: usize>(frames: [&Frames<Dual64>; G]) -> Vec<FrameRate<G>> {
-        rates::of_frames(frames)
-    }
-
-    fn set_dual_frames<const G: usize>(
-        frames: &Frames<f64>,
-        rates: &[FrameRate<G>],
-        lane: usize,
-        dual: &mut Frames<Dual64>,
-    ) {
-        rates::set_dual_frames(frames, rates, lane, dual);
-    }
-
-    fn add_to_joint(
-        [a, b, c]: &[f64; 3],
-        [x, y, z]: &[f64; 3],
-        [p, q, r]: &[f64; 3],
-        (stiffness, offset): &mut ([f64; 6], [f64; 3]),
-    ) {
-        let all = [
-            a * (x + p),
-            a * (y + q) + b * (x + p),
-            a * z + c * x,
-            b * (y + q),
-            b * z + c * y,
-            c * (z + r),
-        ];
-        stiffness.iter_mut().zip(all).for_each(|(to, from)| *to += from);
-        offset.iter_mut().zip([a, b, c]).for_each(|(to, from)| *to += from);
-    }
-
-    fn turn_frames(geometry: &Geometry, angles: &[f64], frames: &mut [FrameRate<1>]) {
-        transposed::turn_frames(geometry, angles, frames);
-    }
-
-    fn add_to_frames(
-        geometry: &Geometry,
-        gradient: &[f64],
-        by: (&[f64], &[f64]),
-        frames: &mut [FrameRate<1>],
-    ) {
-        transposed::add_to_frames(geometry, gradient, by, frames);
-    }
-
-    fn rebase_back(geometry: &Geometry, frames: &mut [FrameRate<1>], q: &mut [f64]) {
-        transposed::rebase_back(geometry, frames, q);
     }
 }

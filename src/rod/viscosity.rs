@@ -70,10 +70,4 @@ impl<D: Scalar> Viscosity<D> {
     pub fn factor(&self, kind: usize) -> D {
         self.own.as_ref().map_or(self.factor, |own| self.factor + own.factor[kind])
     }
-
-    /// The shift of strain `i`, which is of one kind.
-    pub fn shift(&self, kind: usize, i: usize) -> D {
-        let own = self.own.as_ref().map(|own| own.time[kind] * own.past[i]);
-        own.map_or(self.shift[i], |own| self.shift[i] + own)
-    }
 }

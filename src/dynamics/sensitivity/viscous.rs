@@ -11,7 +11,7 @@ use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
-use crate::rod::{Counted, FrameRate, InternalVariables, Sensitive};
+use crate::rod::{EffectiveStrains, FrameRate, InternalVariables, Sensitive};
 use crate::scene::Damping;
 use num_dual::Dual64;
 
@@ -27,7 +27,7 @@ pub struct Viscous<const G: usize> {
     /// far they are.
     z: Vec<f64>,
     slid: Vec<Lanes<G>>,
-    counted: Counted<G>,
+    effective: EffectiveStrains<G>,
     /// Whether kinds of strain have times of their own.
     apart: bool,
     /// Of the stresses.
@@ -61,7 +61,7 @@ impl<const G: usize> Viscous<G> {
             strain: zero.clone(),
             z: Vec::new(),
             slid,
-            counted: Counted::default(),
+            effective: EffectiveStrains::default(),
             apart,
             stress: zero,
         })
@@ -86,7 +86,7 @@ impl<const G: usize> Viscous<G> {
         let factor = memories.first().map_or(0.0, |memory| memory.factor.re);
         self.strain.iter_mut().for_each(|rate| *rate = *rate * factor);
         self.count(&memories, &step.before.internal, numbers, step);
-        step.rod.stress_rates(rates, &self.counted, &mut self.stress);
+        step.rod.stress_rates(rates, &self.effective, &mut self.stress);
     }
 
     /// Goes on to the end of the step, where unknowns have the derivatives `q`, and finds those of the stresses that
@@ -117,7 +117,7 @@ impl<const G: usize> Viscous<G> {
             *rate = *rest + *rate * beyond;
         }
         self.count(&memories, &step.after.internal, numbers, step);
-        step.rod.stress_rates(rates, &self.counted, &mut self.stress);
+        step.rod.stress_rates(rates, &self.effective, &mut self.stress);
     }
 
     /// How far springs of internal friction are stretched at the end of a step.
@@ -162,8 +162,8 @@ impl<const G: usize> Viscous<G> {
         }
     }
 
-    /// What the stress counts of the strains at the end of a step and of what they were: the derivatives of those in
-    /// all, and of those now what `strain` says.
+    /// The effective strains of a stress, from the strains at the end of a step and from `past` ones, where `strain` has
+    /// the derivatives of the part by the strains at the end.
     fn count<R: Sensitive>(
         &mut self,
         memories: &[Memory<Dual64>; G],
@@ -172,55 +172,61 @@ impl<const G: usize> Viscous<G> {
         step: &Linearization<'_, f64, R>,
     ) {
         let Some(memory) = memories.first().map(Memory::value) else { return };
-        let rates = Memory::rates(memories);
+        let slopes = Memory::rates(memories);
         let (now, own) = (&step.after.internal, &self.internal);
-        let counted = &mut self.counted;
-        counted.natural = !coefficients.iter().any(StepCoefficients::averages);
+        let EffectiveStrains { natural, values, rates, .. } = &mut self.effective;
+        *natural = !coefficients.iter().any(StepCoefficients::averages);
         let count = now.strain.len();
-        counted.strains.resize(count, (0.0, Lanes::ZERO));
-        let (strains, rates_before) = (&past.strain[..count], &past.strain_rate[..count]);
+        values.resize(count, 0.0);
+        rates.resize(count, Lanes::ZERO);
+        let (strains, mean_rates) = (&past.strain[..count], &past.strain_rate[..count]);
         let (own_strains, own_rates) = (&own.strain[..count], &own.strain_rate[..count]);
-        for (i, counted) in counted.strains.iter_mut().enumerate() {
-            let (s, strain, rate) = (now.strain[i], strains[i], rates_before[i]);
-            let value = memory.factor * s - memory.strain * strain - memory.rate * rate;
-            let change = rates.factor * s + self.strain[i]
-                - rates.strain * strain
-                - own_strains[i] * memory.strain
-                - rates.rate * rate
-                - own_rates[i] * memory.rate;
-            *counted = (value, change);
+        let (ends, end_rates) = (&now.strain[..count], &self.strain[..count]);
+        for i in 0..count {
+            values[i] =
+                memory.factor * ends[i] - memory.strain * strains[i] - memory.rate * mean_rates[i];
         }
-        for (i, ((value, change), z)) in counted.strains.iter_mut().zip(&past.relaxing).enumerate()
-        {
-            *value -= memory.relaxing * z;
-            *change -= rates.relaxing * *z + own.relaxing[i] * memory.relaxing;
+        for i in 0..count {
+            rates[i] = end_rates[i] - own_strains[i] * memory.strain - own_rates[i] * memory.rate;
+        }
+        // The numbers of the step and of damping change with few parameters.
+        if [slopes.factor, slopes.strain, slopes.rate] != [Lanes::ZERO; 3] {
+            for i in 0..count {
+                rates[i] = rates[i] + slopes.factor * ends[i]
+                    - slopes.strain * strains[i]
+                    - slopes.rate * mean_rates[i];
+            }
+        }
+        for (i, z) in past.relaxing.iter().enumerate() {
+            values[i] -= memory.relaxing * z;
+            rates[i] -= slopes.relaxing * *z + own.relaxing[i] * memory.relaxing;
         }
         if let Some(friction) = damping.first().and_then(|damping| damping.friction.as_ref()) {
             let of = |g: usize| damping[g].friction.as_ref().map_or(0.0, |own| own.stiffness.eps);
-            let (value, rate) = (friction.stiffness.re, Lanes(components(of)));
-            let start = counted.strains.len() - now.slid.len();
-            let springs = now.slid.iter().zip(&self.slid);
-            for ((strain, change), (slid, own)) in counted.strains[start..].iter_mut().zip(springs)
-            {
-                *strain += value * slid;
-                *change += rate * *slid + *own * value;
+            let (value, slope) = (friction.stiffness.re, Lanes(components(of)));
+            let start = count - now.slid.len();
+            for (i, (slid, own)) in now.slid.iter().zip(&self.slid).enumerate() {
+                values[start + i] += value * slid;
+                rates[start + i] += slope * *slid + *own * value;
             }
         }
         if self.apart {
-            counted.own.resize(count, (0.0, Lanes::ZERO));
-            for (i, (counted, s)) in counted.own.iter_mut().zip(&now.strain).enumerate() {
+            let EffectiveStrains { own: own_values, own_rates: own_changes, .. } =
+                &mut self.effective;
+            own_values.resize(count, 0.0);
+            own_changes.resize(count, Lanes::ZERO);
+            for i in 0..count {
                 let kind = step.rod.kind(i);
-                let (strain, rate) = (past.strain[i], past.strain_rate[i]);
-                let before = memory.past[0] * strain + memory.past[1] * rate;
-                let change = rates.past[0] * strain
-                    + own.strain[i] * memory.past[0]
-                    + rates.past[1] * rate
-                    + own.strain_rate[i] * memory.past[1];
+                let before = memory.past[0] * strains[i] + memory.past[1] * mean_rates[i];
+                let change = slopes.past[0] * strains[i]
+                    + own_strains[i] * memory.past[0]
+                    + slopes.past[1] * mean_rates[i]
+                    + own_rates[i] * memory.past[1];
                 let (factor, time) = (memory.own_factor[kind], memory.time[kind]);
-                let change = rates.own_factor[kind] * *s + self.rest[i] * factor
-                    - rates.time[kind] * before
+                own_values[i] = factor * ends[i] - time * before;
+                own_changes[i] = slopes.own_factor[kind] * ends[i] + self.rest[i] * factor
+                    - slopes.time[kind] * before
                     - change * time;
-                *counted = (factor * s - time * before, change);
             }
         }
     }

@@ -2,16 +2,134 @@
 
 use crate::energy::Derivatives;
 use crate::energy::friction::SliderRates;
+use crate::energy::{Sliders, Stretch};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
 use crate::rod::discrete::DiscreteRod;
-use crate::rod::layout::{JointRate, Layout};
-use crate::rod::sensitive::{Counted, FrameRate, Sensitive};
+use crate::rod::layout::{Elements, Layout};
+use crate::rod::sensitive::{EffectiveStrains, FrameRate, Sensitive};
 use num_dual::Dual64;
+use std::fmt::Debug;
+use std::ops::{Add, Mul};
+
+/// Derivatives of the stresses of a joint along `G` parameters, as functions of its `S` strains.
+pub trait JointRate<J, const S: usize, const G: usize>:
+    Copy + Debug + PartialEq + Send + Sync
+{
+    /// Of dual joints, one for each parameter.
+    fn of(duals: [&J; G]) -> Self;
+
+    /// Whether nothing changes.
+    fn is_zero(&self) -> bool;
+
+    /// The part that is proportional to the strains, with the `coupled` part of bending and twisting or without.
+    fn stiffer(&self, strains: &[f64; S], coupled: bool) -> [Lanes<G>; S];
+
+    /// The part without strains.
+    fn offset(&self) -> [Lanes<G>; S];
+
+    /// The derivatives of the stresses at these strains.
+    #[inline(always)]
+    fn stress(&self, strains: &[f64; S]) -> [Lanes<G>; S] {
+        let (mut stress, offset) = (self.stiffer(strains, true), self.offset());
+        for c in 0..S {
+            stress[c] += offset[c];
+        }
+        stress
+    }
+
+    /// The product with the derivatives of a number by the law of the joint, see [`Laws::joint`](crate::rod::Laws::joint).
+    fn along(&self, law: &([f64; 6], [f64; 3])) -> Lanes<G>;
+}
+
+/// Derivatives of the forces of a [`Layout`] along parameters.
+pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
+    /// Derivatives of the law of a joint.
+    type JointRate<const G: usize>: JointRate<Self::Joint<Dual64>, S, G>;
+
+    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the strain
+    /// of an edge, of the stresses, by those of a joint, and of the loads.
+    fn pull<const G: usize>(
+        geometry: &Self::Geometry,
+        axial: impl Fn(usize, f64) -> Lanes<G>,
+        stress: impl Fn(usize, &[f64; S]) -> [Lanes<G>; S],
+        load: impl Fn(usize) -> [Lanes<G>; N],
+        out: &mut [[f64; G]],
+    );
+
+    /// Passes the derivatives of the gradients of edges and joints, by num-dual at fixed unknowns, to `add`, each with
+    /// its first unknown.
+    fn add_rates_by_duals(
+        elements: Elements<'_, Dual64, Self, N, S>,
+        q: &[f64],
+        frames: &Self::Frames<f64>,
+        add: impl FnMut(usize, &[f64]),
+    );
+
+    /// Passes the derivatives of the gradients of moments to `add`, likewise.
+    fn add_moment_rates(_: &Self::Moments<Dual64>, _q: &[f64], _add: impl FnMut(usize, &[f64])) {}
+
+    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    fn add_strain_rates<const G: usize>(
+        stretch: &[Stretch<f64, N>],
+        frames: &[FrameRate<G>],
+        geometry: &Self::Geometry,
+        q: &[[f64; G]],
+        out: (&mut [Lanes<G>], &mut [[Lanes<G>; S]]),
+    );
+
+    /// The product of a joint's stiffness with `s`, with the `coupled` part of bending and twisting or without.
+    fn stiffness_times<T>(joint: &Self::Joint<f64>, s: &[T; S], coupled: bool) -> [T; S]
+    where
+        T: Copy + Add<Output = T> + Mul<f64, Output = T>;
+
+    /// The derivatives of the stretch of the springs of joint `i`, where that without slip is `z` with the derivatives
+    /// `rate`.
+    fn slip_rate<const G: usize>(
+        changes: &SliderRates<G>,
+        sliders: (&Sliders<f64>, usize),
+        joint: (&Self::Joint<f64>, &Self::JointRate<G>),
+        z: [f64; S],
+        rate: [Lanes<G>; S],
+    ) -> [Lanes<G>; S];
+
+    /// Adds the derivatives of the gradient along those of the frames, see
+    /// [`Sensitive::frame_rate`](crate::rod::Sensitive::frame_rate).
+    fn frame_rate<const G: usize>(
+        _frames: &[FrameRate<G>],
+        _geometry: &Self::Geometry,
+        _gradient: &[f64],
+        _tangent: &Self::Tangent<f64>,
+        _out: &mut [[f64; G]],
+    ) {
+    }
+
+    /// Moves the derivatives of the frames to where the rod is measured and has the derivatives `q`.
+    fn rebase_rates<const G: usize>(
+        _frames: &mut [FrameRate<G>],
+        _geometry: &Self::Geometry,
+        _q: &[[f64; G]],
+    ) {
+    }
+
+    /// The derivatives that frames carry.
+    fn frame_rates<const G: usize>(_: [&Self::Frames<Dual64>; G]) -> Vec<FrameRate<G>> {
+        Vec::new()
+    }
+
+    /// Writes frames with the derivatives along parameter `lane`.
+    fn set_dual_frames<const G: usize>(
+        _frames: &Self::Frames<f64>,
+        _rates: &[FrameRate<G>],
+        _lane: usize,
+        _dual: &mut Self::Frames<Dual64>,
+    ) {
+    }
+}
 
 /// Derivatives of the laws and loads of a rod along `G` parameters.
 #[derive(Clone, Debug)]
-pub struct Rates<L: Layout<N, S>, const N: usize, const S: usize, const G: usize> {
+pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> {
     /// Whether anything elastic changes.
     elastic: bool,
     /// Axial forces: by the strain, and without.
@@ -23,7 +141,7 @@ pub struct Rates<L: Layout<N, S>, const N: usize, const S: usize, const G: usize
     sliders: Option<SliderRates<G>>,
 }
 
-impl<L: Layout<N, S>, const N: usize, const S: usize, const G: usize> Default
+impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Default
     for Rates<L, N, S, G>
 {
     fn default() -> Self {
@@ -42,7 +160,7 @@ fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> 
 }
 
 /// Adds the derivatives of the forces of moments and of user-defined energies.
-fn add_others<L: Layout<N, S>, const N: usize, const S: usize, const G: usize>(
+fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize>(
     duals: &[Dual<L, N, S>; G],
     (q, frames): (&[f64], &L::Frames<f64>),
     derivatives: Derivatives,
@@ -57,7 +175,7 @@ fn add_others<L: Layout<N, S>, const N: usize, const S: usize, const G: usize>(
     }
 }
 
-impl<L: Layout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
+impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
@@ -158,38 +276,47 @@ impl<L: Layout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<
     fn stress_rates<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
-        counted: &Counted<G>,
+        strains: &EffectiveStrains<G>,
         out: &mut [Lanes<G>],
     ) {
         let edges = self.stretch.len();
-        let (axial, joints) = out.split_at_mut(edges);
-        let natural = if counted.natural { 1.0 } else { 0.0 };
-        for (i, (out, law)) in axial.iter_mut().zip(&self.stretch).enumerate() {
-            let (mut s, mut rate) = counted.strains[i];
-            if let Some((own, own_rate)) = counted.own.get(i) {
-                (s, rate) = (s + own, rate + *own_rate);
-            }
-            // Those at fixed unknowns have the change of the strain by the rest length in them.
-            let shorter = rates.rest[i] * law.stiffness;
-            let [slope, offset] = rates.stretch[i];
-            *out = (slope + shorter) * s + rate * law.stiffness + (offset + shorter) * natural;
+        let (axial, joined) = out.split_at_mut(edges);
+        let natural = if strains.natural { 1.0 } else { 0.0 };
+        let (values, changes) = (&strains.values[..edges], &strains.rates[..edges]);
+        let (rest, stretch) = (&rates.rest[..edges], &rates.stretch[..edges]);
+        for (i, law) in self.stretch.iter().enumerate() {
+            // The strains at fixed unknowns change with the rest length.
+            let shorter = rest[i] * law.stiffness;
+            let [slope, offset] = stretch[i];
+            axial[i] = (slope + shorter) * values[i]
+                + changes[i] * law.stiffness
+                + (offset + shorter) * natural;
         }
-        let strains = counted.strains[edges..].as_chunks::<S>().0;
-        let own = counted.own.get(edges..).map_or(&[][..], |own| own.as_chunks::<S>().0);
-        for (i, out) in joints.as_chunks_mut::<S>().0.iter_mut().enumerate() {
-            let (law, changes) = (&self.joint[i], &rates.joint[i]);
-            let stiff = L::stiffness_times(law, &strains[i].map(|(_, rate)| rate), true);
-            let changed = changes.stiffer(&strains[i].map(|(s, _)| s), true);
-            let offset = changes.offset();
+        let joints = joined.as_chunks_mut::<S>().0;
+        let (values, changes) =
+            (strains.values[edges..].as_chunks::<S>().0, strains.rates[edges..].as_chunks::<S>().0);
+        let (values, changes) = (&values[..joints.len()], &changes[..joints.len()]);
+        for (i, (law, rate)) in self.joint.iter().zip(&rates.joint).enumerate() {
+            let stiff = L::stiffness_times(law, &changes[i], true);
+            let (changed, offset) = (rate.stiffer(&values[i], true), rate.offset());
             for c in 0..S {
-                out[c] = stiff[c] + changed[c] + offset[c] * natural;
+                joints[i][c] = stiff[c] + changed[c] + offset[c] * natural;
             }
-            if let Some(own) = own.get(i) {
-                let stiff = L::stiffness_times(law, &own.map(|(_, rate)| rate), false);
-                let changed = changes.stiffer(&own.map(|(s, _)| s), false);
-                for c in 0..S {
-                    out[c] += stiff[c] + changed[c];
-                }
+        }
+        if strains.own.is_empty() {
+            return;
+        }
+        for (i, law) in self.stretch.iter().enumerate() {
+            let slope = stretch[i][0] + rest[i] * law.stiffness;
+            axial[i] += slope * strains.own[i] + strains.own_rates[i] * law.stiffness;
+        }
+        let own = strains.own[edges..].as_chunks::<S>().0;
+        let own_rates = strains.own_rates[edges..].as_chunks::<S>().0;
+        for (i, (law, rate)) in self.joint.iter().zip(&rates.joint).enumerate() {
+            let stiff = L::stiffness_times(law, &own_rates[i], false);
+            let changed = rate.stiffer(&own[i], false);
+            for c in 0..S {
+                joints[i][c] += stiff[c] + changed[c];
             }
         }
     }

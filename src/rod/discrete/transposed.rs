@@ -1,14 +1,52 @@
 //! The derivatives of a rod's forces, and of its frames, transposed.
 
 use crate::numerics::lanes::Lanes;
-use crate::rod::discrete::{DiscreteRod, Rates};
-use crate::rod::layout::{JointRate, Layout};
+use crate::rod::discrete::DiscreteRod;
+use crate::rod::discrete::rates::{JointRate, RateLayout, Rates};
 use crate::rod::moments::EdgeMoments;
 use crate::rod::sensitive::FrameRate;
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
-impl<L: Layout<N, S>, const N: usize, const S: usize> Transposed for DiscreteRod<f64, L, N, S> {
+/// Transposed products of a [`RateLayout`].
+pub trait TransposedLayout<const N: usize, const S: usize>: RateLayout<N, S> {
+    /// Adds the derivatives of a number by the law of a joint, see [`Laws::joint`], where the stresses have the
+    /// derivatives `w`; `own` are the strains with a viscosity of their kind.
+    fn add_to_joint(
+        w: &[f64; S],
+        strains: &[f64; S],
+        own: &[f64; S],
+        law: &mut ([f64; 6], [f64; 3]),
+    );
+
+    /// Adds the derivatives by the moments at `q`, where the forces have the derivatives `d`.
+    fn add_to_moments(_q: &[f64], _d: &[f64], _laws: &mut Laws) {}
+
+    /// The product with the derivatives by moments.
+    fn along_moments(_: &Self::Moments<Dual64>, _laws: &Laws) -> f64 {
+        0.0
+    }
+
+    /// Transposed part of the frames' turn with the angles of their edges.
+    fn turn_frames(_: &Self::Geometry, _angles: &[f64], _frames: &mut [FrameRate<1>]) {}
+
+    /// Transposed [`RateLayout::frame_rate`]: see
+    /// [`Transposed::add_to_frames`](crate::rod::Transposed::add_to_frames).
+    fn add_to_frames(
+        _: &Self::Geometry,
+        _gradient: &[f64],
+        _by: (&[f64], &[f64]),
+        _frames: &mut [FrameRate<1>],
+    ) {
+    }
+
+    /// Transposed [`RateLayout::rebase_rates`].
+    fn rebase_back(_: &Self::Geometry, _frames: &mut [FrameRate<1>], _q: &mut [f64]) {}
+}
+
+impl<L: TransposedLayout<N, S>, const N: usize, const S: usize> Transposed
+    for DiscreteRod<f64, L, N, S>
+{
     fn no_laws(&self, moments: bool) -> Laws {
         let edges = self.stretch.len();
         let any = L::Moments::<f64>::POSSIBLE && (moments || !self.moments.is_empty());

@@ -1,8 +1,6 @@
 //! Edges of a planar rod, and how they are strained.
 
-use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::scalar::{Scalar, Wide};
-use crate::rod::blocks::block;
 
 /// An edge as it is.
 #[derive(Clone, Copy)]
@@ -65,40 +63,10 @@ pub struct Geometry {
     pub(super) joints: Vec<[f64; 2]>,
 }
 
-/// Writes the geometry of a rod from its edges.
-pub(super) struct Measure<'a, D> {
-    stretch: &'a [Stretch<D, 2>],
-    edges: &'a mut [Straight],
-    joints: &'a mut [[f64; 2]],
-}
-
-impl<'a, D: Scalar> Measure<'a, D> {
-    #[inline(always)]
-    pub fn new(stretch: &'a [Stretch<D, 2>], geometry: &'a mut Geometry) -> Self {
-        geometry.edges.resize(stretch.len(), Straight::default());
-        geometry.joints.resize(stretch.len() - 1, [0.0; 2]);
-        Self { stretch, edges: &mut geometry.edges, joints: &mut geometry.joints }
-    }
-
-    /// Edges from `first` on with the curvatures of the joints after them.
-    #[inline(always)]
-    pub fn see<V: Wide<D>>(&mut self, level: V::Level, first: usize, edge: &Edge<V>, curvature: V) {
-        let mut room = None;
-        let laws = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
-        let law = Stretch::side_by_side::<V>(level, laws);
-        let (strain, slope) =
-            (law.strain_of(edge.squared, edge.length), PlanarBend::slope(curvature));
-        let value = |x: V, lane: usize| x.lane(lane).value();
-        for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
-            let both = |[x, y]: [V; 2]| [value(x, lane), value(y, lane)];
-            *to = Straight {
-                tangent: both(edge.tangent),
-                normal: both(edge.normal),
-                strain: value(strain, lane),
-            };
-        }
-        for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-            *to = [value(curvature, lane), value(slope, lane)];
-        }
+impl Geometry {
+    /// Room for so many edges.
+    pub(super) fn resize(&mut self, edges: usize) {
+        self.edges.resize(edges, Straight::default());
+        self.joints.resize(edges - 1, [0.0; 2]);
     }
 }

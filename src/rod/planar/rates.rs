@@ -1,10 +1,18 @@
 //! Derivatives of the forces and strains of a planar rod along parameters.
 
-use crate::energy::{PlanarBend, Stretch};
+use crate::energy::friction::SliderRates;
+use crate::energy::{PlanarBend, Sliders, Stretch, dual_gradient_rate};
 use crate::numerics::lanes::{Lanes, dot};
-use crate::rod::layout::JointRate;
+use crate::rod::discrete::{JointRate, RateLayout, TransposedLayout};
+use crate::rod::layout::Plane;
+use crate::rod::moments::{Moments, add_slopes};
 use crate::rod::planar::geometry::{Geometry, Straight};
+use crate::rod::planar::sweep::Elements;
+use crate::rod::planar::unknowns;
+use crate::rod::sensitive::FrameRate;
+use crate::rod::transposed::Laws;
 use num_dual::Dual64;
+use std::ops::{Add, Mul};
 
 /// Derivatives of the stress of a joint along `G` parameters: by the strain, and without.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,59 +42,115 @@ impl<const G: usize> JointRate<PlanarBend<Dual64>, 1, G> for BendRate<G> {
     }
 }
 
-/// Writes the derivatives of the gradient at fixed unknowns from those of the axial forces, by the strain of an edge,
-/// and of the stresses, by the curvature of a joint.
-#[inline(always)]
-pub(super) fn pull<const G: usize>(
-    geometry: &Geometry,
-    axial: impl Fn(usize, f64) -> Lanes<G>,
-    stress: impl Fn(usize, &[f64; 1]) -> [Lanes<G>; 1],
-    load: impl Fn(usize) -> [Lanes<G>; 2],
-    out: &mut [[f64; G]],
-) {
-    let out = out.as_chunks_mut::<2>().0;
-    let mut carried = [Lanes::ZERO; 2];
-    let mut node = |i: usize, force: [Lanes<G>; 2]| {
-        let load = load(i);
-        for c in 0..2 {
-            out[i][c] = (carried[c] - force[c] - load[c]).0;
+impl RateLayout<2, 1> for Plane {
+    type JointRate<const G: usize> = BendRate<G>;
+
+    fn pull<const G: usize>(
+        geometry: &Geometry,
+        axial: impl Fn(usize, f64) -> Lanes<G>,
+        stress: impl Fn(usize, &[f64; 1]) -> [Lanes<G>; 1],
+        load: impl Fn(usize) -> [Lanes<G>; 2],
+        out: &mut [[f64; G]],
+    ) {
+        let out = out.as_chunks_mut::<2>().0;
+        let mut carried = [Lanes::ZERO; 2];
+        let mut node = |i: usize, force: [Lanes<G>; 2]| {
+            let load = load(i);
+            for c in 0..2 {
+                out[i][c] = (carried[c] - force[c] - load[c]).0;
+            }
+            carried = force;
+        };
+        let mut before = Lanes::ZERO;
+        let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
+            let Straight { tangent: [t0, t1], normal: [n0, n1], strain } = geometry.edges[i];
+            let axial = axial(i, strain);
+            [axial * t0 + moment * n0, axial * t1 + moment * n1]
+        };
+        for (i, [curvature, slope]) in geometry.joints.iter().enumerate() {
+            let moment = stress(i, &[*curvature])[0] * *slope;
+            node(i, by_edge(i, before - moment));
+            before = moment;
         }
-        carried = force;
-    };
-    let mut before = Lanes::ZERO;
-    let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
-        let Straight { tangent: [t0, t1], normal: [n0, n1], strain } = geometry.edges[i];
-        let axial = axial(i, strain);
-        [axial * t0 + moment * n0, axial * t1 + moment * n1]
-    };
-    for (i, [curvature, slope]) in geometry.joints.iter().enumerate() {
-        let moment = stress(i, &[*curvature])[0] * *slope;
-        node(i, by_edge(i, before - moment));
-        before = moment;
+        let i = geometry.joints.len();
+        node(i, by_edge(i, before));
+        node(i + 1, [Lanes::ZERO; 2]);
     }
-    let i = geometry.joints.len();
-    node(i, by_edge(i, before));
-    node(i + 1, [Lanes::ZERO; 2]);
+
+    fn add_rates_by_duals(
+        elements: Elements<'_, Dual64>,
+        q: &[f64],
+        (): &(),
+        mut add: impl FnMut(usize, &[f64]),
+    ) {
+        for (i, element) in elements.stretch.iter().enumerate() {
+            add(2 * i, &dual_gradient_rate(element, unknowns::<_, 4>(q, i)));
+        }
+        for (i, element) in elements.joint.iter().enumerate() {
+            add(2 * i, &dual_gradient_rate(element, unknowns::<_, 6>(q, i)));
+        }
+    }
+
+    fn add_moment_rates(moments: &Moments<Dual64>, q: &[f64], add: impl FnMut(usize, &[f64])) {
+        moments.add_gradient_rate(q, add);
+    }
+
+    fn add_strain_rates<const G: usize>(
+        stretch: &[Stretch<f64, 2>],
+        _: &[FrameRate<G>],
+        geometry: &Geometry,
+        q: &[[f64; G]],
+        (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 1]]),
+    ) {
+        let (q, _) = q.as_chunks::<2>();
+        let mut before = Lanes::ZERO;
+        for (j, Straight { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
+            let e = [0, 1].map(|c| Lanes(q[j + 1][c]) - Lanes(q[j][c]));
+            edges[j] += dot(tangent, &e) * stretch[j].rest_length.recip();
+            let turn = dot(normal, &e);
+            if let Some(i) = j.checked_sub(1) {
+                joints[i][0] += (turn - before) * geometry.joints[i][1];
+            }
+            before = turn;
+        }
+    }
+
+    #[inline(always)]
+    fn stiffness_times<T>(joint: &PlanarBend<f64>, [s]: &[T; 1], _: bool) -> [T; 1]
+    where
+        T: Copy + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        [*s * joint.stiffness]
+    }
+
+    fn slip_rate<const G: usize>(
+        changes: &SliderRates<G>,
+        (sliders, i): (&Sliders<f64>, usize),
+        _: (&PlanarBend<f64>, &BendRate<G>),
+        [z]: [f64; 1],
+        [rate]: [Lanes<G>; 1],
+    ) -> [Lanes<G>; 1] {
+        [changes.slid(sliders, i, z, rate)]
+    }
 }
 
-/// Adds the derivatives of the strains along those of the unknowns.
-#[inline(always)]
-pub(super) fn add_strain_rates<const G: usize>(
-    stretch: &[Stretch<f64, 2>],
-    geometry: &Geometry,
-    q: &[[f64; G]],
-    edges: &mut [Lanes<G>],
-    joints: &mut [[Lanes<G>; 1]],
-) {
-    let (q, _) = q.as_chunks::<2>();
-    let mut before = Lanes::ZERO;
-    for (j, Straight { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
-        let e = [0, 1].map(|c| Lanes(q[j + 1][c]) - Lanes(q[j][c]));
-        edges[j] += dot(tangent, &e) * stretch[j].rest_length.recip();
-        let turn = dot(normal, &e);
-        if let Some(i) = j.checked_sub(1) {
-            joints[i][0] += (turn - before) * geometry.joints[i][1];
-        }
-        before = turn;
+impl TransposedLayout<2, 1> for Plane {
+    fn add_to_joint(
+        [w]: &[f64; 1],
+        [strain]: &[f64; 1],
+        [own]: &[f64; 1],
+        (stiffness, offset): &mut ([f64; 6], [f64; 3]),
+    ) {
+        stiffness[0] += w * (strain + own);
+        offset[0] += w;
+    }
+
+    fn add_to_moments(q: &[f64], d: &[f64], laws: &mut Laws) {
+        add_slopes(q, d, &mut laws.moment);
+    }
+
+    fn along_moments(moments: &Moments<Dual64>, laws: &Laws) -> f64 {
+        let moments = moments.list.iter().filter(|(i, _)| *i < laws.moment.len());
+        moments.map(|(i, m)| m.moment.eps * laws.moment[*i]).sum()
     }
 }

@@ -5,15 +5,15 @@ use crate::energy::planar_bend::curvature_between;
 use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
-use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::layout::{self, Plane};
 use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
-use crate::rod::planar::geometry::{Edge, Geometry, Measure};
+use crate::rod::planar::geometry::{Edge, Geometry, Straight};
+use crate::rod::sweeps::EdgeBlocks;
 
 /// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
 /// is straight, and what lies beyond has no meaning.
-struct Pairs<V> {
+pub struct Pairs<V> {
     /// The number of the first edge.
     first: usize,
     e: Edge<V>,
@@ -41,7 +41,7 @@ impl<D: Nestable> Elements<'_, D> {
 }
 
 /// A rod at `q` and what its elements are side by side.
-struct Along<'a, D: Scalar, V: Wide<D>> {
+pub struct Along<'a, D: Scalar, V: Wide<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
@@ -51,27 +51,6 @@ struct Along<'a, D: Scalar, V: Wide<D>> {
 }
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
-    #[inline(always)]
-    fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
-        Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
-    }
-
-    /// The next ones.
-    #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
-        let (first, e) = (self.first, self.edge);
-        if first >= self.elements.stretch.len() {
-            return None;
-        }
-        self.first += V::LANES;
-        if self.first < self.elements.stretch.len() {
-            self.edge = edges_at(self.q, self.level, self.first);
-        }
-        let f = e.after::<D>(&self.edge);
-        let curvature = curvature_between(e.tangent, f.tangent);
-        Some(Pairs { first, e, f, curvature })
-    }
-
     /// The bends between edges, as they are at their curvatures.
     #[inline(always)]
     fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
@@ -98,12 +77,12 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     /// Shows all derivatives by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its
     /// length `l` turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
     #[inline(always)]
-    fn derive(mut self, to: &mut impl TakesEdges<V>, mut measure: Option<Measure<'_, D>>) {
+    fn derive(mut self, to: &mut impl TakesEdges<V>, mut geometry: Option<&mut Geometry>) {
         let zero = V::gather(self.level, |_| D::from(0.0));
         let (mut moments, mut stiffnesses) = (zero, zero);
         while let Some(pairs) = self.next() {
-            if let Some(measure) = &mut measure {
-                measure.see(self.level, pairs.first, &pairs.e, pairs.curvature);
+            if let Some(geometry) = &mut geometry {
+                self.measure(&pairs, geometry);
             }
             let [moment, stiffness] = self.bends(&pairs).response(pairs.curvature);
             let Pairs { first, e, f, .. } = pairs;
@@ -119,6 +98,70 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             let axial = [force, tension, along];
             to.edges(first, &by_edge(axial, &e, torque, both), &after);
             (moments, stiffnesses) = (moment, stiffness);
+        }
+    }
+}
+
+impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a, D, V> {
+    type Block = Pairs<V>;
+
+    #[inline(always)]
+    fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
+        Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
+    }
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Pairs<V>> {
+        let (first, e) = (self.first, self.edge);
+        if first >= self.elements.stretch.len() {
+            return None;
+        }
+        self.first += V::LANES;
+        if self.first < self.elements.stretch.len() {
+            self.edge = edges_at(self.q, self.level, self.first);
+        }
+        let f = e.after::<D>(&self.edge);
+        let curvature = curvature_between(e.tangent, f.tangent);
+        Some(Pairs { first, e, f, curvature })
+    }
+
+    fn first(block: &Pairs<V>) -> usize {
+        block.first
+    }
+
+    #[inline(always)]
+    fn strains(&self, Pairs { first, e, curvature, .. }: &Pairs<V>) -> (V, [V; 1]) {
+        (self.stretches(*first).strain_of(e.squared, e.length), [*curvature])
+    }
+
+    #[inline(always)]
+    fn energies(&self, Pairs { first, e, curvature, .. }: &Pairs<V>) -> [V; 3] {
+        let mut room = None;
+        let bends = block::<D, V, _>(self.elements.joint, *first, PlanarBend::none(), &mut room);
+        let bend = PlanarBend::side_by_side(self.level, bends).energy_at(*curvature);
+        let stretch = self.stretches(*first).energy_at(e.squared, e.length);
+        [stretch, bend, stretch.like(0.0)]
+    }
+
+    #[inline(always)]
+    fn measure(&self, Pairs { first, e: edge, curvature, .. }: &Pairs<V>, geometry: &mut Geometry) {
+        let (first, level) = (*first, self.level);
+        let mut room = None;
+        let laws = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut room);
+        let law = Stretch::side_by_side::<V>(level, laws);
+        let (strain, slope) =
+            (law.strain_of(edge.squared, edge.length), PlanarBend::slope(*curvature));
+        let value = |x: V, lane: usize| x.lane(lane).value();
+        for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            let both = |[x, y]: [V; 2]| [value(x, lane), value(y, lane)];
+            *to = Straight {
+                tangent: both(edge.tangent),
+                normal: both(edge.normal),
+                strain: value(strain, lane),
+            };
+        }
+        for (lane, to) in geometry.joints[first..].iter_mut().take(V::LANES).enumerate() {
+            *to = [value(*curvature, lane), value(slope, lane)];
         }
     }
 }
@@ -176,10 +219,12 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let elements = self.at.elements;
+        let (elements, mut geometry) = (self.at.elements, self.geometry);
+        if let Some(geometry) = &mut geometry {
+            geometry.resize(elements.stretch.len());
+        }
         let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
-        let measure = self.geometry.map(|geometry| Measure::new(elements.stretch, geometry));
-        Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
+        Along::<D, V>::new(self.at, level).derive(&mut nodes, geometry);
         nodes.end();
     }
 }
@@ -239,76 +284,5 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
         let ([x, y], load) =
             (V::lane_of(&carried, (edges - 1) % V::LANES), &elements.load[edges].force);
         nodes[edges] = [x - load[0], y - load[1]];
-    }
-}
-
-/// Measures edges and joints alone.
-pub(super) struct Measured<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub geometry: &'a mut Geometry,
-}
-
-impl<D: Nestable> Sweep<D> for Measured<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let elements = self.at.elements;
-        let mut measure = Measure::new(elements.stretch, self.geometry);
-        let mut along = Along::<D, V>::new(self.at, level);
-        while let Some(pairs) = along.next() {
-            measure.see(level, pairs.first, &pairs.e, pairs.curvature);
-        }
-    }
-}
-
-/// Adds up the elastic energies, without those of springs.
-pub(super) struct Elastic<'a, D: Scalar> {
-    pub at: At<'a, D>,
-}
-
-impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
-    type Output = Energies;
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
-        let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
-        let mut along = Along::<D, V>::new(self.at, level);
-        along.elements.springs = None;
-        while let Some(pairs) = along.next() {
-            let Pairs { first, e, curvature, .. } = &pairs;
-            let bend = along.bends(&pairs).energy_at(*curvature);
-            let stretch = along.stretches(*first).energy_at(e.squared, e.length);
-            for lane in 0..V::LANES.min(edges - first) {
-                sums.stretch += stretch.lane(lane).value();
-                sums.bend += bend.lane(lane).value();
-            }
-        }
-        sums
-    }
-}
-
-/// Writes the strains of edges and of joints.
-pub(super) struct Strains<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub edges: &'a mut [D],
-    pub joints: &'a mut [[D; 1]],
-}
-
-impl<D: Nestable> Sweep<D> for Strains<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let mut along = Along::<D, V>::new(self.at, level);
-        while let Some(Pairs { first, e, curvature, .. }) = along.next() {
-            let strain = along.stretches(first).strain_of(e.squared, e.length);
-            for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
-                *to = strain.lane(lane);
-            }
-            for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-                *to = [curvature.lane(lane)];
-            }
-        }
     }
 }

@@ -8,6 +8,7 @@ use crate::numerics::vector::{add, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
 use crate::rod::spatial::sweep::{Along, At, Elements, Pairs, joints, stretches};
+use crate::rod::sweeps::EdgeBlocks;
 
 /// Writes a gradient by nodes from that by edges, one after the other.
 struct Forces<'a, D, V> {

@@ -2,16 +2,16 @@
 
 use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
-use crate::energy::frame::EdgeFrame;
+use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::energy::joint::{Joint, Sum, between};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
-use crate::numerics::vector::{Vector, add, sub};
-use crate::rod::Energies;
+use crate::numerics::vector::{Vector, add, combine, scale, sub};
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::edges::{HALF_BANDWIDTH, STRIDE, TakesEdges, ToEdges, ToNodes};
 use crate::rod::layout::{self, Space};
-use crate::rod::spatial::geometry::{Geometry, Measure};
+use crate::rod::spatial::geometry::{Geometry, Straight};
+use crate::rod::sweeps::EdgeBlocks;
 
 /// The elements of a spatial rod.
 pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
@@ -42,17 +42,17 @@ struct Edges<V> {
 
 /// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
 /// stiffness nor stress; what lies beyond has no meaning.
-pub(super) struct Pairs<V> {
+pub struct Pairs<V> {
     /// The number of the first edge.
-    pub first: usize,
-    pub e: EdgeState<V>,
-    pub f: EdgeState<V>,
-    pub law: JointLaw<V>,
-    pub bent: Joint<V>,
+    pub(super) first: usize,
+    pub(super) e: EdgeState<V>,
+    pub(super) f: EdgeState<V>,
+    pub(super) law: JointLaw<V>,
+    pub(super) bent: Joint<V>,
 }
 
 /// A rod at `q` and what its elements are side by side.
-pub(super) struct Along<'a, D: Scalar, V: Wide<D>> {
+pub struct Along<'a, D: Scalar, V: Wide<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
@@ -64,35 +64,6 @@ pub(super) struct Along<'a, D: Scalar, V: Wide<D>> {
 }
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
-    #[inline(always)]
-    pub fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
-        let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
-        let edges = edges_at(q, frames, level, 0);
-        Self { elements, q, frames, twist, level, first: 0, edges }
-    }
-
-    /// The next ones.
-    #[inline(always)]
-    pub fn next(&mut self) -> Option<Pairs<V>> {
-        let (first, edges) = (self.first, self.edges);
-        if first >= self.elements.stretch.len() {
-            return None;
-        }
-        self.first += V::LANES;
-        if self.first < self.elements.stretch.len() {
-            self.edges = edges_at(self.q, self.frames, self.level, self.first);
-        }
-        let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
-        let turn = edges.angle.after(self.edges.angle) - edges.angle;
-        let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
-        let mut room = None;
-        let twist = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
-        let law: JointLaw<V> = joints(self.elements.joint, self.level, first);
-        let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
-        let bent = joint.joint(&e, &f, turn);
-        Some(Pairs { first, e, f, law, bent })
-    }
-
     /// How edges stretch.
     #[inline(always)]
     pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
@@ -121,13 +92,13 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
 
     /// Shows all derivatives by the hand-derived formulas.
     #[inline(always)]
-    fn derive(mut self, to: &mut impl TakesEdges<V>, mut measure: Option<Measure<'_, D>>) {
+    fn derive(mut self, to: &mut impl TakesEdges<V>, mut geometry: Option<&mut Geometry>) {
         let zero = V::gather(self.level, |_| D::from(0.0));
         let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
         while let Some(pairs) = self.next() {
             let Pairs { first, e, f, bent, .. } = &pairs;
-            if let Some(measure) = &mut measure {
-                measure.see(self.level, *first, e, (bent, f));
+            if let Some(geometry) = &mut geometry {
+                self.measure(&pairs, geometry);
             }
             let (stiffness, stress) = self.response(&pairs);
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
@@ -137,6 +108,97 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             let own = e.derivatives(&sum, [force, tension], along);
             to.edges(*first, &own, &between(e, f, tangent.fe));
             open = tangent.f;
+        }
+    }
+}
+
+impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a, D, V> {
+    type Block = Pairs<V>;
+
+    #[inline(always)]
+    fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
+        let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
+        let edges = edges_at(q, frames, level, 0);
+        Self { elements, q, frames, twist, level, first: 0, edges }
+    }
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Pairs<V>> {
+        let (first, edges) = (self.first, self.edges);
+        if first >= self.elements.stretch.len() {
+            return None;
+        }
+        self.first += V::LANES;
+        if self.first < self.elements.stretch.len() {
+            self.edges = edges_at(self.q, self.frames, self.level, self.first);
+        }
+        let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
+        let turn = edges.angle.after(self.edges.angle) - edges.angle;
+        let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
+        let mut room = None;
+        let twist = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
+        let law: JointLaw<V> = joints(self.elements.joint, self.level, first);
+        let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
+        let bent = joint.joint(&e, &f, turn);
+        Some(Pairs { first, e, f, law, bent })
+    }
+
+    fn first(block: &Pairs<V>) -> usize {
+        block.first
+    }
+
+    #[inline(always)]
+    fn strains(&self, Pairs { first, e, bent, .. }: &Pairs<V>) -> (V, [V; 3]) {
+        (self.stretches(*first).strain_of(e.squared, e.length), bent.strains)
+    }
+
+    #[inline(always)]
+    fn energies(&self, Pairs { first, e, law, bent, .. }: &Pairs<V>) -> [V; 3] {
+        let [bend, twist] = law.energies_of(&bent.strains);
+        [self.stretches(*first).energy_at(e.squared, e.length), bend, twist]
+    }
+
+    #[inline(always)]
+    fn measure(
+        &self,
+        Pairs { first, e: state, f: next, bent: joint, .. }: &Pairs<V>,
+        geometry: &mut Geometry,
+    ) {
+        let (first, level) = (*first, self.level);
+        let (mut references, mut laws) = (None, None);
+        let beyond = self.frames[self.frames.len() - 1];
+        let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
+        let frame = EdgeFrame::side_by_side::<V>(level, frames);
+        let laws = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut laws);
+        let strain = Stretch::side_by_side::<V>(level, laws).strain_of(state.squared, state.length);
+        let EdgeState { edge, length, turn, .. } = state;
+        let by_chi = one_plus_dot(frame.tangent, edge.tangent).recip();
+        let across = [scale(edge.m[0], edge.inverse_length), scale(edge.m[1], edge.inverse_length)];
+        let follow = combine(turn[0], across[0], turn[1], across[1]);
+        let value = |x: &V, lane: usize| x.lane(lane).value();
+        for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            let vector =
+                |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
+            *to = Straight {
+                length: value(length, lane),
+                inverse_length: value(&edge.inverse_length, lane),
+                tangent: vector(&edge.tangent),
+                strain: value(&strain, lane),
+                across: [vector(&across[0]), vector(&across[1])],
+                turn: [value(&turn[0], lane), value(&turn[1], lane)],
+                follow: vector(&follow),
+                by_chi: value(&by_chi, lane),
+            };
+        }
+        let slopes = joint.slopes(edge, &next.edge);
+        for (lane, to) in geometry.joints[first..].iter_mut().take(V::LANES).enumerate() {
+            for a in 0..3 {
+                to.strains[a] = value(&joint.strains[a], lane);
+                for c in 0..3 {
+                    to.by[0][a][c] = value(&slopes[0][a][c], lane);
+                    to.by[1][a][c] = value(&slopes[1][a][c], lane);
+                }
+            }
         }
     }
 }
@@ -223,11 +285,12 @@ impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let At { elements, frames, .. } = self.at;
+        let (elements, mut geometry) = (self.at.elements, self.geometry);
+        if let Some(geometry) = &mut geometry {
+            geometry.resize(elements.stretch.len());
+        }
         let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
-        let measure =
-            self.geometry.map(|geometry| Measure::new(elements.stretch, frames, geometry));
-        Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
+        Along::<D, V>::new(self.at, level).derive(&mut nodes, geometry);
         nodes.end();
     }
 }
@@ -244,75 +307,5 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
     #[inline(always)]
     fn sweep<V: Wide<D>>(mut self, level: V::Level) {
         Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
-    }
-}
-
-/// Measures edges and joints alone.
-pub(super) struct Measured<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub geometry: &'a mut Geometry,
-}
-
-impl<D: Nestable> Sweep<D> for Measured<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let At { elements, frames, .. } = self.at;
-        let mut measure = Measure::new(elements.stretch, frames, self.geometry);
-        let mut along = Along::<D, V>::new(self.at, level);
-        while let Some(Pairs { first, e, f, bent, .. }) = along.next() {
-            measure.see(level, first, &e, (&bent, &f));
-        }
-    }
-}
-
-/// Adds up the elastic energies, without those of springs.
-pub(super) struct Elastic<'a, D: Scalar> {
-    pub at: At<'a, D>,
-}
-
-impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
-    type Output = Energies;
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
-        let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
-        let mut along = Along::<D, V>::new(self.at, level);
-        while let Some(Pairs { first, e, law, bent, .. }) = along.next() {
-            let [bend, twist] = law.energies_of(&bent.strains);
-            let stretch = along.stretches(first).energy_at(e.squared, e.length);
-            for lane in 0..V::LANES.min(edges - first) {
-                sums.stretch += stretch.lane(lane).value();
-                sums.bend += bend.lane(lane).value();
-                sums.twist += twist.lane(lane).value();
-            }
-        }
-        sums
-    }
-}
-
-/// Writes the strains of edges and of joints.
-pub(super) struct Strains<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub edges: &'a mut [D],
-    pub joints: &'a mut [[D; 3]],
-}
-
-impl<D: Nestable> Sweep<D> for Strains<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let mut along = Along::<D, V>::new(self.at, level);
-        while let Some(Pairs { first, e, bent, .. }) = along.next() {
-            let strain = along.stretches(first).strain_of(e.squared, e.length);
-            for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
-                *to = strain.lane(lane);
-            }
-            for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-                *to = V::lane_of(&bent.strains, lane);
-            }
-        }
     }
 }
