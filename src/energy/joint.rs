@@ -75,7 +75,7 @@ pub struct EdgeState<D> {
 
 /// Derivatives by an edge: of the energies of its stretching and of both its joints.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ByEdge<D> {
+pub struct ByEdge<D> {
     /// By its vector, N, and by its angle, N m.
     pub gradient: [D; 4],
     /// By its vector twice, the lower triangle, N/m.
@@ -227,7 +227,7 @@ impl<D: Scalar> EdgeState<D> {
 
 /// Derivatives by the vectors and angles of two edges, N/m, N and N m: rows of the second, columns of
 /// the first.
-pub(crate) type Between<D> = [[D; 4]; 4];
+pub type Between<D> = [[D; 4]; 4];
 
 /// Makes them of those by `p`, `q` and `h`.
 #[inline(always)]

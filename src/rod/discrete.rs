@@ -14,7 +14,7 @@ use crate::numerics::vector::components;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::layout::{At, Elements, Layout, Spring};
 use crate::rod::moments::EdgeMoments;
-use crate::rod::sweeps::{Elastic, Measured, Strains};
+use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, NodeSink, Strains, TangentSweep};
 use crate::rod::{DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 
@@ -83,12 +83,15 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         geometry: Option<&mut L::Geometry>,
     ) {
         if D::PLAIN && derivatives == Derivatives::Dual {
-            L::tangent_by_duals(at, gradient, tangent);
+            let mut nodes = L::node_sink::<D, D>((), &self.load, gradient, tangent);
+            L::derive_by_duals(at, &mut nodes);
+            nodes.end();
             if let Some(geometry) = geometry {
                 D::side_by_side(Measured { at, geometry });
             }
         } else {
-            L::tangent(at, gradient, tangent, geometry);
+            let (gradient, tangent) = (&mut *gradient, &mut *tangent);
+            D::side_by_side(TangentSweep { at, gradient, tangent, geometry });
         }
         self.moments.add_tangent(at.q, gradient, tangent);
         self.own.add_tangent(at.q, L::edge_frames(at.frames), derivatives, gradient, tangent);
@@ -190,8 +193,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         tangent: &mut Self::Tangent,
     ) {
         tangent.clear();
-        let by_duals = D::PLAIN && derivatives == Derivatives::Dual;
-        L::edge_tangent(self.at(q, frames), by_duals, tangent);
+        let at = self.at(q, frames);
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            let mut edges = L::edge_sink::<D, D>(tangent, self.joint.len());
+            L::derive_by_duals(at, &mut edges);
+        } else {
+            D::side_by_side(EdgeTangent { at, tangent: &mut *tangent });
+        }
         self.moments.add_edge_tangent(q, tangent);
     }
 

@@ -6,22 +6,16 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
+use crate::rod::layout::Space;
+use crate::rod::sweeps::{EdgeSink, NodeSink};
 
 /// Half-bandwidth of the spatial tangent.
 pub const HALF_BANDWIDTH: usize = 10;
-const W: usize = HALF_BANDWIDTH;
 /// Unknowns from one node to the next.
 pub(super) const STRIDE: usize = 4;
 
-/// What is shown the edges of a spatial rod, from the first on.
-pub(super) trait TakesEdges<V> {
-    /// Edges side by side from `first` on; `after` are the derivatives between the next edges (rows) and these
-    /// (columns).
-    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>);
-}
-
 /// What stands below the diagonal in the columns of a node and its edge.
-type Below<D> = [[D; W]; 4];
+type Below<D> = [[D; HALF_BANDWIDTH]; 4];
 
 /// Writes gradient and tangent by nodes, column after column.
 pub(super) struct ToNodes<'a, D, V: Wide<D>> {
@@ -44,29 +38,12 @@ impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
         gradient: &'a mut [D],
-        tangent: &'a mut BandMatrix<D, W>,
+        tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
         let (diagonal, below) = tangent.columns_mut();
         let (force, vector, between) = ([zero; 3], [[zero; 3]; 3], [[zero; 4]; 4]);
         Self { level, load, gradient, diagonal, below, force, vector, between }
-    }
-
-    /// The last node.
-    #[inline(always)]
-    pub fn end(self) {
-        let (i, zero) = (self.load.len() - 1, D::from(0.0));
-        let lane = (i - 1) % V::LANES;
-        let force = V::lane_of(&self.force, lane);
-        for c in 0..3 {
-            self.gradient[4 * i + c] = force[c] - self.load[i].force[c];
-        }
-        let x = [0, 1, 2].map(|r| V::lane_of(&self.vector[r], lane));
-        let mut below = [[zero; W]; 4];
-        (below[0][0], below[0][1], below[1][0]) = (x[1][0], x[2][0], x[2][1]);
-        // There is no edge after it: its column is beyond the matrix.
-        self.diagonal[i] = [x[0][0], x[1][1], x[2][2], zero];
-        self.below[i] = below;
     }
 }
 
@@ -98,7 +75,7 @@ impl<V: Scalar> Columns<V> {
     }
 }
 
-impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         let (x, t) = (&own.vector, &own.angle_vector);
@@ -208,14 +185,32 @@ impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
     }
 }
 
+impl<D: Scalar, V: Wide<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
+    #[inline(always)]
+    fn end(self) {
+        let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        let lane = (i - 1) % V::LANES;
+        let force = V::lane_of(&self.force, lane);
+        for c in 0..3 {
+            self.gradient[4 * i + c] = force[c] - self.load[i].force[c];
+        }
+        let x = [0, 1, 2].map(|r| V::lane_of(&self.vector[r], lane));
+        let mut below = [[zero; HALF_BANDWIDTH]; 4];
+        (below[0][0], below[0][1], below[1][0]) = (x[1][0], x[2][0], x[2][1]);
+        // There is no edge after it: its column is beyond the matrix.
+        self.diagonal[i] = [x[0][0], x[1][1], x[2][2], zero];
+        self.below[i] = below;
+    }
+}
+
 /// Adds what stands between edges: an angle, its edge, and the same of the next.
 pub(super) struct ToEdges<'a, D> {
-    pub tangent: &'a mut BandMatrix<D, W>,
+    pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
     pub last: usize,
 }
 
-impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToEdges<'_, D> {
+impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         const ORDER: [usize; 4] = [3, 0, 1, 2];
         for lane in 0..V::LANES.min(self.last + 1 - first) {

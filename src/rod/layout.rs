@@ -7,7 +7,7 @@ use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::moments::EdgeMoments;
-use crate::rod::sweeps::EdgeBlocks;
+use crate::rod::sweeps::{EdgeBlocks, EdgeSink, NodeSink};
 use num_dual::Dual64;
 use std::fmt::Debug;
 
@@ -80,8 +80,32 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     type Frames<D: Scalar>: Clone + Debug + Send + Sync;
     /// Edges and joints as they are, in plain numbers.
     type Geometry: Clone + Debug + Default + Send + Sync;
+    /// Derivatives of the energy by an edge.
+    type ByEdge<V: Scalar>;
+    /// Derivatives by two edges that follow each other: rows of the second, columns of the first.
+    type Between<V: Scalar>;
     /// The edges in SIMD lanes.
     type Blocks<'a, D: Nestable, V: Wide<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
+
+    /// A consumer that writes gradient and tangent by nodes.
+    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+        level: V::Level,
+        load: &'a [DeadLoad<D, N>],
+        gradient: &'a mut [D],
+        tangent: &'a mut Self::Tangent<D>,
+    ) -> impl NodeSink<V, Self, N, S>;
+
+    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
+    fn edge_sink<D: Scalar, V: Wide<D>>(
+        tangent: &mut Self::Tangent<D>,
+        last: usize,
+    ) -> impl EdgeSink<V, Self, N, S>;
+
+    /// Passes all derivatives by num-dual to a consumer.
+    fn derive_by_duals<D: Nestable>(
+        at: At<'_, D, Self, N, S>,
+        to: &mut impl EdgeSink<D, Self, N, S>,
+    );
 
     /// Gives a geometry room for so many edges.
     fn resize(geometry: &mut Self::Geometry, edges: usize);
@@ -100,28 +124,6 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 
     /// Adds the gradient of edges and joints by num-dual.
     fn add_gradient_by_duals<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
-
-    /// Writes gradient and tangent, and the geometry if there is one, by the hand-derived formulas.
-    fn tangent<D: Nestable>(
-        at: At<'_, D, Self, N, S>,
-        gradient: &mut [D],
-        tangent: &mut Self::Tangent<D>,
-        geometry: Option<&mut Self::Geometry>,
-    );
-
-    /// Writes gradient and tangent by num-dual.
-    fn tangent_by_duals<D: Nestable>(
-        at: At<'_, D, Self, N, S>,
-        gradient: &mut [D],
-        tangent: &mut Self::Tangent<D>,
-    );
-
-    /// Adds the tangent in terms of edges, by num-dual or by the formulas.
-    fn edge_tangent<D: Nestable>(
-        at: At<'_, D, Self, N, S>,
-        by_duals: bool,
-        tangent: &mut Self::Tangent<D>,
-    );
 
     /// The strains of joint `i`.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];

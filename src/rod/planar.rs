@@ -7,16 +7,17 @@ mod geometry;
 mod rates;
 mod sweep;
 
-use crate::energy::{Local, PlanarBend, dual_gradient, dual_tangent};
+use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::rod::DiscreteRod;
 use crate::rod::layout::{Layout, Plane};
 use crate::rod::moments::Moments;
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
-use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
+use crate::rod::planar::edges::{ByEdge, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::sweep::{Along, At, EdgeTangent, Elements, Forces, TangentSweep};
+use crate::rod::planar::sweep::{Along, At, Elements, Forces};
+use crate::rod::sweeps::{EdgeSink, NodeSink};
 
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;
@@ -41,31 +42,6 @@ fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBen
     elements.sliding(i, bend, bend.strain(unknowns(q, i)))
 }
 
-/// Shows all derivatives by num-dual.
-fn each_edge_in_duals<D: Nestable>(At { elements, q, .. }: At<'_, D>, to: &mut impl TakesEdges<D>) {
-    let zero = D::from(0.0);
-    let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
-    for (i, element) in elements.stretch.iter().enumerate() {
-        let Local { gradient: [.., gx, gy], hessian: h, .. } =
-            dual_tangent(element, unknowns(q, i));
-        let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
-        if let Some(tensions) = elements.tensions {
-            let gain = element.under(&Plane::edge(q, i), tensions[i]);
-            own = own.plus([zero; 2], [gain[0][0], gain[1][0], gain[1][1]]);
-        }
-        let mut after = [[zero; 2]; 2];
-        if i < elements.joint.len() {
-            let Local { gradient: g, hessian: h, .. } =
-                dual_tangent(&bend(&elements, i, q), unknowns(q, i));
-            // The first edge goes against the first node, the second with the last.
-            own = own.plus([-g[0], -g[1]], [h[0][0], h[1][0], h[1][1]]);
-            after = [[-h[4][0], -h[4][1]], [-h[5][0], -h[5][1]]];
-            open = ByEdge { gradient: [g[4], g[5]], vector: [h[4][4], h[5][4], h[5][5]] };
-        }
-        to.edges(i, &own, &after);
-    }
-}
-
 impl Layout<2, 1> for Plane {
     const STRIDE: usize = 2;
     type Joint<D: Scalar> = PlanarBend<D>;
@@ -73,6 +49,8 @@ impl Layout<2, 1> for Plane {
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Scalar> = ();
     type Geometry = Geometry;
+    type ByEdge<V: Scalar> = ByEdge<V>;
+    type Between<V: Scalar> = [[V; 2]; 2];
     type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
 
     #[inline(always)]
@@ -99,39 +77,51 @@ impl Layout<2, 1> for Plane {
         }
     }
 
-    fn tangent<D: Nestable>(
-        at: At<'_, D>,
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        geometry: Option<&mut Geometry>,
-    ) {
-        D::side_by_side(TangentSweep { at, gradient, tangent, geometry });
-    }
-
-    fn tangent_by_duals<D: Nestable>(
-        at: At<'_, D>,
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-    ) {
-        let mut nodes = ToNodes::<D, D>::new((), at.elements.load, gradient, tangent);
-        each_edge_in_duals(at, &mut nodes);
-        nodes.end();
-    }
-
-    fn edge_tangent<D: Nestable>(
-        at: At<'_, D>,
-        by_duals: bool,
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-    ) {
-        let mut edges = ToEdges { tangent, last: at.elements.joint.len() };
-        match by_duals {
-            true => each_edge_in_duals(at, &mut edges),
-            false => D::side_by_side(EdgeTangent { at, edges }),
-        }
-    }
-
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
         [at.elements.joint[i].strain(unknowns(q, i))]
+    }
+
+    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+        level: V::Level,
+        load: &'a [DeadLoad<D, 2>],
+        gradient: &'a mut [D],
+        tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) -> impl NodeSink<V, Self, 2, 1> {
+        ToNodes::<D, V>::new(level, load, gradient, tangent)
+    }
+
+    fn edge_sink<D: Scalar, V: Wide<D>>(
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+        last: usize,
+    ) -> impl EdgeSink<V, Self, 2, 1> {
+        ToEdges { tangent, last }
+    }
+
+    fn derive_by_duals<D: Nestable>(
+        At { elements, q, .. }: At<'_, D>,
+        to: &mut impl EdgeSink<D, Self, 2, 1>,
+    ) {
+        let zero = D::from(0.0);
+        let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
+        for (i, element) in elements.stretch.iter().enumerate() {
+            let Local { gradient: [.., gx, gy], hessian: h, .. } =
+                dual_tangent(element, unknowns(q, i));
+            let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
+            if let Some(tensions) = elements.tensions {
+                let gain = element.under(&Plane::edge(q, i), tensions[i]);
+                own = own.plus([zero; 2], [gain[0][0], gain[1][0], gain[1][1]]);
+            }
+            let mut after = [[zero; 2]; 2];
+            if i < elements.joint.len() {
+                let Local { gradient: g, hessian: h, .. } =
+                    dual_tangent(&bend(&elements, i, q), unknowns(q, i));
+                // The first edge goes against the first node, the second with the last.
+                own = own.plus([-g[0], -g[1]], [h[0][0], h[1][0], h[1][1]]);
+                after = [[-h[4][0], -h[4][1]], [-h[5][0], -h[5][1]]];
+                open = ByEdge { gradient: [g[4], g[5]], vector: [h[4][4], h[5][4], h[5][5]] };
+            }
+            to.edges(i, &own, &after);
+        }
     }
 
     fn measured_edges(geometry: &Geometry) -> impl Iterator<Item = f64> {

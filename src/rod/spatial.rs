@@ -12,19 +12,20 @@ mod transposed;
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{BendTwist, JointLaw};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
-use crate::energy::joint::ByEdge;
-use crate::energy::{Local, dual_gradient, dual_tangent};
+use crate::energy::joint::{Between, ByEdge};
+use crate::energy::{DeadLoad, Local, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, dot, each, unit};
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
-use crate::rod::edges::{STRIDE, TakesEdges, ToEdges, ToNodes};
+use crate::rod::edges::{STRIDE, ToEdges, ToNodes};
 use crate::rod::layout::{Layout, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::moving::Rebase;
-use crate::rod::spatial::sweep::{Along, At, EdgeTangent, Elements, TangentSweep};
+use crate::rod::spatial::sweep::{Along, At, Elements};
+use crate::rod::sweeps::{EdgeSink, NodeSink};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 
@@ -81,58 +82,6 @@ fn joint<D: Nestable>(
     BendTwist { stiffness, natural, ..element }
 }
 
-/// Shows all derivatives by num-dual.
-fn each_edge_in_duals<D: Nestable>(
-    At { elements, q, frames }: At<'_, D>,
-    to: &mut impl TakesEdges<D>,
-) {
-    // Where the unknowns of the edges stand among those of an inner node, and their signs.
-    const FIRST: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (2, -1.0), (3, 1.0)];
-    const SECOND: [(usize, f64); 4] = [(8, 1.0), (9, 1.0), (10, 1.0), (7, 1.0)];
-    let zero = D::from(0.0);
-    let pick = |local: &Local<D, WINDOW>, rows: [(usize, f64); 4], columns: [(usize, f64); 4]| {
-        let mut block = [[zero; 4]; 4];
-        for (row, (r, a)) in block.iter_mut().zip(rows) {
-            for (to, (c, b)) in row.iter_mut().zip(columns) {
-                *to = local.hessian[r][c] * (a * b);
-            }
-        }
-        block
-    };
-    let mut open = ([zero; 4], [[zero; 4]; 4]);
-    for (i, element) in elements.stretch.iter().enumerate() {
-        let stretch = dual_tangent(element, &ends(q, i));
-        let (mut gradient, mut own) = open;
-        for r in 0..3 {
-            gradient[r] += stretch.gradient[3 + r];
-            for c in 0..3 {
-                own[r][c] += stretch.hessian[3 + r][3 + c];
-            }
-        }
-        if let Some(tensions) = elements.tensions {
-            let gain = element.under(&Space::edge(q, i), tensions[i]);
-            (0..3).for_each(|r| (0..3).for_each(|c| own[r][c] += gain[r][c]));
-        }
-        let mut after = [[zero; 4]; 4];
-        if i < elements.joint.len() {
-            let bent = bend_twist::dual_tangent(&joint(&elements, i, q, frames), around(q, i));
-            let first = pick(&bent, FIRST, FIRST);
-            for r in 0..4 {
-                gradient[r] += bent.gradient[FIRST[r].0] * FIRST[r].1;
-                for c in 0..4 {
-                    own[r][c] += first[r][c];
-                }
-            }
-            after = pick(&bent, SECOND, FIRST);
-            let second = each(&SECOND, |(r, sign)| bent.gradient[r] * sign);
-            open = (second, pick(&bent, SECOND, SECOND));
-        }
-        let three = |r: usize| [own[r][0], own[r][1], own[r][2]];
-        let (vector, angle_vector) = ([three(0), three(1), three(2)], three(3));
-        to.edges(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
-    }
-}
-
 impl Layout<3, 3> for Space {
     const STRIDE: usize = STRIDE;
     type Joint<D: Scalar> = JointLaw<D>;
@@ -140,6 +89,8 @@ impl Layout<3, 3> for Space {
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Scalar> = Frames<D>;
     type Geometry = Geometry;
+    type ByEdge<V: Scalar> = ByEdge<V>;
+    type Between<V: Scalar> = Between<V>;
     type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
 
     #[inline(always)]
@@ -171,37 +122,6 @@ impl Layout<3, 3> for Space {
             for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
                 *to += *from;
             }
-        }
-    }
-
-    fn tangent<D: Nestable>(
-        at: At<'_, D>,
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        geometry: Option<&mut Geometry>,
-    ) {
-        D::side_by_side(TangentSweep { at, gradient, tangent, geometry });
-    }
-
-    fn tangent_by_duals<D: Nestable>(
-        at: At<'_, D>,
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-    ) {
-        let mut nodes = ToNodes::<D, D>::new((), at.elements.load, gradient, tangent);
-        each_edge_in_duals(at, &mut nodes);
-        nodes.end();
-    }
-
-    fn edge_tangent<D: Nestable>(
-        at: At<'_, D>,
-        by_duals: bool,
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-    ) {
-        let mut edges = ToEdges { tangent, last: at.elements.joint.len() };
-        match by_duals {
-            true => each_edge_in_duals(at, &mut edges),
-            false => D::side_by_side(EdgeTangent { at, edges }),
         }
     }
 
@@ -281,6 +201,74 @@ impl Layout<3, 3> for Space {
         let theta = &mut q[STRIDE * j + 3];
         let turns = ((*theta + turn - angle).value() / TAU).round();
         *theta = angle + turns * TAU;
+    }
+
+    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+        level: V::Level,
+        load: &'a [DeadLoad<D, 3>],
+        gradient: &'a mut [D],
+        tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) -> impl NodeSink<V, Self, 3, 3> {
+        ToNodes::<D, V>::new(level, load, gradient, tangent)
+    }
+
+    fn edge_sink<D: Scalar, V: Wide<D>>(
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+        last: usize,
+    ) -> impl EdgeSink<V, Self, 3, 3> {
+        ToEdges { tangent, last }
+    }
+
+    fn derive_by_duals<D: Nestable>(
+        At { elements, q, frames }: At<'_, D>,
+        to: &mut impl EdgeSink<D, Self, 3, 3>,
+    ) {
+        // Where the unknowns of the edges stand among those of an inner node, and their signs.
+        const FIRST: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (2, -1.0), (3, 1.0)];
+        const SECOND: [(usize, f64); 4] = [(8, 1.0), (9, 1.0), (10, 1.0), (7, 1.0)];
+        let zero = D::from(0.0);
+        let pick =
+            |local: &Local<D, WINDOW>, rows: [(usize, f64); 4], columns: [(usize, f64); 4]| {
+                let mut block = [[zero; 4]; 4];
+                for (row, (r, a)) in block.iter_mut().zip(rows) {
+                    for (to, (c, b)) in row.iter_mut().zip(columns) {
+                        *to = local.hessian[r][c] * (a * b);
+                    }
+                }
+                block
+            };
+        let mut open = ([zero; 4], [[zero; 4]; 4]);
+        for (i, element) in elements.stretch.iter().enumerate() {
+            let stretch = dual_tangent(element, &ends(q, i));
+            let (mut gradient, mut own) = open;
+            for r in 0..3 {
+                gradient[r] += stretch.gradient[3 + r];
+                for c in 0..3 {
+                    own[r][c] += stretch.hessian[3 + r][3 + c];
+                }
+            }
+            if let Some(tensions) = elements.tensions {
+                let gain = element.under(&Space::edge(q, i), tensions[i]);
+                (0..3).for_each(|r| (0..3).for_each(|c| own[r][c] += gain[r][c]));
+            }
+            let mut after = [[zero; 4]; 4];
+            if i < elements.joint.len() {
+                let bent = bend_twist::dual_tangent(&joint(&elements, i, q, frames), around(q, i));
+                let first = pick(&bent, FIRST, FIRST);
+                for r in 0..4 {
+                    gradient[r] += bent.gradient[FIRST[r].0] * FIRST[r].1;
+                    for c in 0..4 {
+                        own[r][c] += first[r][c];
+                    }
+                }
+                after = pick(&bent, SECOND, FIRST);
+                let second = each(&SECOND, |(r, sign)| bent.gradient[r] * sign);
+                open = (second, pick(&bent, SECOND, SECOND));
+            }
+            let three = |r: usize| [own[r][0], own[r][1], own[r][2]];
+            let (vector, angle_vector) = ([three(0), three(1), three(2)], three(3));
+            to.edges(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
+        }
     }
 
     fn measured_edges(geometry: &Geometry) -> impl Iterator<Item = f64> {

@@ -28,6 +28,66 @@ pub trait EdgeBlocks<'a, D: Nestable, V: Wide<D>, L: Layout<N, S>, const N: usiz
 
     /// Writes its geometry.
     fn measure(&self, block: &Self::Block, geometry: &mut L::Geometry);
+
+    /// Passes all derivatives by the hand-derived formulas to a consumer, and writes the geometry if there is one.
+    fn derive(self, to: &mut impl EdgeSink<V, L, N, S>, geometry: Option<&mut L::Geometry>);
+}
+
+/// A consumer of the derivatives of the energy by edges, block by block from the first edge on.
+pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    fn edges(&mut self, first: usize, own: &L::ByEdge<V>, after: &L::Between<V>);
+}
+
+/// An [`EdgeSink`] that writes gradient and tangent by nodes.
+pub trait NodeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize>:
+    EdgeSink<V, L, N, S>
+{
+    /// Writes the last node.
+    fn end(self);
+}
+
+/// Writes gradient and tangent, and the geometry if there is one, by the hand-derived formulas.
+pub(super) struct TangentSweep<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    pub at: At<'a, D, L, N, S>,
+    pub gradient: &'a mut [D],
+    pub tangent: &'a mut L::Tangent<D>,
+    pub geometry: Option<&'a mut L::Geometry>,
+}
+
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+    for TangentSweep<'_, D, L, N, S>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (elements, mut geometry) = (self.at.elements, self.geometry);
+        if let Some(geometry) = &mut geometry {
+            L::resize(geometry, elements.stretch.len());
+        }
+        let mut nodes = L::node_sink::<D, V>(level, elements.load, self.gradient, self.tangent);
+        L::Blocks::<'_, D, V>::new(self.at, level).derive(&mut nodes, geometry);
+        nodes.end();
+    }
+}
+
+/// Adds the tangent in terms of edges, by the hand-derived formulas.
+pub(super) struct EdgeTangent<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    pub at: At<'a, D, L, N, S>,
+    pub tangent: &'a mut L::Tangent<D>,
+}
+
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+    for EdgeTangent<'_, D, L, N, S>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut edges = L::edge_sink::<D, V>(self.tangent, self.at.elements.joint.len());
+        L::Blocks::<'_, D, V>::new(self.at, level).derive(&mut edges, None);
+    }
 }
 
 /// Writes the geometry.

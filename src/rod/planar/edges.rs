@@ -5,13 +5,15 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
+use crate::rod::layout::Plane;
+use crate::rod::sweeps::{EdgeSink, NodeSink};
 
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;
 
 /// Derivatives by an edge's vector: of the energies of its stretching and of both its joints.
 #[derive(Clone, Copy)]
-pub(super) struct ByEdge<D> {
+pub struct ByEdge<D> {
     /// N.
     pub(super) gradient: [D; 2],
     /// `xx, yx, yy`, N/m.
@@ -26,13 +28,6 @@ impl<D: Scalar> ByEdge<D> {
             vector: [xx + vector[0], yx + vector[1], yy + vector[2]],
         }
     }
-}
-
-/// What is shown the edges, from the first on.
-pub(super) trait TakesEdges<V> {
-    /// Edges side by side from `first` on; `after` are the derivatives between the next edges (rows) and these
-    /// (columns).
-    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]);
 }
 
 /// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
@@ -64,19 +59,6 @@ impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
         let (diagonal, below) = tangent.columns_mut();
         let gradient = gradient.as_chunks_mut().0;
         Self { level, load, gradient, diagonal, below, before, between: [[zero; 2]; 2] }
-    }
-
-    /// The last node.
-    #[inline(always)]
-    pub(super) fn end(self) {
-        let (i, zero) = (self.load.len() - 1, D::from(0.0));
-        let lane = (i - 1) % V::LANES;
-        let [px, py] = V::lane_of(&self.before.gradient, lane);
-        let [xx, yx, yy] = V::lane_of(&self.before.vector, lane);
-        let load = &self.load[i].force;
-        self.gradient[i] = [px - load[0], py - load[1]];
-        self.diagonal[i] = [xx, yy];
-        self.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
     }
 }
 
@@ -110,7 +92,7 @@ impl<V: Scalar> Columns<V> {
     }
 }
 
-impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: Wide<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -150,6 +132,20 @@ impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
     }
 }
 
+impl<D: Scalar, V: Wide<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+    #[inline(always)]
+    fn end(self) {
+        let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        let lane = (i - 1) % V::LANES;
+        let [px, py] = V::lane_of(&self.before.gradient, lane);
+        let [xx, yx, yy] = V::lane_of(&self.before.vector, lane);
+        let load = &self.load[i].force;
+        self.gradient[i] = [px - load[0], py - load[1]];
+        self.diagonal[i] = [xx, yy];
+        self.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
+    }
+}
+
 /// Adds what stands between edges.
 pub(super) struct ToEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
@@ -157,7 +153,7 @@ pub(super) struct ToEdges<'a, D> {
     pub(super) last: usize,
 }
 
-impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToEdges<'_, D> {
+impl<D: Scalar, V: Wide<D>> EdgeSink<V, Plane, 2, 1> for ToEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

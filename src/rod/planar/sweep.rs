@@ -3,13 +3,12 @@
 use crate::energy::friction::Springs;
 use crate::energy::planar_bend::curvature_between;
 use crate::energy::{PlanarBend, Stretch};
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::layout::{self, Plane};
-use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
+use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Edge, Geometry, Straight};
-use crate::rod::sweeps::EdgeBlocks;
+use crate::rod::sweeps::{EdgeBlocks, EdgeSink};
 
 /// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
 /// is straight, and what lies beyond has no meaning.
@@ -72,33 +71,6 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         let mut room = None;
         let all = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut room);
         Stretch::side_by_side(self.level, all)
-    }
-
-    /// Shows all derivatives by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its
-    /// length `l` turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
-    #[inline(always)]
-    fn derive(mut self, to: &mut impl TakesEdges<V>, mut geometry: Option<&mut Geometry>) {
-        let zero = V::gather(self.level, |_| D::from(0.0));
-        let (mut moments, mut stiffnesses) = (zero, zero);
-        while let Some(pairs) = self.next() {
-            if let Some(geometry) = &mut geometry {
-                self.measure(&pairs, geometry);
-            }
-            let [moment, stiffness] = self.bends(&pairs).response(pairs.curvature);
-            let Pairs { first, e, f, .. } = pairs;
-            let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
-            let after = [
-                [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
-                [-(s[1] * e.normal[0]), -(s[1] * e.normal[1])],
-            ];
-            let torque = moment.before(moments) - moment;
-            let both = stiffness.before(stiffnesses) + stiffness;
-            let [force, along] = self.stretches(first).tension(e.squared, e.length);
-            let tension = tension(self.elements.tensions, self.level, first, force);
-            let axial = [force, tension, along];
-            to.edges(first, &by_edge(axial, &e, torque, both), &after);
-            (moments, stiffnesses) = (moment, stiffness);
-        }
     }
 }
 
@@ -164,6 +136,37 @@ impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a
             *to = [value(*curvature, lane), value(slope, lane)];
         }
     }
+
+    /// An edge of the tangent `t` and the normal `n` over its length `l` turns by `n.dx`, and `n` by
+    /// `-(t n' + n t') dx/l`.
+    #[inline(always)]
+    fn derive(
+        mut self,
+        to: &mut impl EdgeSink<V, Plane, 2, 1>,
+        mut geometry: Option<&mut Geometry>,
+    ) {
+        let zero = V::gather(self.level, |_| D::from(0.0));
+        let (mut moments, mut stiffnesses) = (zero, zero);
+        while let Some(pairs) = self.next() {
+            if let Some(geometry) = &mut geometry {
+                self.measure(&pairs, geometry);
+            }
+            let [moment, stiffness] = self.bends(&pairs).response(pairs.curvature);
+            let Pairs { first, e, f, .. } = pairs;
+            let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
+            let after = [
+                [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
+                [-(s[1] * e.normal[0]), -(s[1] * e.normal[1])],
+            ];
+            let torque = moment.before(moments) - moment;
+            let both = stiffness.before(stiffnesses) + stiffness;
+            let [force, along] = self.stretches(first).tension(e.squared, e.length);
+            let tension = tension(self.elements.tensions, self.level, first, force);
+            let axial = [force, tension, along];
+            to.edges(first, &by_edge(axial, &e, torque, both), &after);
+            (moments, stiffnesses) = (moment, stiffness);
+        }
+    }
 }
 
 /// The edges from `first` on.
@@ -203,44 +206,6 @@ fn by_edge<V: Scalar>(
             a0 * t1 + n0 * w[1] + n1 * w[0],
             a1 * t1 + across + (n1w1 + n1w1),
         ],
-    }
-}
-
-/// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct TangentSweep<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub gradient: &'a mut [D],
-    pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    pub geometry: Option<&'a mut Geometry>,
-}
-
-impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, mut geometry) = (self.at.elements, self.geometry);
-        if let Some(geometry) = &mut geometry {
-            geometry.resize(elements.stretch.len());
-        }
-        let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
-        Along::<D, V>::new(self.at, level).derive(&mut nodes, geometry);
-        nodes.end();
-    }
-}
-
-/// Adds the tangent by edges.
-pub(super) struct EdgeTangent<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub edges: ToEdges<'a, D>,
-}
-
-impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(mut self, level: V::Level) {
-        Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
     }
 }
 

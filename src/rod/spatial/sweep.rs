@@ -4,14 +4,13 @@ use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::energy::joint::{Joint, Sum, between};
-use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, combine, scale, sub};
 use crate::rod::blocks::{MOST, block, tension, window};
-use crate::rod::edges::{HALF_BANDWIDTH, STRIDE, TakesEdges, ToEdges, ToNodes};
+use crate::rod::edges::STRIDE;
 use crate::rod::layout::{self, Space};
 use crate::rod::spatial::geometry::{Geometry, Straight};
-use crate::rod::sweeps::EdgeBlocks;
+use crate::rod::sweeps::{EdgeBlocks, EdgeSink};
 
 /// The elements of a spatial rod.
 pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
@@ -88,27 +87,6 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             V::gather(self.level, |lane| all[lane].1[2]),
         ];
         (Stiffness::side_by_side(self.level, &all, |own| &own.0), stress)
-    }
-
-    /// Shows all derivatives by the hand-derived formulas.
-    #[inline(always)]
-    fn derive(mut self, to: &mut impl TakesEdges<V>, mut geometry: Option<&mut Geometry>) {
-        let zero = V::gather(self.level, |_| D::from(0.0));
-        let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
-        while let Some(pairs) = self.next() {
-            let Pairs { first, e, f, bent, .. } = &pairs;
-            if let Some(geometry) = &mut geometry {
-                self.measure(&pairs, geometry);
-            }
-            let (stiffness, stress) = self.response(&pairs);
-            let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
-            let [force, along] = self.stretches(*first).tension(e.squared, e.length);
-            let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
-            let tension = tension(self.elements.tensions, self.level, *first, force);
-            let own = e.derivatives(&sum, [force, tension], along);
-            to.edges(*first, &own, &between(e, f, tangent.fe));
-            open = tangent.f;
-        }
     }
 }
 
@@ -201,6 +179,30 @@ impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a
             }
         }
     }
+
+    #[inline(always)]
+    fn derive(
+        mut self,
+        to: &mut impl EdgeSink<V, Space, 3, 3>,
+        mut geometry: Option<&mut Geometry>,
+    ) {
+        let zero = V::gather(self.level, |_| D::from(0.0));
+        let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
+        while let Some(pairs) = self.next() {
+            let Pairs { first, e, f, bent, .. } = &pairs;
+            if let Some(geometry) = &mut geometry {
+                self.measure(&pairs, geometry);
+            }
+            let (stiffness, stress) = self.response(&pairs);
+            let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
+            let [force, along] = self.stretches(*first).tension(e.squared, e.length);
+            let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
+            let tension = tension(self.elements.tensions, self.level, *first, force);
+            let own = e.derivatives(&sum, [force, tension], along);
+            to.edges(*first, &own, &between(e, f, tangent.fe));
+            open = tangent.f;
+        }
+    }
 }
 
 /// The joints after the edges from `first` on.
@@ -270,42 +272,4 @@ fn edges_at<D: Nestable, V: Wide<D>>(
     let frame = frames_at(frames, level, first);
     let (e, angle) = vectors_at(q, level, first);
     Edges { state: EdgeState::new(&frame, e, angle), angle, frame }
-}
-
-/// Writes gradient and tangent, and measures the rod if that is asked for.
-pub(super) struct TangentSweep<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub gradient: &'a mut [D],
-    pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    pub geometry: Option<&'a mut Geometry>,
-}
-
-impl<D: Nestable> Sweep<D> for TangentSweep<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (elements, mut geometry) = (self.at.elements, self.geometry);
-        if let Some(geometry) = &mut geometry {
-            geometry.resize(elements.stretch.len());
-        }
-        let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
-        Along::<D, V>::new(self.at, level).derive(&mut nodes, geometry);
-        nodes.end();
-    }
-}
-
-/// Adds the tangent by edges.
-pub(super) struct EdgeTangent<'a, D: Scalar> {
-    pub at: At<'a, D>,
-    pub edges: ToEdges<'a, D>,
-}
-
-impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(mut self, level: V::Level) {
-        Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
-    }
 }
