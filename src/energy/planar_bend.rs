@@ -45,8 +45,9 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let dot = e[0] * f[0] + e[1] * f[1];
     let lengths = (ee * ff).sqrt();
     // tan(phi/2), without a cancellation: a selection, so that joints can go side by side.
-    let (above, below) =
-        if dot.value() >= 0.0 { (cross, lengths + dot) } else { (lengths - dot, cross) };
+    let zero = dot.like(0.0);
+    let above = dot.if_less(zero, lengths - dot, cross);
+    let below = dot.if_less(zero, cross, lengths + dot);
     Bent { e, f, ee, ff, curvature: above / below * 2.0 }
 }
 

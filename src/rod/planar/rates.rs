@@ -102,14 +102,15 @@ impl RateLayout<2, 1> for Plane {
         q: &[[f64; G]],
         (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 1]]),
     ) {
-        let (q, _) = q.as_chunks::<2>();
+        let count = geometry.edges.len();
+        let (q, stretch) = (&q.as_chunks::<2>().0[..=count], &stretch[..count]);
         let mut before = Lanes::ZERO;
         for (j, Straight { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
-            let e = [0, 1].map(|c| Lanes(q[j + 1][c]) - Lanes(q[j][c]));
+            let e = [Lanes(q[j + 1][0]) - Lanes(q[j][0]), Lanes(q[j + 1][1]) - Lanes(q[j][1])];
             edges[j] += dot(tangent, &e) * stretch[j].rest_length.recip();
             let turn = dot(normal, &e);
-            if let Some(i) = j.checked_sub(1) {
-                joints[i][0] += (turn - before) * geometry.joints[i][1];
+            if j > 0 {
+                joints[j - 1][0] += (turn - before) * geometry.joints[j - 1][1];
             }
             before = turn;
         }

@@ -1,7 +1,7 @@
 //! Sweeps over the edges of a planar rod, several side by side.
 
 use crate::energy::friction::Springs;
-use crate::energy::planar_bend::curvature_between;
+use crate::energy::planar_bend::{curvature, curvature_between};
 use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::blocks::{MOST, block, tension, window};
@@ -101,9 +101,14 @@ impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a
         block.first
     }
 
+    /// Curvatures as [`PlanarBend::strain`] computes them, to the last digit.
     #[inline(always)]
-    fn strains(&self, Pairs { first, e, curvature, .. }: &Pairs<V>) -> (V, [V; 1]) {
-        (self.stretches(*first).strain_of(e.squared, e.length), [*curvature])
+    fn strains(&self, Pairs { first, e, .. }: &Pairs<V>) -> (V, [V; 1]) {
+        let mut room = None;
+        let q = window(self.q, *first, 2, 2 * V::LANES + 4, &mut room);
+        let at = |c: usize| V::gather(self.level, |lane| q[2 * lane + c]);
+        let joint = curvature(&[[at(0), at(1)], [at(2), at(3)], [at(4), at(5)]]);
+        (self.stretches(*first).strain_of(e.squared, e.length), [joint])
     }
 
     #[inline(always)]
