@@ -1,7 +1,7 @@
 //! L D L^T of one band, from both ends at once.
 
 use crate::numerics::abreast::{has_unit, on_the_unit};
-use crate::numerics::banded::elimination::{Column, Columns, Elimination};
+use crate::numerics::banded::elimination::Elimination;
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
@@ -25,53 +25,6 @@ struct Sum<'a, D, const W: usize> {
     masses: Option<(&'a [D], D)>,
     matrix: &'a BandMatrix<D, W>,
     factor: D,
-}
-
-impl<D: Scalar, const W: usize> Sum<'_, D, W> {
-    /// The entry of row and column `j`.
-    #[inline(always)]
-    fn diagonal(&self, j: usize) -> D {
-        let own = self.matrix.diagonal[j] * self.factor;
-        self.masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
-    }
-    /// One below the diagonal, where the matrix has `entry`.
-    #[inline(always)]
-    fn below(&self, entry: D) -> D {
-        entry * self.factor
-    }
-}
-
-/// The columns from the first row downwards and from the last upwards.
-struct FromBothEnds<'a, D, const W: usize> {
-    of: Sum<'a, D, W>,
-    start: usize,
-    end: usize,
-}
-
-impl<D: Scalar, const W: usize> Columns<D, W, 2> for FromBothEnds<'_, D, W> {
-    #[inline(always)]
-    fn column(&self, k: usize) -> Column<D, W, 2> {
-        let (of, below) = (self.of, &self.of.matrix.below);
-        let (top, bottom) = (self.start + k, self.end - 1 - k);
-        // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
-        let (down, left): (_, &[[D; W]; W]) = (&below[top], array(below, bottom - W));
-        let mut column = [[D::from(0.0); 2]; W];
-        for p in 0..W {
-            column[p] = [of.below(down[p]), of.below(left[W - 1 - p][p])];
-        }
-        ([of.diagonal(top), of.diagonal(bottom)], column)
-    }
-}
-
-impl<D: Scalar, const W: usize> Columns<D, W, 1> for BandMatrix<D, W> {
-    #[inline(always)]
-    fn column(&self, k: usize) -> Column<D, W, 1> {
-        let mut column = [[D::from(0.0)]; W];
-        for p in 0..W {
-            column[p] = [self.below[k][p]];
-        }
-        ([self.diagonal[k]], column)
-    }
 }
 
 /// What is factored on a vector unit.
@@ -162,19 +115,34 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 
     #[inline(always)]
     fn eliminate_here(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
-        let matrix = of.matrix;
+        let Sum { masses, matrix, factor } = of;
+        let diagonal = |j: usize| {
+            let own = matrix.diagonal[j] * factor;
+            masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
+        };
         let Range { start, end } = range;
         self.range = range;
         let m = self.at_each_end();
         let Self { ends, rest, middle, .. } = self;
-        ends.eliminate(m, &FromBothEnds { of, start, end })
+        let from_both_ends = |k: usize| {
+            let (top, bottom) = (start + k, end - 1 - k);
+            // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
+            let (down, left): (_, &[[D; W]; W]) =
+                (&matrix.below[top], array(&matrix.below, bottom - W));
+            let mut column = [[D::from(0.0); 2]; W];
+            for p in 0..W {
+                column[p] = [down[p] * factor, left[W - 1 - p][p] * factor];
+            }
+            ([diagonal(top), diagonal(bottom)], column)
+        };
+        ends.eliminate(m, from_both_ends)
             .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
 
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
-            rest.diagonal[i] = of.diagonal(first + i);
+            rest.diagonal[i] = diagonal(first + i);
             for p in 0..W {
-                rest.below[i][p] = of.below(matrix.below[first + i][p]);
+                rest.below[i][p] = matrix.below[first + i][p] * factor;
             }
         }
         // Nothing couples to what lies beyond.
@@ -194,7 +162,15 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
                 }
             }
         }
-        middle.eliminate(n, rest).map_err(|(i, _)| Singular { row: first + i })
+        let rest = &*rest;
+        let downwards = |k: usize| {
+            let mut column = [[D::from(0.0)]; W];
+            for p in 0..W {
+                column[p] = [rest.below[k][p]];
+            }
+            ([rest.diagonal[k]], column)
+        };
+        middle.eliminate(n, downwards).map_err(|(i, _)| Singular { row: first + i })
     }
 
     /// How many rows are eliminated from either end: as many as leave `W` rows, so that what one
