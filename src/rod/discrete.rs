@@ -12,9 +12,9 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::components;
 use crate::rod::joint_law::LinearJoint;
-use crate::rod::layout::{At, Elements, Layout, Spring};
+use crate::rod::layout::{At, Elements, Layout, NodeSink, Spring};
 use crate::rod::moments::EdgeMoments;
-use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, NodeSink, Strains, TangentSweep};
+use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, Strains, TangentSweep};
 use crate::rod::{DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 

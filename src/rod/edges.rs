@@ -6,8 +6,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
-use crate::rod::layout::Space;
-use crate::rod::sweeps::{EdgeSink, NodeSink};
+use crate::rod::layout::{EdgeSink, NodeSink, Space};
 
 /// Half-bandwidth of the spatial tangent.
 pub const HALF_BANDWIDTH: usize = 10;

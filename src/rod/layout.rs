@@ -7,7 +7,6 @@ use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::moments::EdgeMoments;
-use crate::rod::sweeps::{EdgeBlocks, EdgeSink, NodeSink};
 use num_dual::Dual64;
 use std::fmt::Debug;
 
@@ -176,4 +175,47 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 
     /// The strains of the joints in a geometry.
     fn measured_joints(geometry: &Self::Geometry) -> impl Iterator<Item = [f64; S]>;
+}
+
+/// The edges of a rod in blocks of as many as there are SIMD lanes.
+pub trait EdgeBlocks<'a, D: Nestable, V: Wide<D>, L: Layout<N, S>, const N: usize, const S: usize>:
+    Sized
+{
+    /// Edges, the edges after them, and the joints between. The joint after the last edge carries nothing.
+    type Block;
+
+    /// Before the first block.
+    fn new(at: At<'a, D, L, N, S>, level: V::Level) -> Self;
+
+    /// The next block.
+    fn next(&mut self) -> Option<Self::Block>;
+
+    /// The number of its first edge.
+    fn first(block: &Self::Block) -> usize;
+
+    /// The strains of its edges and joints.
+    fn strains(&self, block: &Self::Block) -> (V, [V; S]);
+
+    /// Energies of stretching, bending and twisting, J, without those of springs.
+    fn energies(&self, block: &Self::Block) -> [V; 3];
+
+    /// Writes its geometry.
+    fn measure(&self, block: &Self::Block, geometry: &mut L::Geometry);
+
+    /// Passes all derivatives by the hand-derived formulas to a consumer, and writes the geometry if there is one.
+    fn derive(self, to: &mut impl EdgeSink<V, L, N, S>, geometry: Option<&mut L::Geometry>);
+}
+
+/// A consumer of the derivatives of the energy by edges, block by block from the first edge on.
+pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    fn edges(&mut self, first: usize, own: &L::ByEdge<V>, after: &L::Between<V>);
+}
+
+/// An [`EdgeSink`] that writes gradient and tangent by nodes.
+pub trait NodeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize>:
+    EdgeSink<V, L, N, S>
+{
+    /// Writes the last node.
+    fn end(self);
 }

@@ -15,7 +15,7 @@ pub mod planar;
 mod sensitive;
 pub mod spatial;
 mod state;
-pub mod sweeps;
+mod sweeps;
 mod transposed;
 mod viscosity;
 

@@ -11,13 +11,12 @@ use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::rod::DiscreteRod;
-use crate::rod::layout::{Layout, Plane};
+use crate::rod::layout::{EdgeSink, Layout, NodeSink, Plane};
 use crate::rod::moments::Moments;
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
 use crate::rod::planar::sweep::{Along, At, Elements, Forces};
-use crate::rod::sweeps::{EdgeSink, NodeSink};
 
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;

@@ -20,12 +20,11 @@ use crate::numerics::vector::{Vector, add, dot, each, unit};
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, ToEdges, ToNodes};
-use crate::rod::layout::{Layout, Space};
+use crate::rod::layout::{EdgeSink, Layout, NodeSink, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::moving::Rebase;
 use crate::rod::spatial::sweep::{Along, At, Elements};
-use crate::rod::sweeps::{EdgeSink, NodeSink};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 

@@ -5,8 +5,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
-use crate::rod::layout::Plane;
-use crate::rod::sweeps::{EdgeSink, NodeSink};
+use crate::rod::layout::{EdgeSink, NodeSink, Plane};
 
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;

@@ -5,10 +5,9 @@ use crate::energy::planar_bend::{curvature, curvature_between};
 use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::blocks::{MOST, block, tension, window};
-use crate::rod::layout::{self, Plane};
+use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Edge, Geometry, Straight};
-use crate::rod::sweeps::{EdgeBlocks, EdgeSink};
 
 /// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
 /// is straight, and what lies beyond has no meaning.

@@ -6,9 +6,9 @@ use crate::energy::joint::{EdgeState, Pull};
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::numerics::vector::{add, sub};
 use crate::rod::edges::STRIDE;
+use crate::rod::layout::EdgeBlocks;
 use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
 use crate::rod::spatial::sweep::{Along, At, Elements, Pairs, joints, stretches};
-use crate::rod::sweeps::EdgeBlocks;
 
 /// Writes a gradient by nodes from that by edges, one after the other.
 struct Forces<'a, D, V> {

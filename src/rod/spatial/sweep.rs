@@ -8,9 +8,8 @@ use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, combine, scale, sub};
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::edges::STRIDE;
-use crate::rod::layout::{self, Space};
+use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Space};
 use crate::rod::spatial::geometry::{Geometry, Straight};
-use crate::rod::sweeps::{EdgeBlocks, EdgeSink};
 
 /// The elements of a spatial rod.
 pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
