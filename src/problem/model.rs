@@ -63,12 +63,11 @@
 //! them all.
 
 use crate::energy::adapter::Chart;
-use crate::energy::frame::EdgeFrame;
 use crate::energy::friction::{Sliders, Springs};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
-use crate::rod::{Extra, Rod};
+use crate::rod::{AssembledRod, Rod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
@@ -120,7 +119,7 @@ pub trait Model: Sync {
     /// Unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
-    type Rod<D: Nestable>: Rod<D, Dual = Self::Rod<Dual64>>;
+    type Rod<D: Nestable>: AssembledRod<D, Dual = Self::Rod<Dual64>>;
     /// The rest shape in the model's own terms.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
@@ -130,36 +129,20 @@ pub trait Model: Sync {
     /// The rod with the numbers of a scene.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
-    /// Adds masses on nodes, with their weight, to a rod.
-    fn add_masses<D: Nestable>(
+    /// Adds moments on nodes to a rod's loads, where a constant moment has a potential.
+    fn add_moments<D: Nestable>(
         &self,
-        rod: &mut Self::Rod<D>,
-        scene: &Scene<D>,
-        masses: &[NodalMass<D>],
-    );
-
-    /// Adds forces and moments on nodes to a rod's loads.
-    fn add_loads<D: Nestable>(
-        &self,
-        rod: &mut Self::Rod<D>,
-        rest: &Self::Rest<D>,
-        loads: &[NodalLoad<D>],
-    );
+        _rod: &mut Self::Rod<D>,
+        _rest: &Self::Rest<D>,
+        _loads: &[NodalLoad<D>],
+    ) {
+    }
 
     /// The length of the rod that every node stands for, m.
     fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
 
     /// How the rod's unknowns are places and directors of the world.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
-
-    /// Gives a rod energies of one's own.
-    fn give<D: Nestable>(rod: &mut Self::Rod<D>, own: Extra<D>);
-
-    /// Makes every edge of a rod as many times as stiff along itself.
-    fn stiffen_edges<D: Nestable>(rod: &mut Self::Rod<D>, factor: impl Fn(usize) -> f64);
-
-    /// The frames of the edges, if there are any.
-    fn edge_frames<D: Nestable>(frames: &<Self::Rod<D> as Rod<D>>::Frames) -> &[EdgeFrame<D>];
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;

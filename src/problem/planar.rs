@@ -1,12 +1,11 @@
 //! The model of a scene that lies in a plane.
 
 use crate::energy::adapter::Chart;
-use crate::energy::frame::EdgeFrame;
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot, sub};
 use crate::problem::model::{
-    Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
+    Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
 use crate::problem::own;
 use crate::problem::profile::Profile;
@@ -238,32 +237,13 @@ impl Model for PlanarModel {
         }
     }
 
-    fn add_masses<D: Nestable>(
-        &self,
-        rod: &mut PlanarRod<D>,
-        scene: &Scene<D>,
-        masses: &[NodalMass<D>],
-    ) {
-        let gravity = self.projected(scene.loads.gravity);
-        for NodalMass { node, mass } in masses {
-            for c in 0..2 {
-                rod.mass[2 * node + c] += *mass;
-                rod.load[*node].force[c] += *mass * gravity[c];
-            }
-        }
-    }
-
-    fn add_loads<D: Nestable>(
+    fn add_moments<D: Nestable>(
         &self,
         rod: &mut PlanarRod<D>,
         rest: &PlanarRest<D>,
         loads: &[NodalLoad<D>],
     ) {
         for load in loads {
-            let force = self.projected(load.force);
-            for c in 0..2 {
-                rod.load[load.node].force[c] += force[c];
-            }
             let [_, _, moment] = self.components(load.moment);
             if moment.value() != 0.0 || D::ORDER > 0 {
                 let last = rest.length.len() - 1;
@@ -290,18 +270,6 @@ impl Model for PlanarModel {
             axes: [(*right).into(), (*up).into()],
             across: [(x * aside - y * along) / length, out],
         }
-    }
-
-    fn give<D: Nestable>(rod: &mut PlanarRod<D>, own: Extra<D>) {
-        rod.own = own;
-    }
-
-    fn stiffen_edges<D: Nestable>(rod: &mut PlanarRod<D>, factor: impl Fn(usize) -> f64) {
-        rod.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
-    }
-
-    fn edge_frames<D: Nestable>((): &()) -> &[EdgeFrame<D>] {
-        &[]
     }
 
     fn dof(&self) -> usize {

@@ -5,7 +5,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own;
-use crate::rod::NodalDrag;
+use crate::rod::{AssembledRod, NodalDrag};
 use crate::scene::mesh::Mesh;
 use crate::scene::{PointForce, PointMass, Scene, Track};
 
@@ -30,13 +30,16 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// The rod under its loads.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
-        model.add_masses(&mut rod, &self.scene, &self.masses());
-        model.add_loads(&mut rod, &self.rest, &self.loads());
+        let gravity = model.components(self.scene.loads.gravity);
+        for NodalMass { node, mass } in self.masses() {
+            rod.add_mass(node, mass, gravity);
+        }
+        self.add_loads(model, &mut rod, &self.loads());
         if !self.scene.energies.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
             let (q, frames) = (model.unknowns(&self.rest), model.frames(&self.rest));
-            let rest = (&q[..], M::edge_frames(&frames));
-            M::give(&mut rod, own::extra(&chart, &self.scene, &self.mesh, rest));
+            let rest = (&q[..], M::Rod::edge_frames(&frames));
+            rod.set_own(own::extra(&chart, &self.scene, &self.mesh, rest));
         }
         rod
     }
@@ -52,9 +55,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         let mut scene = self.scene.clone();
         scene.loads.gravity = [D::from(0.0); 3];
         let mut rod = model.rod(&scene, &self.rest);
-        M::stiffen_edges(&mut rod, stiffer);
+        rod.stiffen_edges(stiffer);
         let chart = model.chart(&scene, &self.rest);
-        M::give(&mut rod, own::ties(&chart, ties));
+        rod.set_own(own::ties(&chart, ties));
         rod
     }
 
@@ -84,8 +87,15 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// The rod with the forces that hold it until t = 0.
     pub fn held(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
         let mut held = rod.clone();
-        model.add_loads(&mut held, &self.rest, &self.nodal(&self.scene.initial.point));
+        self.add_loads(model, &mut held, &self.nodal(&self.scene.initial.point));
         held
+    }
+
+    fn add_loads(&self, model: &M, rod: &mut M::Rod<D>, loads: &[NodalLoad<D>]) {
+        for load in loads {
+            rod.add_force(load.node, model.components(load.force));
+        }
+        model.add_moments(rod, &self.rest, loads);
     }
 
     fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {

@@ -9,7 +9,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, components, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{
-    Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
+    Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
 use crate::problem::profile::{Constants, Profile};
 use crate::problem::soft_clamp::SoftClamps;
@@ -176,35 +176,6 @@ impl Model for SpatialModel {
         }
     }
 
-    fn add_masses<D: Nestable>(
-        &self,
-        rod: &mut SpatialRod<D>,
-        scene: &Scene<D>,
-        masses: &[NodalMass<D>],
-    ) {
-        let gravity = self.components(scene.loads.gravity);
-        for NodalMass { node, mass } in masses {
-            for c in 0..3 {
-                rod.mass[4 * node + c] += *mass;
-                rod.load[*node].force[c] += *mass * gravity[c];
-            }
-        }
-    }
-
-    fn add_loads<D: Nestable>(
-        &self,
-        rod: &mut SpatialRod<D>,
-        _: &SpatialRest<D>,
-        loads: &[NodalLoad<D>],
-    ) {
-        for load in loads {
-            let force = self.components(load.force);
-            for c in 0..3 {
-                rod.load[load.node].force[c] += force[c];
-            }
-        }
-    }
-
     fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
         &rest.tributary.node
     }
@@ -213,18 +184,6 @@ impl Model for SpatialModel {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
         Chart::Space { axes: (axes != world).then_some(axes) }
-    }
-
-    fn give<D: Nestable>(rod: &mut SpatialRod<D>, own: Extra<D>) {
-        rod.own = own;
-    }
-
-    fn stiffen_edges<D: Nestable>(rod: &mut SpatialRod<D>, factor: impl Fn(usize) -> f64) {
-        rod.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
-    }
-
-    fn edge_frames<D: Nestable>(frames: &Frames<D>) -> &[EdgeFrame<D>] {
-        &frames.edges
     }
 
     fn dof(&self) -> usize {

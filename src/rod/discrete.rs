@@ -6,6 +6,7 @@ mod transposed;
 pub use rates::{JointRate, RateLayout};
 pub use transposed::TransposedLayout;
 
+use crate::energy::frame::EdgeFrame;
 use crate::energy::friction::Springs;
 use crate::energy::{DeadLoad, Derivatives, Element, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -15,7 +16,7 @@ use crate::rod::joint_law::LinearJoint;
 use crate::rod::layout::{At, Elements, Layout, NodeSink, Spring};
 use crate::rod::moments::EdgeMoments;
 use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, Strains, TangentSweep};
-use crate::rod::{DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
+use crate::rod::{AssembledRod, DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 
 /// The elements, masses and loads of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
@@ -403,5 +404,34 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let energy =
             |(z, joint): (&[D; S], &L::Joint<D>)| joint.spring_energy(&springs.sliders, *z).value();
         z.as_chunks::<S>().0.iter().zip(&self.joint).map(energy).sum()
+    }
+}
+
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
+    for DiscreteRod<D, L, N, S>
+{
+    fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]) {
+        for c in 0..N {
+            self.mass[L::STRIDE * node + c] += mass;
+            self.load[node].force[c] += mass * gravity[c];
+        }
+    }
+
+    fn add_force(&mut self, node: usize, force: [D; 3]) {
+        for c in 0..N {
+            self.load[node].force[c] += force[c];
+        }
+    }
+
+    fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
+        self.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
+    }
+
+    fn set_own(&mut self, own: Extra<D>) {
+        self.own = own;
+    }
+
+    fn edge_frames(frames: &Self::Frames) -> &[EdgeFrame<D>] {
+        L::edge_frames(frames)
     }
 }

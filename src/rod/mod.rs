@@ -33,6 +33,7 @@ pub use transposed::{Laws, Strained, Transposed, still_frames, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;
+use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
@@ -244,6 +245,24 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn slider_energy(&self, _z: &[D]) -> f64 {
         0.0
     }
+}
+
+/// A [`Rod`] to which masses, forces and energies can be added.
+pub trait AssembledRod<D: Scalar>: Rod<D> {
+    /// Adds a mass, kg, to a node, with its weight under the gravity in the rod's axes, m/s^2.
+    fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]);
+
+    /// Adds a dead force, N, in the rod's axes to a node.
+    fn add_force(&mut self, node: usize, force: [D; 3]);
+
+    /// Multiplies the axial stiffness of every edge by its factor.
+    fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);
+
+    /// Replaces the user-defined energies.
+    fn set_own(&mut self, own: Extra<D>);
+
+    /// The frames of the edges, if there are any.
+    fn edge_frames(frames: &Self::Frames) -> &[EdgeFrame<D>];
 }
 
 /// The second derivatives of the energy of a rod over `D`.
