@@ -19,8 +19,7 @@ use std::sync::atomic::AtomicBool;
 /// use rodfit::{Observation, Scene};
 /// // A scene with a list at rod.natural_curvature.
 /// let problem = Scene::load("bent.toml")?.problem()?;
-/// let mut tip = Observation::read("tip.csv")?;
-/// tip.sigma = Some(1e-4); // m
+/// let tip = Observation::read("tip.csv")?.sigma(1e-4); // m
 /// let report = FieldFit::new(&problem)
 ///     .observe(tip)
 ///     .along(Field { name: "natural_curvature".into(), sigma: 0.2, length: 0.05 })

@@ -8,6 +8,12 @@ use std::ops::Range;
 /// A pivot and the column below it, one of each band.
 pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);
 
+/// Where columns come from.
+pub(super) trait Columns<D, const W: usize, const S: usize> {
+    /// What the matrix has in column `k`.
+    fn column(&self, k: usize) -> Column<D, W, S>;
+}
+
 /// Rows of unknowns that follow each other, of `C` right-hand sides and `S` bands.
 pub(super) type Window<D, const W: usize, const S: usize, const C: usize> = [[[D; S]; C]; W];
 
@@ -38,7 +44,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         }
     }
 
-    /// Eliminates `n` columns of a matrix, of which `column` returns one.
+    /// Eliminates `n` columns of a matrix.
     ///
     /// # Errors
     /// The column, and which of the bands, of the first pivot that is zero or not a number.
@@ -46,7 +52,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     pub fn eliminate(
         &mut self,
         n: usize,
-        column: impl Fn(usize) -> Column<D, W, S>,
+        matrix: &impl Columns<D, W, S>,
     ) -> Result<(), (usize, usize)> {
         let (inverse_pivots, pivots) = (&mut self.inverse_pivots[..n], &mut self.pivots[..W + n]);
         let lower = &mut self.lower[..W + n];
@@ -55,7 +61,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         let (mut first, mut divided) = (inverse, [inverse; W]);
         let mut ones = [0.0; S];
         for k in 0..n {
-            let mut entries = column(k);
+            let mut entries = matrix.column(k);
             // A band from its first row has no more than k columns before; with several in step,
             // the zeros before them cost less than asking.
             let reach = if S == 1 { W.min(k + 1) } else { W };

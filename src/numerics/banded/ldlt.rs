@@ -1,7 +1,7 @@
 //! L D L^T of one band, from both ends at once.
 
 use crate::numerics::abreast::{has_unit, on_the_unit};
-use crate::numerics::banded::elimination::Elimination;
+use crate::numerics::banded::elimination::{Column, Columns, Elimination};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
@@ -19,18 +19,61 @@ pub struct Ldlt<D, const W: usize> {
     range: Range<usize>,
 }
 
-/// What is factored: `diag(masses) * scale + factor * matrix`, or without masses.
+/// The matrix that is factored, `diag(masses) * scale + factor * matrix`, or without masses, over the rows and columns
+/// from `start` to `end`.
 #[derive(Clone, Copy)]
 struct Sum<'a, D, const W: usize> {
     masses: Option<(&'a [D], D)>,
     matrix: &'a BandMatrix<D, W>,
     factor: D,
+    start: usize,
+    end: usize,
+}
+
+impl<D: Scalar, const W: usize> Sum<'_, D, W> {
+    /// The entry of row and column `j`.
+    #[inline(always)]
+    fn diagonal(&self, j: usize) -> D {
+        let own = self.matrix.diagonal[j] * self.factor;
+        self.masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
+    }
+    /// One below the diagonal, where the matrix has `entry`.
+    #[inline(always)]
+    fn below(&self, entry: D) -> D {
+        entry * self.factor
+    }
+}
+
+/// The columns from the first row downwards and from the last upwards.
+impl<D: Scalar, const W: usize> Columns<D, W, 2> for Sum<'_, D, W> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> Column<D, W, 2> {
+        let below = &self.matrix.below;
+        let (top, bottom) = (self.start + k, self.end - 1 - k);
+        // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
+        let (down, left): (_, &[[D; W]; W]) = (&below[top], array(below, bottom - W));
+        let mut column = [[D::from(0.0); 2]; W];
+        for p in 0..W {
+            column[p] = [self.below(down[p]), self.below(left[W - 1 - p][p])];
+        }
+        ([self.diagonal(top), self.diagonal(bottom)], column)
+    }
+}
+
+impl<D: Scalar, const W: usize> Columns<D, W, 1> for BandMatrix<D, W> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> Column<D, W, 1> {
+        let mut column = [[D::from(0.0)]; W];
+        for p in 0..W {
+            column[p] = [self.below[k][p]];
+        }
+        ([self.diagonal[k]], column)
+    }
 }
 
 /// What is factored on a vector unit.
 struct Factor<'a, D, const W: usize> {
     factors: &'a mut Ldlt<D, W>,
-    range: Range<usize>,
     of: Sum<'a, D, W>,
 }
 
@@ -39,7 +82,7 @@ impl<D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, W> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.factors.eliminate_here(self.range, self.of)
+        self.factors.eliminate_here(self.of)
     }
 }
 
@@ -73,7 +116,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     }
 
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
-        self.eliminate(range, Sum { masses: None, matrix, factor: D::from(1.0) })
+        let Range { start, end } = range;
+        self.eliminate(Sum { masses: None, matrix, factor: D::from(1.0), start, end })
     }
 
     fn factor_sum(
@@ -84,8 +128,9 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         factor: D,
         range: Range<usize>,
     ) -> Result<(), Singular> {
-        let masses = &diagonal[..range.end];
-        self.eliminate(range, Sum { masses: Some((masses, scale)), matrix, factor })
+        let Range { start, end } = range;
+        let masses = Some((&diagonal[..end], scale));
+        self.eliminate(Sum { masses, matrix, factor, start, end })
     }
 
     fn negative_pivots(&self) -> usize {
@@ -106,43 +151,27 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    fn eliminate(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
+    fn eliminate(&mut self, of: Sum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
-            true => on_the_unit(Factor { factors: self, range, of }),
-            false => self.eliminate_here(range, of),
+            true => on_the_unit(Factor { factors: self, of }),
+            false => self.eliminate_here(of),
         }
     }
 
     #[inline(always)]
-    fn eliminate_here(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
-        let Sum { masses, matrix, factor } = of;
-        let diagonal = |j: usize| {
-            let own = matrix.diagonal[j] * factor;
-            masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
-        };
-        let Range { start, end } = range;
-        self.range = range;
+    fn eliminate_here(&mut self, of: Sum<'_, D, W>) -> Result<(), Singular> {
+        let Sum { matrix, start, end, .. } = of;
+        self.range = start..end;
         let m = self.at_each_end();
         let Self { ends, rest, middle, .. } = self;
-        let from_both_ends = |k: usize| {
-            let (top, bottom) = (start + k, end - 1 - k);
-            // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
-            let (down, left): (_, &[[D; W]; W]) =
-                (&matrix.below[top], array(&matrix.below, bottom - W));
-            let mut column = [[D::from(0.0); 2]; W];
-            for p in 0..W {
-                column[p] = [down[p] * factor, left[W - 1 - p][p] * factor];
-            }
-            ([diagonal(top), diagonal(bottom)], column)
-        };
-        ends.eliminate(m, from_both_ends)
+        ends.eliminate(m, &of)
             .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
 
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
-            rest.diagonal[i] = diagonal(first + i);
+            rest.diagonal[i] = of.diagonal(first + i);
             for p in 0..W {
-                rest.below[i][p] = matrix.below[first + i][p] * factor;
+                rest.below[i][p] = of.below(matrix.below[first + i][p]);
             }
         }
         // Nothing couples to what lies beyond.
@@ -162,15 +191,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
                 }
             }
         }
-        let rest = &*rest;
-        let downwards = |k: usize| {
-            let mut column = [[D::from(0.0)]; W];
-            for p in 0..W {
-                column[p] = [rest.below[k][p]];
-            }
-            ([rest.diagonal[k]], column)
-        };
-        middle.eliminate(n, downwards).map_err(|(i, _)| Singular { row: first + i })
+        middle.eliminate(n, rest).map_err(|(i, _)| Singular { row: first + i })
     }
 
     /// How many rows are eliminated from either end: as many as leave `W` rows, so that what one
