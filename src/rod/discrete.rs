@@ -379,10 +379,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let Some(InternalVariables { strain, slid, .. }) = before else { return };
         let strains = strain[elastic.stretch.len()..].as_chunks::<S>().0;
         let starts = strains.iter().zip(slid.as_chunks::<S>().0);
-        let spring = |(joint, (strain, slid)): (&L::Joint<D>, (&[D; S], &[D; S]))| {
+        springs.acting.extend(elastic.joint.iter().zip(starts).map(|(joint, (strain, slid))| {
             (joint.stiffness(), components(|c| slid[c] - strain[c]))
-        };
-        springs.acting.extend(elastic.joint.iter().zip(starts).map(spring));
+        }));
     }
 
     fn slip(&self, z: &mut [D]) {
