@@ -1,8 +1,8 @@
-//! Elements taken several at a time: as many as there are lanes.
+//! Blocks of elements, one for each SIMD lane.
 
 use crate::numerics::scalar::{Scalar, Wide};
 
-/// More lanes than any vector unit has.
+/// An upper limit of the number of SIMD lanes.
 pub(super) const MOST: usize = 8;
 /// Unknowns of a block and the node after it, four of each.
 const WINDOW: usize = 4 * (MOST + 1);
@@ -10,7 +10,7 @@ const WINDOW: usize = 4 * (MOST + 1);
 /// Room for a block that goes beyond the end of a rod.
 pub(super) type Room<T> = Option<[T; MOST]>;
 
-/// `LANES` of `all` from `first` on, those beyond the end as they are said to be.
+/// `LANES` elements of `all` from `first` on, filled with `beyond` after the end.
 #[inline(always)]
 pub(super) fn block<'a, D, V: Wide<D>, T: Copy>(
     all: &'a [T],
@@ -37,8 +37,7 @@ fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
     }
 }
 
-/// The tensions that edges from `first` on turn under, of those that are stretched with a `force`, N: that, unless there
-/// are others.
+/// The tensions for the geometric stiffness of the edges from `first` on, N: `force`, unless `others` are given.
 #[inline(always)]
 pub(super) fn tension<D: Scalar, V: Wide<D>>(
     others: Option<&[D]>,
@@ -52,8 +51,7 @@ pub(super) fn tension<D: Scalar, V: Wide<D>>(
     V::gather(level, |lane| others[lane])
 }
 
-/// The unknowns of `LANES` edges from `first` on, `stride` for each node; a rod that ends before is taken to go
-/// straight on.
+/// The unknowns of `LANES` edges from `first` on, `stride` for each node; beyond its end the rod is continued straight.
 #[inline(always)]
 pub(super) fn window<'a, D: Scalar>(
     q: &'a [D],

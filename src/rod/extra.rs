@@ -1,4 +1,4 @@
-//! Energies of one's own on a rod, planar or spatial.
+//! User-defined energies on a rod.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
@@ -9,7 +9,7 @@ use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use std::sync::Arc;
 
-/// What acts on a rod beside its own elements. A rod without has an empty list.
+/// The user-defined energies of a rod; an empty list without any.
 #[derive(Clone, Debug)]
 pub struct Extra<D>(Vec<Placed<D>>);
 
@@ -146,7 +146,7 @@ impl<D: Nestable> Extra<D> {
                 energy.gradient(&site, own, Derivatives::Hand, &mut local);
                 let slopes = local[..own.len()].iter().copied();
                 let mut all = slopes.chain([energy.energy(&site, own)]);
-                // Where the rod itself is lost, nothing is the energy's fault.
+                // Unknowns that are not finite are no fault of the energy.
                 let is_there = own.iter().all(|x| x.value().is_finite());
                 if is_there && all.any(|x| !x.value().is_finite()) {
                     return Some((placed.name.to_string(), spot.numbers[0].value()));

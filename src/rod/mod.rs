@@ -1,7 +1,8 @@
-//! What the stepper asks of a rod, whatever its dimension.
+//! Rods: elements on a polygon, in the plane or in space.
 //!
-//! A rod is a list of [elements](crate::energy), a diagonal mass and dead loads. The stepper sees
-//! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
+//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. Steppers, equilibria and modes use
+//! the trait [`Rod`] only. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in
+//! space.
 
 mod blocks;
 mod discrete;
@@ -42,7 +43,7 @@ use serde::{Deserialize, Serialize};
 /// Energies by term, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// Energy of motion, J.
+    /// Kinetic energy, J.
     pub kinetic: f64,
     /// Energy of stretching, J.
     pub stretch: f64,
@@ -52,7 +53,7 @@ pub struct Energies {
     pub twist: f64,
     /// Potential of the dead loads, weight and point forces, J.
     pub potential: f64,
-    /// Of [energies of one's own](crate::energy::own).
+    /// Energy of [user-defined energies](crate::energy::own), J.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub own: f64,
 }
@@ -70,15 +71,14 @@ impl Energies {
 
 /// A discrete rod with unknowns `q`.
 pub trait Rod<D: Scalar>: Clone + Send + Sync {
-    /// The second derivatives of the energy.
+    /// The matrix of the second derivatives of the energy.
     type Tangent: Tangent<D>;
     /// The same rod over dual numbers: with a derivative along one parameter in every quantity.
     type Dual: Rod<Dual64>;
-    /// What angles are measured from: [`crate::energy::frame::Frames`], or `()` where there are none.
+    /// The reference frames of the angles: [`crate::energy::frame::Frames`], or `()` in the plane.
     type Frames: Clone + std::fmt::Debug + Send + Sync;
 
-    /// Where the edges are and how they are strained, in plain numbers: what derivatives along all
-    /// parameters have in common.
+    /// Geometry and strains of edges and joints in plain numbers, as the derivatives along all parameters need them.
     type Geometry: Clone + std::fmt::Debug + Default + Send + Sync;
 
     /// Whether there are frames at all.
@@ -109,8 +109,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         tangent: &mut Self::Tangent,
     );
 
-    /// The same, but where there are `tensions`, N, of all edges: the tangent as it would be under these, whatever the
-    /// edges are stretched by. A rod that does not know how takes its own.
+    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
+    /// stretches. The default ignores `tensions`.
     fn tangent_under(
         &self,
         q: &[D],
@@ -122,14 +122,14 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.tangent(q, frames, derivatives, gradient, tangent);
     }
 
-    /// Writes the tensions of all edges, N, to first order after `change`, where the rod has come to `q` by that.
+    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
     fn tensions_after(&self, _change: &[D], _q: &[D], _tensions: &mut Vec<D>) {}
 
-    /// Measures the rod at `q`.
+    /// Writes the geometry of the rod at `q`.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
 
-    /// Writes gradient and [tangent](Rod::tangent), and [measures](Rod::measure) the rod; one in other than plain numbers need not
-    /// be measured.
+    /// Writes gradient, [tangent](Rod::tangent) and [geometry](Rod::measure). The geometry is written for plain numbers
+    /// only.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -142,8 +142,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.measure(q, frames, geometry);
     }
 
-    /// Writes the tangent in terms of edges instead of nodes: edge `j` stands where node `j + 1`
-    /// does, and the first node has no stiffness left.
+    /// Writes the tangent in terms of edges instead of nodes: edge `j` has the rows and columns of node `j + 1`, and
+    /// those of the first node are zero.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -167,10 +167,10 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.gradient(q, frames, derivatives, gradient);
     }
 
-    /// Writes frames without their derivatives.
+    /// Writes the real part of dual frames.
     fn real_frames(dual: &DualFrames<Self, D>, frames: &mut Self::Frames);
 
-    /// Measures the angles of `q`, which are from `from`, from `to` instead.
+    /// Converts the angles of `q` from the reference frames `from` to the reference frames `to`.
     fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
 
     /// The first material director of an edge, if edges have one.
@@ -185,22 +185,21 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// `turn` beyond its angle in `q`.
     fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [D; 3], _turn: f64) {}
 
-    /// The inner node that was folded shut on the way from `before` to `now`: a joint there turns
-    /// by more than a right angle, and the other way than before. No motion gets there, as a fold
-    /// has infinite energy; a large step does.
+    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than a
+    /// right angle, to the opposite side. A fold of 180 degrees has infinite energy, so that only a step that is too
+    /// large passes it.
     fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
-    /// The first edge that turned by more than 45 degrees on the way from `before` to `now`.
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
     fn leapt(&self, before: &[D], now: &[D]) -> Option<usize>;
 
-    /// By how much the potential of the loads in [`energies`](Rod::energies) is short, J, after a step
-    /// in which an angle it counts has started over.
+    /// The jump of the potential of the loads in [`energies`](Rod::energies), J, over a step in which the angle of a
+    /// moment passes half a turn.
     fn wound(&self, _before: &[D], _now: &[D]) -> f64 {
         0.0
     }
 
-    /// The first energy of one's own that is no finite number at `q`, nor its slopes; and where along
-    /// the rod, m.
+    /// The first user-defined energy that is not finite at `q`, or whose gradient is not, with its arc length, m.
     fn not_finite(&self, _q: &[D], _frames: &Self::Frames) -> Option<(String, f64)> {
         None
     }
@@ -211,37 +210,38 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Writes the strains of all elements, in the order [`set_viscous`](Rod::set_viscous) expects.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
 
-    /// The same stiffnesses without loads and natural strains: its energy is that of a rate of strain.
+    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
     fn dashpots(&self) -> Self;
 
     /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken
     /// as zero, J.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
 
-    /// Becomes `elastic` with viscous stress, as stiffnesses and natural strains.
+    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
-    /// Becomes [dashpots](Rod::dashpots) with every stiffness times its factor, and the shifts as natural strains.
+    /// Replaces the elements by [dashpots](Rod::dashpots) with every stiffness times its factor, and the shifts as natural
+    /// strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
 
-    /// How many strains of bending and twisting have springs of internal friction: all or none.
+    /// The number of strains of bending and twisting with springs of internal friction: all or none.
     fn slides(&self) -> usize {
         0
     }
 
-    /// Lets the springs of internal friction act, as stretched as they are in a step that began with these internal
-    /// variables; without, they do not. The stiffness they are a part of is that of `elastic`.
+    /// Activates the springs of internal friction for a step that began with these internal variables; `None`
+    /// deactivates them. Their stiffness is a fraction of that of `elastic`.
     fn set_springs(&mut self, _elastic: &Self, _before: Option<&InternalVariables<D>>) {}
 
-    /// How far that of the springs is from beginning or ceasing to slip which is nearest to it.
+    /// The smallest distance of a spring's stretch from the limit at which it begins or ceases to slip.
     fn distance_to_slipping(&self, _z: &[D]) -> f64 {
         f64::INFINITY
     }
 
-    /// Lets springs slip that are stretched beyond their limit.
+    /// Reduces stretches of springs beyond their limit to the limit.
     fn slip(&self, _z: &mut [D]) {}
 
-    /// Energy of springs that are stretched by `z`: of bending and twisting, J.
+    /// Energy of the springs of internal friction at the stretches `z`, J.
     fn slider_energy(&self, _z: &[D]) -> f64 {
         0.0
     }
@@ -265,18 +265,18 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
     fn edge_frames(frames: &Self::Frames) -> &[EdgeFrame<D>];
 }
 
-/// The second derivatives of the energy of a rod over `D`.
+/// The matrix of the second derivatives of the energy of a rod over `D`.
 pub type TangentOf<R, D> = <R as Rod<D>>::Tangent;
 
-/// The factors of [these](TangentOf).
+/// The factors of a [`TangentOf`].
 pub type FactorsOf<R, D> = <TangentOf<R, D> as Tangent<D>>::Factors;
 
 /// The frames of a rod with derivatives along one parameter.
 pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 
-/// Writes the rates of all strains of a rod that moves with `v`, 1/s: the central difference over
-/// a motion of a hundred-thousandth of its length, right to about ten digits. A velocity below a
-/// thousandth of its length per second counts as that, as its derivatives may be much larger.
+/// Writes the rates of all strains of a rod with the velocities `v`, 1/s: central differences over a displacement of
+/// 1e-5 of the length, accurate to about ten digits. The displacement is that of at least 1e-3 lengths per second,
+/// because the derivatives of small velocities may be much larger than they are.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
     (q, frames): (&[D], &R::Frames),

@@ -1,15 +1,15 @@
-//! What the derivatives of a rod's motion with respect to parameters are made of.
+//! Derivatives of the forces, strains and frames of a rod along parameters.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
 use crate::rod::{DualFrames, Rod};
 
-/// How the reference frame of an edge changes with `G` parameters.
+/// The derivatives of the reference frame of an edge along `G` parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameRate<const G: usize> {
-    /// Its tangent.
+    /// Those of its tangent.
     pub tangent: [Lanes<G>; 3],
-    /// How fast its directors turn about the tangent, rad.
+    /// The rotation of its directors about the tangent, rad.
     pub turn: Lanes<G>,
 }
 
@@ -29,17 +29,17 @@ pub struct EffectiveStrains<const G: usize> {
     pub own_rates: Vec<Lanes<G>>,
 }
 
-/// A rod whose forces have derivatives with respect to `G` parameters side by side. Dual rods, one for
-/// each parameter, say what the parameters change; each derivative is what it would be alone.
+/// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
+/// the derivatives of its numbers. Each lane has the result that it would have alone.
 pub trait Sensitive: Rod<f64> {
-    /// What parameters change: loads, and stresses as functions of the strains.
+    /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
 
-    /// Writes what the parameters of dual rods change.
+    /// Writes the derivatives that dual rods contain.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames, where the rod is measured, along
-    /// what has `changed`: dual rods with their rates.
+    /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
+    /// numbers that have `changed`: dual rods with their rates.
     fn gradient_rate<const G: usize>(
         changed: (&[Self::Dual; G], &Self::Rates<G>),
         geometry: &Self::Geometry,
@@ -51,8 +51,7 @@ pub trait Sensitive: Rod<f64> {
     /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
     fn kind(&self, strain: usize) -> usize;
 
-    /// Writes the derivatives of the strains at fixed unknowns, where the rod is measured: edges may have other
-    /// lengths at rest.
+    /// Writes the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &Self::Geometry,
@@ -68,7 +67,7 @@ pub trait Sensitive: Rod<f64> {
         out: &mut [Lanes<G>],
     );
 
-    /// Makes the derivatives of where springs would be, `z`, those of where they are.
+    /// Converts the derivatives of the stretches `z` of springs without slip to those with slip.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
     /// Writes the derivatives of the stresses of all elements: N, and N m.
@@ -79,8 +78,8 @@ pub trait Sensitive: Rod<f64> {
         out: &mut [Lanes<G>],
     );
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames where the stresses have the derivatives
-    /// `stress`, and loads those of what has `changed`; without, of the stresses alone.
+    /// Writes the derivatives of the gradient at fixed unknowns and frames from the derivatives `stress` of the stresses,
+    /// and of the loads and user-defined energies that have `changed`, if any.
     fn stressed_rate<const G: usize>(
         changed: Option<(&[Self::Dual; G], &Self::Rates<G>)>,
         stress: &[Lanes<G>],
@@ -90,8 +89,8 @@ pub trait Sensitive: Rod<f64> {
         out: &mut [[f64; G]],
     );
 
-    /// Adds the derivatives of the gradient along those of the frames, at fixed `q`, where the rod is
-    /// measured and the gradient and its tangent are those given.
+    /// Adds the derivatives of the gradient along those of the frames, at fixed `q`, where gradient and tangent are
+    /// those given.
     fn frame_rate<const G: usize>(
         frames: &[FrameRate<G>],
         geometry: &Self::Geometry,
@@ -100,7 +99,7 @@ pub trait Sensitive: Rod<f64> {
         out: &mut [[f64; G]],
     );
 
-    /// Moves the frames to where the rod is measured and has the derivatives `q`, without changing any energy there.
+    /// Moves the derivatives of the frames to the state of the `geometry`, where the unknowns have the derivatives `q`.
     fn rebase_rates<const G: usize>(
         frames: &mut [FrameRate<G>],
         geometry: &Self::Geometry,

@@ -1,4 +1,4 @@
-//! Where the rod is and how it moves.
+//! The state of a rod: unknowns, velocities and internal variables.
 
 use crate::numerics::scalar::Scalar;
 
@@ -9,35 +9,33 @@ pub struct State<D, F> {
     pub time: f64,
     /// Unknowns, m (rad for angles).
     pub q: Vec<D>,
-    /// What the angles are measured from; `()` where there are none.
+    /// The reference frames of the angles; `()` in the plane.
     pub frames: F,
     /// Velocities, m/s (rad/s).
     pub v: Vec<D>,
-    /// Accelerations, m/s^2 (rad/s^2), of a scheme that goes on from them; empty of others, and as
-    /// long as none are known.
+    /// Accelerations, m/s^2 (rad/s^2), of a scheme that uses them; empty for other schemes, and before they are known.
     pub acceleration: Vec<D>,
     /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Explicit
     /// and linearly implicit schemes leave the damping out; of an average it is half of the viscous force alone.
     pub unbalanced: Vec<D>,
-    /// What the material remembers of its way.
+    /// The internal variables of the material.
     pub internal: InternalVariables<D>,
-    /// What whole turns of the rod add to the potential of its loads, J.
+    /// The potential of the loads by whole turns of the rod, J.
     pub wound: f64,
 }
 
-/// What the material remembers of its way, beside where the rod is and how it moves: all internal
-/// variables of a state stand here, and the sensitivities carry their derivatives in the same struct.
-/// That is what Kelvin-Voigt damping, relaxation and internal friction need; without them all lists are empty.
+/// The internal variables of the material, for Kelvin-Voigt damping, relaxation and internal friction; without these all
+/// lists are empty. Sensitivities keep the derivatives of the variables in the same struct.
 #[derive(Clone, Debug)]
 pub struct InternalVariables<D> {
     /// Strains of all elements, in the order of [`Rod::strains`](crate::rod::Rod::strains).
     pub strain: Vec<D>,
     /// Their mean rates over the step that ended here, 1/s.
     pub strain_rate: Vec<D>,
-    /// How far the springs of internal friction are stretched, by the strains of bending and twisting; empty
-    /// without any.
+    /// Stretches of the springs of internal friction, one for each strain of bending and twisting; empty without
+    /// friction.
     pub slid: Vec<D>,
-    /// How far the springs of a Maxwell branch are stretched, by every strain; empty without one.
+    /// Stretches of the springs of a Maxwell branch, one for each strain; empty without one.
     pub relaxing: Vec<D>,
 }
 

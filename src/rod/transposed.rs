@@ -1,25 +1,24 @@
-//! What the derivatives of a misfit with respect to a rod's numbers are made of: the
-//! [sensitive](crate::rod::sensitive) rod's formulas, transposed.
+//! Transposed products of the [derivatives](crate::rod::sensitive) of a rod, for the gradient of a misfit.
 //!
-//! A covector of the forces, `d`, meets the stresses through the strains that it would make, `w = B d`. Everything
-//! that a parameter changes in a rod is a change of laws and loads, so it is enough to sum what each law counts for.
+//! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`. Parameters
+//! change laws and loads only, so the derivatives by each law and each load are enough for all parameters.
 
 use crate::numerics::lanes::Lanes;
 use crate::rod::sensitive::{FrameRate, Sensitive};
 
-/// The derivatives of a misfit by the numbers of a rod's laws and loads.
+/// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
-    /// By axial forces (N): as functions of the strain, and without.
+    /// By the slope of each axial force in the strain, and by its constant part, N.
     pub stretch: Vec<[f64; 2]>,
-    /// By rest lengths over themselves, where they change strains that were counted.
+    /// By the relative change of each rest length, where it changes effective strains.
     pub rest: Vec<f64>,
-    /// By the stiffness of joints, the upper triangle row by row, and by what their stresses are at no strain; of planar
-    /// rods the first of either.
+    /// By the stiffness of each joint, the upper triangle row by row, and by its stresses without strain; planar rods use
+    /// the first entry of either.
     pub joint: Vec<([f64; 6], [f64; 3])>,
     /// By the loads on all unknowns.
     pub load: Vec<f64>,
-    /// By dead moments on every edge, where any are or are asked for.
+    /// By a dead moment on each edge; empty where moments are not possible or not needed.
     pub moment: Vec<f64>,
 }
 
@@ -36,43 +35,42 @@ impl Laws {
     }
 }
 
-/// What stresses follow from: the strains as they are counted, those that kinds of strain count besides, and whether
-/// natural strains count.
+/// The effective strains from which stresses follow.
 #[derive(Clone, Copy, Debug)]
 pub struct Strained<'a> {
     /// In the order of the strains.
     pub strains: &'a [f64],
-    /// Empty of most rods.
+    /// Strains with a viscosity of their kind; empty for most rods.
     pub own: &'a [f64],
-    /// Whether edges have their rest lengths in strains that were counted, and not in their law.
+    /// Whether rest lengths act through effective strains instead of through the laws of the edges.
     pub counted: bool,
 }
 
-/// A rod whose [derivatives](Sensitive) go backwards too.
+/// A rod with transposed products of its [derivatives](Sensitive).
 pub trait Transposed: Sensitive {
-    /// No derivatives by what a rod is made of. `moments`: whether those by dead moments are asked for.
+    /// Zero derivatives. `moments`: whether those by dead moments are needed.
     fn no_laws(&self, moments: bool) -> Laws;
 
-    /// Writes the strains of all elements where the rod is measured.
+    /// Writes the strains of all elements in a geometry.
     fn measured_strains(geometry: &Self::Geometry, out: &mut Vec<f64>);
 
-    /// Makes strains along a change of the unknowns what stresses are multiplied with: edges count with their lengths.
+    /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
     fn by_length(&self, strains: &mut [f64]);
 
-    /// Writes `K w` of strains `w`, and of what has no coupling of bending and twisting.
+    /// Writes `K w`, with the `coupled` part of bending and twisting or without.
     fn stiffened(&self, w: &[f64], coupled: bool, out: &mut Vec<f64>);
 
-    /// Adds what laws count for at these strains, where stresses count for `w`.
+    /// Adds the derivatives by the laws at these strains, where those by the stresses are `w`.
     fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut Laws);
 
-    /// Adds what dead moments at `q` count for, where forces count for `d`.
+    /// Adds the derivatives by the dead moments at `q`, where those by the forces are `d`.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
 
-    /// Adds what frames count for where angles of the edges do.
+    /// Adds the derivatives by the frames that follow from those by the angles of the edges.
     fn turn_frames(geometry: &Self::Geometry, angles: &[f64], frames: &mut [FrameRate<1>]);
 
-    /// Adds what frames count for where forces count for the first of `by`, of which the tangent makes the second, and
-    /// the gradient is that given.
+    /// Adds the derivatives by the frames, where those by the forces are the first of `by`, and its product with the
+    /// tangent is the second.
     fn add_to_frames(
         geometry: &Self::Geometry,
         gradient: &[f64],
@@ -80,18 +78,18 @@ pub trait Transposed: Sensitive {
         frames: &mut [FrameRate<1>],
     );
 
-    /// Takes what frames count for back over their [move](Sensitive::rebase_rates), and adds what it leaves of it to
-    /// that of the unknowns.
+    /// The transpose of [`rebase_rates`](Sensitive::rebase_rates): replaces the derivatives by the frames after their
+    /// move by those before it, and adds the part by the unknowns to `q`.
     fn rebase_back(geometry: &Self::Geometry, frames: &mut [FrameRate<1>], q: &mut [f64]);
 
-    /// The derivative along what a parameter changes.
+    /// The derivative along one parameter, of which `dual` and `rates` contain the changes of the rod.
     fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
 
-    /// The same of every joint's law alone.
+    /// The parts of it by the law of each joint.
     fn along_joints(rates: &Self::Rates<1>, laws: &Laws) -> Vec<f64>;
 }
 
-/// The strains along a change of the unknowns, as stresses are multiplied with.
+/// Writes the strains along a change of the unknowns, those of edges times their rest lengths.
 pub fn strained<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,
@@ -105,7 +103,7 @@ pub fn strained<R: Transposed>(
     rod.by_length(out);
 }
 
-/// Frames that stay.
+/// Zero derivatives of `count` frames.
 pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
     vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }

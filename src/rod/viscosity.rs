@@ -1,36 +1,36 @@
-//! Viscous stress as a rod is told of it: for a step it is a matter of stiffnesses and natural strains. Where the
-//! rod is known, the stress of relaxing springs and of those of internal friction is a shift too.
+//! The viscous stress of a step as factors of stiffnesses and shifts of natural strains. At a known state, the stresses of
+//! a Maxwell branch and of internal friction are shifts too.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::InternalVariables;
 use crate::scene::Damping;
 
-/// The stress of strains `s`, `K (factor s - natural - shift)`, with the elastic stiffnesses `K`; and what
-/// strains of one kind have beside the others.
+/// The stress `K (factor s - natural - shift)` of strains `s` with the elastic stiffnesses `K`, and the parts of the single
+/// kinds of strain.
 #[derive(Clone, Debug)]
 pub struct Viscosity<D> {
     /// Factor of every stiffness.
     pub factor: D,
     /// Shift of every natural strain.
     pub shift: Vec<D>,
-    /// What is different from kind to kind, if anything.
+    /// Viscosities of the kinds of strain, if they differ.
     pub own: Option<OwnViscosity<D>>,
 }
 
-/// Of stretching, bending and twisting, `K (factor s - time past)` besides. What couples bending and twisting in a
-/// bent joint has no time of its own: so the stress of any motion takes energy.
+/// The additional stress `K (factor s - time past)` of stretching, bending and twisting. The coupling of bending and
+/// twisting in a curved joint has no part in it, so that the stress dissipates energy in every motion.
 #[derive(Clone, Debug)]
 pub struct OwnViscosity<D> {
-    /// Of every kind.
+    /// The factor of each kind.
     pub factor: [D; 3],
-    /// Of every kind, s.
+    /// The time of each kind, s.
     pub time: [D; 3],
-    /// Of every strain, 1/s.
+    /// The past rate of each strain, 1/s.
     pub past: Vec<D>,
 }
 
 impl<D: Scalar> Viscosity<D> {
-    /// Of no stress, for so many strains; `apart` if kinds of them may differ.
+    /// No stress, for so many strains; `apart` if the kinds may differ.
     pub fn none(strains: usize, apart: bool) -> Self {
         let zero = D::from(0.0);
         let past = vec![zero; strains];
@@ -54,7 +54,7 @@ impl<D: Scalar> Viscosity<D> {
             }
         }
         if let Some(friction) = &damping.friction {
-            // Springs take up strains of bending and twisting, the last ones.
+            // Springs act on the strains of bending and twisting, which come last.
             let first = self.shift.len() - slid.len();
             for (shift, stretched) in self.shift[first..].iter_mut().zip(slid) {
                 *shift -= friction.stiffness * *stretched;
