@@ -35,6 +35,7 @@ use crate::error::Error;
 use crate::problem::Problem;
 use crate::problem::natural_turn::turning;
 use crate::scene::Scene;
+use std::f64::consts::FRAC_PI_2;
 
 /// Fewest edges of a first mesh: those of a motion are refined as it takes.
 const FIRST_EDGES: f64 = 4.0;
@@ -154,6 +155,19 @@ fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }
 
+/// The lowest angular frequency of torsion of a twisted rod that is held at one end, rad/s: larger steps damp torsion and
+/// what couples with it, on every mesh and at every step above it, so that differences between them show nothing of it.
+fn torsional_rate(scene: &Scene, length: f64) -> f64 {
+    let is_twisted = !scene.rod.natural_twist.is_zero();
+    let (_, material) = scene.at(0.5);
+    let shear = material.shear_modulus.or_else(|| {
+        let ratio = material.poisson_ratio?;
+        Some(0.5 * material.youngs_modulus / (1.0 + ratio))
+    });
+    let rate = |shear: f64| FRAC_PI_2 / length * (shear / material.density).sqrt();
+    shear.filter(|_| is_twisted).map_or(0.0, rate)
+}
+
 /// A first step, s: a part of the shortest of the times that the scene is made of.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
@@ -167,6 +181,7 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let pull = pulls.sum::<f64>() / (per_length * length);
     let squares = [12.4 * bending, (size(&scene.loads.gravity) + pull) / length];
     let rates = [
+        torsional_rate(scene, length),
         squares.into_iter().fold(0.0, f64::max).sqrt(),
         size(&scene.initial.velocity) / length,
         size(&scene.initial.angular_velocity),

@@ -20,10 +20,10 @@ pub(super) struct Tuning {
 
 /// Motions of a few low modes.
 const SMOOTH: Tuning = Tuning {
-    target: 0.5,
-    growth_observed: 20.0,
-    growth_assumed: 12.0,
-    orders: OrderBounds { highest: 2.0, at_once: 2.0, lowest: 0.32, assumed: 1.5 },
+    target: 0.45,
+    growth_observed: 16.0,
+    growth_assumed: 8.0,
+    orders: OrderBounds { highest: 2.0, at_once: 2.0, lowest: 0.32, assumed: 1.4 },
     doubt: 0.0,
 };
 /// Motions of many modes: higher ones come in with every refinement.
