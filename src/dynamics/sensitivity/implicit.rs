@@ -51,7 +51,7 @@ pub struct Implicit<R: Sensitive, const G: usize> {
 }
 
 /// Whether the stress depends on what the strains were, or its derivative does.
-pub fn remembers<R: Sensitive>(simulation: &Simulation<Dual64, R::Dual>) -> bool {
+pub fn depends_on_history<R: Sensitive>(simulation: &Simulation<Dual64, R::Dual>) -> bool {
     // An average takes the viscous stress apart from the rest.
     !simulation.can_linearize_again() || simulation.damping().remembers()
 }
@@ -83,7 +83,8 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
             boundary_motion: motion
                 .and_then(|_| all(simulations.map(|s| s.boundary_motion().cloned()))),
             held,
-            viscous: match simulations.iter().any(|simulation| remembers::<R>(simulation)) {
+            viscous: match simulations.iter().any(|simulation| depends_on_history::<R>(simulation))
+            {
                 true => Viscous::new::<R>(simulations),
                 false => None,
             },

@@ -18,7 +18,7 @@ use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::{DualFrames, Rod, Sensitive, State};
-use implicit::{Implicit, remembers};
+use implicit::{Implicit, depends_on_history};
 use num_dual::Dual64;
 
 /// A simulation whose numbers carry the derivative along one parameter.
@@ -149,7 +149,7 @@ impl<R: Sensitive> Sensitivities<R> {
     /// the material remembers something go apart from the others, which need nothing of that.
     pub fn new(simulations: Vec<Along<R>>) -> Self {
         let (mut order, others): (Vec<usize>, Vec<usize>) =
-            (0..simulations.len()).partition(|k| remembers::<R>(&simulations[*k]));
+            (0..simulations.len()).partition(|k| depends_on_history::<R>(&simulations[*k]));
         let groups = [&order, &others].map(|part| {
             let own: Vec<&Along<R>> = part.iter().map(|k| &simulations[*k]).collect();
             Group::all(&own)

@@ -27,7 +27,7 @@ impl ObservedExperiment {
     }
 
     /// Its plain residuals, the derivatives of its part of the misfit by all unknowns, and whether steps were taken in
-    /// halves. `weights` has a factor on every residual. `count` is told the work.
+    /// halves. `weights` has a factor on every residual. `count` receives the work.
     pub fn reverse_gradient(
         &self,
         (unknowns, x): (&[Unknown], &[f64]),

@@ -133,7 +133,7 @@ impl ObservedExperiment {
     }
 
     /// What its problem does at `x`, with derivatives by the parameters of the unknowns if
-    /// `derived`. Motions last as long as their samples on the camera's clock. `count` is told the
+    /// `derived`. Motions last as long as their samples on the camera's clock. `count` receives the
     /// work, of runs that fail too; `after` sees the motion at the start and after every step.
     pub fn run(
         &self,
