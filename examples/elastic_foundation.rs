@@ -8,7 +8,7 @@ use rodfit::energy::{At, By, Curvatures, Directors, OwnEnergy, Place, Slopes};
 use rodfit::numerics::vector::{Vector, dot, scale, sub};
 use rodfit::scene::number::Quantity;
 use rodfit::scene::{Material, Scene, Section, Shape, Time};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Scalar};
 use std::f64::consts::PI;
 
@@ -107,7 +107,7 @@ fn main() -> Result<(), Error> {
     let line_density = density * PI * radius * radius;
     let second_moment = PI * radius.powi(4) / 4.0;
     for (name, scene) in [("dual", &dual), ("hand", &hand)] {
-        let modes = scene.problem()?.modes(1, About::Equilibrium)?;
+        let modes = scene.problem()?.modes(1, LinearizationPoint::Equilibrium)?;
         let squared = 1.875_104_068_711_961_f64.powi(4) * modulus * second_moment
             / (line_density * length.powi(4));
         let (found, theory) = (modes.frequencies_rad_s[0], (squared + k / line_density).sqrt());

@@ -6,7 +6,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Observation, Parameter, Point, Scene, Trajectory};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -67,7 +67,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     (scene.material.youngs_modulus, scene.material.density) = (1.2e8, 1100.0);
     droop(&scene, 4, 3e-4, &format!("{folder}/droop.csv"))?;
     scene.loads.point.clear();
-    let natural_frequencies = scene.problem()?.modes(2, About::Equilibrium)?.frequencies_rad_s;
+    let natural_frequencies =
+        scene.problem()?.modes(2, LinearizationPoint::Equilibrium)?.frequencies_rad_s;
     println!(
         "droop-fit.toml: {:.2?} Hz",
         natural_frequencies.iter().map(|w| w / TAU).collect::<Vec<_>>()

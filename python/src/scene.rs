@@ -7,7 +7,7 @@ use crate::work::{Hooks, interruptible};
 use pyo3::prelude::*;
 use rodfit::accuracy::{RunCheck, simulate_checked};
 use rodfit::problem::ParameterList;
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Parameter, Problem, Trajectory};
 
 /// A scene, read and validated.
@@ -126,7 +126,7 @@ impl Scene {
 
     /// The lowest modes, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
-        let found = py.detach(|| self.problem.modes(count, About::Equilibrium));
+        let found = py.detach(|| self.problem.modes(count, LinearizationPoint::Equilibrium));
         json(py, &found.map_err(|error| raised(py, error))?)
     }
 }

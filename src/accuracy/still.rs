@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
-use crate::vibration::About;
+use crate::vibration::LinearizationPoint;
 
 /// Part of the accuracy that the mesh may take: the estimate of its error has an error itself.
 const MOST: f64 = 0.78;
@@ -96,8 +96,8 @@ fn compared(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // What has no equilibrium may still be looked at about its rest shape.
         let found = problem
-            .modes(count, About::Equilibrium)
-            .or_else(|_| problem.modes(count, About::Rest))?;
+            .modes(count, LinearizationPoint::Equilibrium)
+            .or_else(|_| problem.modes(count, LinearizationPoint::Rest))?;
         return Ok(found.modes.iter().map(|mode| logarithm(mode.frequency_rad_s)).collect());
     }
     let rest = problem.equilibrium()?;

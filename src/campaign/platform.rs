@@ -1,7 +1,7 @@
 //! On what a result was computed: what decides its last digits.
 
 use crate::campaign::hash::hash;
-use crate::numerics::abreast::level;
+use crate::numerics::simd::simd_level;
 use std::env::consts::{ARCH, OS};
 use std::hint::black_box;
 use std::sync::OnceLock;
@@ -22,7 +22,7 @@ pub fn platform() -> &'static str {
         };
         let bytes: Vec<u8> =
             (0..TRIED).flat_map(|k| values(argument(k))).flat_map(f64::to_le_bytes).collect();
-        format!("{ARCH}-{OS}{environment} libm-{} {}", hash(&bytes, 4), level())
+        format!("{ARCH}-{OS}{environment} libm-{} {}", hash(&bytes, 4), simd_level())
     })
 }
 

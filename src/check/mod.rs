@@ -12,7 +12,7 @@ mod own;
 mod scaled;
 mod scene;
 
-pub use crate::numerics::terms::Terms;
+pub use crate::numerics::term_bound::Terms;
 pub use own::{Configuration, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;
@@ -20,7 +20,7 @@ pub use scene::check_problem;
 use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
 use crate::code::Code;
 use crate::energy::{Analytic, Energy};
-use crate::numerics::called::Called;
+use crate::numerics::out_of_line::OutOfLine;
 use crate::summary::quantity::counted;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::HyperDual64;
@@ -195,7 +195,7 @@ impl CheckReport {
         dof: impl Fn(usize) -> String,
     ) {
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
-        let terms = energy.energy(&Terms::rounded_unknowns(q).map(Called)).0;
+        let terms = energy.energy(&Terms::rounded_unknowns(q).map(OutOfLine)).0;
         let routes = Routes {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),
@@ -350,7 +350,7 @@ struct Routes<'a> {
 /// nothing beside the time to compile them.
 fn along<const N: usize>(energy: &impl Energy<N>, q: &[f64; N], pair: [usize; 2]) -> HyperDual64 {
     let [one, other] = pair.map(|i| move |k: usize| f64::from(u8::from(k == i)));
-    let along = |k: usize| Called(HyperDual64::new(q[k], one(k), other(k), 0.0));
+    let along = |k: usize| OutOfLine(HyperDual64::new(q[k], one(k), other(k), 0.0));
     energy.energy(&std::array::from_fn(along)).0
 }
 

@@ -3,7 +3,7 @@
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, conclude};
 use rodfit::fit::Sample;
-use rodfit::numerics::abreast::level;
+use rodfit::numerics::simd::simd_level;
 use rodfit::summary::{Summary, SummaryTable, TextColumn, Tone};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use serde::Serialize;
@@ -108,7 +108,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     }
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
-        vector_unit: level(),
+        vector_unit: simd_level(),
         threads: rayon::current_num_threads(),
         steps,
         fits,

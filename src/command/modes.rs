@@ -3,7 +3,7 @@
 use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
 use rodfit::Error;
 use rodfit::accuracy::Aim;
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -24,7 +24,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
     let count = usize::from(options.count);
     limits::of_modes(&scene, count).admit(manner)?;
-    let about = if options.rest { About::Rest } else { About::Equilibrium };
+    let about =
+        if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
     let problem = scene.problem_for(Aim::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);

@@ -76,7 +76,7 @@
 //! Where accelerations at the start are not known, the first step is one of implicit Euler.
 
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::each;
+use crate::numerics::vector::map_components;
 use crate::scene::Scheme;
 
 /// The numbers of one step.
@@ -211,9 +211,9 @@ impl<D: Scalar> StepCoefficients<D> {
             acceleration: self.acceleration.as_ref().map(|of| Acceleration {
                 inertia: convert(of.inertia),
                 velocity: convert(of.velocity),
-                end: each(&of.end, convert),
+                end: map_components(&of.end, convert),
             }),
-            strain_rate: each(&self.strain_rate, convert),
+            strain_rate: map_components(&self.strain_rate, convert),
             stages: self.stages,
         }
     }

@@ -3,7 +3,7 @@
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{FactorsOf, Rod, State};
@@ -35,7 +35,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub free: Range<usize>,
     /// Those among them that a recording leads: they have no derivatives, and rows and columns of the identity in
     /// [`tangent`](Self::tangent) and [`matrix`](Self::matrix).
-    pub led: &'a Led,
+    pub led: &'a PrescribedDofs,
     /// The scheme whose equations were solved.
     pub scheme: Scheme,
     /// The state at the start of the step.

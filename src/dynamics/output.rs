@@ -6,7 +6,7 @@ use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
-use crate::numerics::abreast::level;
+use crate::numerics::simd::simd_level;
 use crate::problem::Problem;
 use crate::problem::strain::StrainRecord;
 use crate::scene::{Resolution, Scene, Scheme};
@@ -157,7 +157,7 @@ impl SimulationReport {
             newton_iterations: 0,
             work: Work::default(),
             wall_seconds: 0.0,
-            vector_unit: level().into(),
+            vector_unit: simd_level().into(),
             tip: Vec::new(),
             energy: Vec::new(),
             largest_energy_change: 0.0,

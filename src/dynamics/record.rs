@@ -3,7 +3,7 @@
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
-use crate::numerics::hermite::Hermite;
+use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
 use crate::rod::Energies;
 use crate::scene::Stencil;
@@ -226,7 +226,7 @@ impl<D: Scalar> Recorded<'_, D> {
         let position = self.position(stencil, D::from(time))?;
         let (k, _) = self.around(time)?;
         let rates = match self.times.get(k) {
-            Some(end) => Hermite::rates(self.times[k - 1], *end, D::from(time)),
+            Some(end) => HermiteWeights::derivative(self.times[k - 1], *end, D::from(time)),
             None => return Ok([position, [D::from(0.0); 3]]),
         };
         let columns = self.columns(stencil)?;
@@ -249,7 +249,7 @@ impl<D: Scalar> Recorded<'_, D> {
     }
 
     /// The step a time lies in, by its end, and the interpolant there.
-    fn around<E: Scalar>(&self, time: E) -> Result<(usize, Hermite<E>), Error> {
+    fn around<E: Scalar>(&self, time: E) -> Result<(usize, HermiteWeights<E>), Error> {
         self.check(time.value())?;
         let k = self.step_at(time.value());
         Ok((k, self.hermite(k, time)))
@@ -284,10 +284,10 @@ impl<D: Scalar> Recorded<'_, D> {
     }
 
     /// The interpolant at a time in the step that ends with record `k`.
-    fn hermite<E: Scalar>(&self, k: usize, time: E) -> Hermite<E> {
+    fn hermite<E: Scalar>(&self, k: usize, time: E) -> HermiteWeights<E> {
         match self.times.get(k) {
-            Some(end) => Hermite::new(self.times[k - 1], *end, time),
-            None => Hermite::new(0.0, 1.0, E::from(0.0)),
+            Some(end) => HermiteWeights::new(self.times[k - 1], *end, time),
+            None => HermiteWeights::new(0.0, 1.0, E::from(0.0)),
         }
     }
 
@@ -296,7 +296,7 @@ impl<D: Scalar> Recorded<'_, D> {
         &self,
         columns: &[(usize, D)],
         k: usize,
-        hermite: &Hermite<D>,
+        hermite: &HermiteWeights<D>,
     ) -> Result<[D; 3], Error> {
         let width = self.width();
         // A rod at rest has one record.

@@ -5,7 +5,7 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
@@ -38,7 +38,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
-        let (led, drag, boundary_motion) = (Led::default(), None, None);
+        let (led, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
         let system = System { rod, derivatives, free, led, damping, drag, boundary_motion };
         let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
@@ -58,7 +58,11 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Moves supports, which lead some of the free unknowns too.
-    pub(crate) fn move_supports(&mut self, boundary_motion: BoundaryMotion<D>, led: Led) {
+    pub(crate) fn move_supports(
+        &mut self,
+        boundary_motion: BoundaryMotion<D>,
+        led: PrescribedDofs,
+    ) {
         boundary_motion.velocities(self.state.time, &mut self.state.v);
         self.system.boundary_motion = Some(boundary_motion);
         self.system.led = led;

@@ -115,7 +115,7 @@ impl<M: Model> Discretized<'_, M> {
         let start = &self.problem.start;
         if start.get().is_none() {
             let file = self.scene().path.as_deref();
-            let found = self.equilibrium_held().map_err(|error| error.in_file(file))?;
+            let found = self.held_equilibrium().map_err(|error| error.in_file(file))?;
             // Another thread may have been quicker, and found the same.
             let _ = start.set(vec![found]);
         }
@@ -159,11 +159,11 @@ impl<M: Model> Discretized<'_, M> {
         M::Rod::<f64>::rebase(&mut plain_frames, found);
         let plain = (&self.setup.held(self.model, &self.rod()), &plain_frames);
         // Where nothing resists, such as a motion as a whole of a rod that nothing holds, it goes along with where the rod begins.
-        let indifferent = self.is_indifferent((found, &plain_frames)).unwrap_or(false);
+        let indifferent = self.is_neutral((found, &plain_frames)).unwrap_or(false);
         let mut followed = q.clone();
         if indifferent || self.follow(held, plain, &mut followed, false).is_err() {
             followed = q;
-            self.go_along(&begin, &mut followed);
+            self.add_start_derivatives(&begin, &mut followed);
             self.follow(held, plain, &mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }

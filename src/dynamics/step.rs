@@ -1,7 +1,7 @@
 //! What a step is told, and what it cost.
 
 use crate::energy::Derivatives;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
@@ -49,7 +49,7 @@ pub(crate) struct System<D, R> {
     /// The unknowns that move.
     pub free: Range<usize>,
     /// Those among them that a recording leads.
-    pub led: Led,
+    pub led: PrescribedDofs,
     /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
     pub damping: Damping<D>,
     /// The drag of a fluid, if there is one.

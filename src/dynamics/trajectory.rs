@@ -246,7 +246,7 @@ impl Trajectory {
             return run::follow(discretized, &self.record, seed);
         }
         let tracked = self.record.tracked();
-        let nodes = nodes_over(discretized, &discretized.settled()?, &tracked, seed)?;
+        let nodes = nodes_over(discretized, &discretized.checked_equilibrium()?, &tracked, seed)?;
         let mut record = Record::new(tracked, 0);
         record.push(0.0, nodes.into_iter().map(|x| [x, [D::from(0.0); 3]]));
         Ok(record)
@@ -370,7 +370,7 @@ fn rest<M: Model>(
     parameters: &[Parameter],
     record: &mut Record,
 ) -> Result<(), Error> {
-    let settled = discretized.settled()?;
+    let settled = discretized.checked_equilibrium()?;
     let rest = &settled.rest;
     record.work.newton_iterations = rest.newton_iterations;
     let tracked = record.tracked();

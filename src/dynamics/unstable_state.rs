@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::numerics::tangent::Factors;
 use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::{Rod, State};
-use crate::statics::{Pencil, UNCERTAIN_LEVELS, in_space};
+use crate::statics::{Pencil, UNCERTAIN_LEVELS, spatial_motion};
 
 /// Exponent of growth in the time of the scene below which an instability does not matter: a factor of 20.
 const MIN_GROWTH: f64 = 3.0;
@@ -109,7 +109,7 @@ fn unstable_state<M: Model>(
     // A disturbance grows by sigma with sigma^2 + c sigma = -lambda.
     let slowest = MIN_GROWTH / end;
     let scale = discretized.bending_frequency_squared();
-    let rounding = discretized.zero_frequency_squared() + scale * discretized.mesh_rounding();
+    let rounding = discretized.zero_squared_frequency() + scale * discretized.tangent_rounding();
     let least = (slowest * (slowest + damping)).max(UNCERTAIN_LEVELS * rounding);
     let Some(q) = relaxed(discretized, &rod, state, 2.0 * least)? else { return Ok(None) };
     let pencil = Pencil::at(discretized, &rod, &q, &state.frames);
@@ -195,7 +195,7 @@ fn out_of_plane<M: Model>(
     }
     let fastest = pencil.lowest(1, scale)?.into_iter().next();
     // A spin between hinges moves no node.
-    let moves = |x: &[f64]| largest_displacement_in_space(&in_space(x, normal)) > 0.0;
+    let moves = |x: &[f64]| largest_displacement_in_space(&spatial_motion(x, normal)) > 0.0;
     Ok(fastest.filter(|(_, x)| moves(x)).map(|(squared, _)| -squared))
 }
 

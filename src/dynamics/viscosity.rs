@@ -14,10 +14,10 @@
 //! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift.
 
 use crate::dynamics::coefficients::StepCoefficients;
-use crate::numerics::decay::mean_decay;
 use crate::numerics::lanes::Lanes;
+use crate::numerics::phi_function::phi1;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{components, each};
+use crate::numerics::vector::{components, map_components};
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
@@ -25,7 +25,7 @@ use num_dual::Dual64;
 /// What is left of `z0` after a step of length `h`, s, and what a change of the strain adds.
 pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     let x = maxwell.time.recip() * h;
-    [(-x).exp(), mean_decay(x)]
+    [(-x).exp(), phi1(x)]
 }
 
 /// What the stress of a moment counts of every strain `s`, of its mean rate `r` over the step before, 1/s, and of the
@@ -49,8 +49,8 @@ impl<D: Scalar> Memory<D> {
         let past = [(1.0, 0.0), (0.0, 1.0)]
             .map(|(strain, rate)| coefficients.viscous_past(D::from(strain), D::from(rate)));
         let (eta, time) =
-            (damping.stiffness * part, each(&damping.own_times(), |time| time * part));
-        let own_factor = each(&time, |time| time * past[0]);
+            (damping.stiffness * part, map_components(&damping.own_times(), |time| time * part));
+        let own_factor = map_components(&time, |time| time * past[0]);
         let [left, taken] = match &damping.maxwell {
             Some(maxwell) => relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x),
             None => [zero; 2],
@@ -78,7 +78,7 @@ impl<D: Scalar> Memory<D> {
             relaxing: damping.maxwell.as_ref().map_or(zero, |maxwell| -maxwell.stiffness),
             past: [zero, D::from(-1.0)],
             own_factor: [zero; 3],
-            time: each(&damping.own_times(), |time| time * part),
+            time: map_components(&damping.own_times(), |time| time * part),
         }
     }
 }
@@ -115,9 +115,9 @@ impl Memory<Dual64> {
             strain: convert(self.strain),
             rate: convert(self.rate),
             relaxing: convert(self.relaxing),
-            past: each(&self.past, convert),
-            own_factor: each(&self.own_factor, convert),
-            time: each(&self.time, convert),
+            past: map_components(&self.past, convert),
+            own_factor: map_components(&self.own_factor, convert),
+            time: map_components(&self.time, convert),
         }
     }
 }

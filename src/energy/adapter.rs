@@ -11,10 +11,12 @@ use crate::energy::by_unknowns::{self, Function};
 use crate::energy::frame::EdgeFrame;
 use crate::energy::own::{By, MOST_NODES, OwnEnergy};
 use crate::energy::place::{Directors, Place};
-use crate::numerics::called::Called;
+use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
-use crate::numerics::terms::Terms;
-use crate::numerics::vector::{Vector, add, components, cross, dot, each, scale, sub, unit};
+use crate::numerics::term_bound::Terms;
+use crate::numerics::vector::{
+    Vector, add, components, cross, dot, map_components, scale, sub, unit,
+};
 use crate::scene::number::Quantity;
 use num_dual::{Dual, Dual64, DualSVec64, HyperDual64};
 
@@ -106,7 +108,7 @@ impl<B: Scalar> Chart<B> {
                     let place = along(&[*x, *y], [q[2 * i], q[2 * i + 1]]);
                     nodes[i] = components(|c| place[c] + origin[c]);
                 }
-                let normal = each(&cross(*x, *y), D::from);
+                let normal = map_components(&cross(*x, *y), D::from);
                 for j in 0..N - 1 {
                     let e = [q[2 * j + 2] - q[2 * j], q[2 * j + 3] - q[2 * j + 1]];
                     let inverse = (e[0] * e[0] + e[1] * e[1]).sqrt().recip();
@@ -295,7 +297,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
         let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
         if curvatures.of_edges {
-            let flat = |over: fn(B) -> Called<Dual<B>>, q: &[Called<Dual<B>>]| {
+            let flat = |over: fn(B) -> OutOfLine<Dual<B>>, q: &[OutOfLine<Dual<B>>]| {
                 let (_, edges) = site.chart.world::<_, N>(over, q, site.frames);
                 components(|k| edges[k / 9][k / 3 % 3][k % 3])
             };
@@ -356,7 +358,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         for i in 0..N {
             let slope = slope(i);
             for k in 0..stride.min(3) {
-                gradient[stride * i + k] += dot(each(&chart.axis(k), B::from), slope);
+                gradient[stride * i + k] += dot(map_components(&chart.axis(k), B::from), slope);
             }
         }
     }
@@ -391,7 +393,7 @@ impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Pull<'_,
             for (by, director) in
                 [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
             {
-                sum += dot(each(&(self.slope)(by), over), *director);
+                sum += dot(map_components(&(self.slope)(by), over), *director);
             }
         }
         sum

@@ -52,9 +52,9 @@ pub use crate::energy::joint::EdgeState;
 use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
-use crate::numerics::called::Called;
-use crate::numerics::scalar::{Nestable, Scalar, Wide};
-use crate::numerics::vector::{Vector, add, components, dot, each, sub};
+use crate::numerics::out_of_line::OutOfLine;
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::vector::{Vector, add, components, dot, map_components, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
@@ -95,7 +95,7 @@ impl<D: Scalar> JointLaw<D> {
 
     /// As many nodes as there are lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
+    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
             stiffness: Stiffness::side_by_side(level, all, |law| &law.stiffness),
             natural: [
@@ -310,7 +310,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
         BendTwist {
             stiffness: self.stiffness.map(&convert),
-            natural: each(&self.natural, &convert),
+            natural: map_components(&self.natural, &convert),
             frames: [self.frames[0].map(&convert), self.frames[1].map(&convert)],
             twist: convert(self.twist),
         }
@@ -334,9 +334,9 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 /// The gradient by num-dual, through the edges' unknowns.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
-    let over = element.map(|x| Called(Over::<D>::from_re(x)));
+    let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
     let energy =
-        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(Called)).0;
+        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(OutOfLine)).0;
     let (_, gradient) = num_dual::gradient(energy, &SVector::from(to_edges(q)));
     to_nodes(&gradient.data.0[0])
 }
@@ -345,9 +345,9 @@ pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> 
 /// eleven.
 pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
     type Over<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
-    let over = element.map(|x| Called(Over::<D>::from_re(x)));
+    let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
     let energy =
-        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(Called)).0;
+        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(OutOfLine)).0;
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(to_edges(q)));
     spread(Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 })
 }

@@ -4,7 +4,7 @@
 //! already, those by one unknown, or two, are found at a time: the function is compiled for two more types of number then,
 //! and not for two with every number of unknowns.
 
-use crate::numerics::called::Called;
+use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::components;
 use nalgebra::SVector;
@@ -22,7 +22,7 @@ pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -
         let at = |q: SVector<DualSVec<B, Q>, Q>| f.at(DualSVec::from_re, &q.data.0[0]);
         return num_dual::gradient(at, &SVector::from(*q)).1.data.0[0];
     }
-    let over = |b: B| Called(Dual::from_re(b));
+    let over = |b: B| OutOfLine(Dual::from_re(b));
     components(|i| {
         let seeded: [_; Q] = components(|k| seed(over(q[k]), k == i));
         f.at(over, &seeded).0.eps
@@ -35,13 +35,13 @@ pub fn hessian<B: Nestable, const Q: usize>(
     q: &[B; Q],
 ) -> ([B; Q], [[B; Q]; Q]) {
     if B::PLAIN {
-        let over = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
-        let at = |q: SVector<Dual2SVec<B, Q>, Q>| f.at(over, &q.data.0[0].map(Called)).0;
+        let over = |b: B| OutOfLine(Dual2SVec::<B, Q>::from_re(b));
+        let at = |q: SVector<Dual2SVec<B, Q>, Q>| f.at(over, &q.data.0[0].map(OutOfLine)).0;
         let (_, gradient, hessian) = num_dual::hessian(at, &SVector::from(*q));
         // Columns, but it is symmetric.
         return (gradient.data.0[0], hessian.data.0);
     }
-    let over = |b: B| Called(HyperDual::from_re(b));
+    let over = |b: B| OutOfLine(HyperDual::from_re(b));
     let one = B::from(1.0);
     let (mut gradient, mut hessian) = ([B::from(0.0); Q], [[B::from(0.0); Q]; Q]);
     for r in 0..Q {
@@ -65,10 +65,10 @@ pub fn hessian<B: Nestable, const Q: usize>(
 
 /// The derivatives of some numbers by an unknown each: the rows are those of the numbers.
 pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
-    of: impl Fn(fn(B) -> Called<Dual<B>>, &[Called<Dual<B>>]) -> [Called<Dual<B>>; R],
+    of: impl Fn(fn(B) -> OutOfLine<Dual<B>>, &[OutOfLine<Dual<B>>]) -> [OutOfLine<Dual<B>>; R],
     q: &[B; Q],
 ) -> [[B; Q]; R] {
-    let over: fn(B) -> Called<Dual<B>> = |b| Called(Dual::from_re(b));
+    let over: fn(B) -> OutOfLine<Dual<B>> = |b| OutOfLine(Dual::from_re(b));
     let mut rows = [[B::from(0.0); Q]; R];
     for i in 0..Q {
         let seeded: [_; Q] = components(|k| seed(over(q[k]), k == i));
@@ -81,7 +81,7 @@ pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
 }
 
 /// The number, or the unknown that derivatives are by.
-fn seed<B: Nestable>(mut q: Called<Dual<B>>, is_unknown: bool) -> Called<Dual<B>> {
+fn seed<B: Nestable>(mut q: OutOfLine<Dual<B>>, is_unknown: bool) -> OutOfLine<Dual<B>> {
     if is_unknown {
         q.0.eps = B::from(1.0);
     }

@@ -9,8 +9,8 @@
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the
 //! reference ([`Frames::rebase`]) without changing that energy.
 
-use crate::numerics::scalar::{Scalar, Wide};
-use crate::numerics::vector::{Vector, add, combine, cross, dot, each, scale, sub, unit};
+use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};
 use std::f64::consts::TAU;
 
 /// Tangent and first director of an edge, orthonormal.
@@ -85,7 +85,7 @@ fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
 
 /// Vectors one lane after these.
 #[inline(always)]
-pub(crate) fn vector_after<S, V: Wide<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
+pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
 }
 
@@ -107,7 +107,7 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 impl<D: Scalar> EdgeFrame<D> {
     /// As many frames as there are lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
+    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
         EdgeFrame {
             tangent: [
                 V::gather(level, |lane| all[lane].tangent[0]),
@@ -126,7 +126,7 @@ impl<D: Scalar> EdgeFrame<D> {
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
-        D: Wide<S>,
+        D: SimdScalar<S>,
     {
         Self {
             tangent: vector_after(self.tangent, later.tangent),
@@ -137,7 +137,10 @@ impl<D: Scalar> EdgeFrame<D> {
     /// Over other numbers.
     pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
         let Self { tangent, director } = self;
-        EdgeFrame { tangent: each(tangent, &convert), director: each(director, &convert) }
+        EdgeFrame {
+            tangent: map_components(tangent, &convert),
+            director: map_components(director, &convert),
+        }
     }
 
     /// The frame moved to another unit tangent.

@@ -24,7 +24,7 @@
 
 use crate::energy::frame::{EdgeFrame, vector_after};
 use crate::energy::stiffness::Stiffness;
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 
 /// An edge as it is: inverse length, tangent and material directors.
@@ -99,7 +99,7 @@ impl<D: Scalar> Sum<D> {
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
     where
-        D: Wide<S>,
+        D: SimdScalar<S>,
     {
         let mut sum = *self;
         for i in 0..3 {
@@ -145,7 +145,7 @@ impl<D: Scalar> EdgeState<D> {
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
-        D: Wide<S>,
+        D: SimdScalar<S>,
     {
         let (own, rest) = (&self.edge, &later.edge);
         Self {

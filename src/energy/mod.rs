@@ -34,7 +34,7 @@ pub use planar_bend::PlanarBend;
 pub use stiffness::Stiffness;
 pub use stretch::Stretch;
 
-use crate::numerics::called::Called;
+use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
@@ -102,8 +102,8 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> [D; N] {
-    let over = element.map(|x| Called(DualSVec::<D, N>::from_re(x)));
-    let energy = |q: SVector<DualSVec<D, N>, N>| over.energy(&q.data.0[0].map(Called)).0;
+    let over = element.map(|x| OutOfLine(DualSVec::<D, N>::from_re(x)));
+    let energy = |q: SVector<DualSVec<D, N>, N>| over.energy(&q.data.0[0].map(OutOfLine)).0;
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
@@ -112,8 +112,8 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> Local<D, N> {
-    let over = element.map(|x| Called(Dual2SVec::<D, N>::from_re(x)));
-    let energy = |q: SVector<Dual2SVec<D, N>, N>| over.energy(&q.data.0[0].map(Called)).0;
+    let over = element.map(|x| OutOfLine(Dual2SVec::<D, N>::from_re(x)));
+    let energy = |q: SVector<Dual2SVec<D, N>, N>| over.energy(&q.data.0[0].map(OutOfLine)).0;
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
     Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
 }

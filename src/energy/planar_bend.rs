@@ -13,7 +13,7 @@
 //! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
 use crate::energy::{Element, Local};
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 use num_dual::Dual64;
 
 /// One inner node. Unknowns: `[x0, y0, x1, y1, x2, y2]` of the node's neighbour, itself and its
@@ -79,7 +79,7 @@ impl<D: Scalar> PlanarBend<D> {
 
     /// As many joints as there are lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
+    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             natural_curvature: V::gather(level, |lane| all[lane].natural_curvature),

@@ -1,7 +1,7 @@
 //! What resists the bending and twisting of a joint.
 
-use crate::numerics::scalar::{Scalar, Wide};
-use crate::numerics::vector::{components, each};
+use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::numerics::vector::{components, map_components};
 
 /// Stiffnesses of an inner node, all over the Voronoi length, N m.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct Stiffness<D> {
 impl<D: Scalar> Stiffness<D> {
     /// As many as there are lanes, of joints that have them.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: Wide<D>, T>(
+    pub(crate) fn side_by_side<V: SimdScalar<D>, T>(
         level: V::Level,
         all: &[T],
         of: impl Fn(&T) -> &Self,
@@ -62,9 +62,9 @@ impl<D: Scalar> Stiffness<D> {
     #[inline]
     pub(crate) fn by_kind(&self, coupling: D, [bend, twist]: [D; 2]) -> Self {
         Self {
-            bend: each(&self.bend, |k| k * bend),
+            bend: map_components(&self.bend, |k| k * bend),
             twist: self.twist * twist,
-            coupling: each(&self.coupling, |k| k * coupling),
+            coupling: map_components(&self.coupling, |k| k * coupling),
         }
     }
 

@@ -6,8 +6,8 @@
 //! digits when the edge is nearly at rest.
 
 use crate::energy::{Element, Local};
-use crate::numerics::scalar::{Scalar, Wide};
-use crate::numerics::vector::{components, each};
+use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::numerics::vector::{components, map_components};
 use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
@@ -49,7 +49,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
 
     /// As many edges as there are lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
+    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             rest_length: V::gather(level, |lane| all[lane].rest_length),
@@ -132,7 +132,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         Stretched {
             strain: self.strain_of(squared, length),
             inverse_length,
-            tangent: each(&e, |x| x * inverse_length),
+            tangent: map_components(&e, |x| x * inverse_length),
         }
     }
 
@@ -147,7 +147,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
         let Stretched { strain, tangent, .. } = self.stretched(e);
         let force = self.stiffness * (strain - self.natural_strain);
-        each(&tangent, |t| force * t)
+        map_components(&tangent, |t| force * t)
     }
 
     /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
@@ -173,7 +173,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         }
         Local {
             energy: force * strain * self.rest_length * 0.5,
-            gradient: to_nodes(each(&tangent, |t| force * t)),
+            gradient: to_nodes(map_components(&tangent, |t| force * t)),
             hessian,
         }
     }

@@ -6,7 +6,7 @@
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, components, dot, each};
+use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::number::Quantity;
 
 /// Where the spring is fixed, m. Its stiffness, N/m, is its parameter.
@@ -29,7 +29,7 @@ impl<D: Scalar> Over<D> for Tie {
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
         let way = self.way(site, q);
         for k in 0..q.len() {
-            gradient[k] = site.values[0] * dot(each(&site.chart.axis(k), D::from), way);
+            gradient[k] = site.values[0] * dot(map_components(&site.chart.axis(k), D::from), way);
         }
     }
 

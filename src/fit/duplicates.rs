@@ -13,7 +13,7 @@ use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::{Frequency, ModeFrequencies};
 use crate::fit::validate::key;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::problem::Problem;
 
 /// Relative difference of numbers that are one number in two units.
@@ -92,7 +92,7 @@ fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
     let all = measurement.values_in_order();
     let record = |Coordinate { axis, places }: Coordinate| {
         let mut pairs: Vec<[f64; 2]> = places.into_iter().map(|(k, at)| [at, all[k]]).collect();
-        pairs.sort_by_cached_key(|x| ordered(x[0]));
+        pairs.sort_by_cached_key(|x| total_order(x[0]));
         let (at, values): (Vec<f64>, Vec<f64>) = pairs.into_iter().map(|[at, x]| (at, x)).unzip();
         Record { axis, at, rounding: rounding(&values), values }
     };

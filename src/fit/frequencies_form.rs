@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
-use crate::vibration::{Among, Kind, Plane};
+use crate::vibration::{ModeFilter, ModeKind, ModePlane};
 use serde::Deserialize;
 
 /// `[[frequencies]]`: measured natural frequencies.
@@ -19,9 +19,9 @@ pub(crate) struct FrequenciesForm {
     /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
     modes: Option<Vec<usize>>,
     /// Plane of the modes relative to the plane of the scene; default: in the plane.
-    plane: Option<Plane>,
+    plane: Option<ModePlane>,
     /// Kind of the modes; mode numbers count within it.
-    kind: Option<Kind>,
+    kind: Option<ModeKind>,
     /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
@@ -59,7 +59,7 @@ impl FrequenciesForm {
             frequencies = frequencies.of_modes(&modes)?;
         }
         let Self { plane, kind, direction, loss, held_out, .. } = self;
-        frequencies.among = Among { plane, kind, direction };
+        frequencies.among = ModeFilter { plane, kind, direction };
         Ok(frequencies.stated(None, loss, held_out).into())
     }
 }

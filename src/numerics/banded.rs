@@ -17,8 +17,8 @@ mod ldlt;
 
 pub use ldlt::Ldlt;
 
-use crate::numerics::abreast::wide_on_the_unit;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::simd::with_simd_if_wide;
 use crate::numerics::tangent::Tangent;
 use std::ops::Range;
 
@@ -226,7 +226,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     }
 
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        wide_on_the_unit::<_, G>(Product { matrix: self, x, out });
+        with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
     }
 
     fn product(&self, x: &[D], out: &mut [D]) {

@@ -4,16 +4,16 @@
 use crate::numerics::scalar::Scalar;
 
 /// Weights of the cubic Hermite interpolant.
-pub(crate) struct Hermite<D> {
+pub(crate) struct HermiteWeights<D> {
     pub x0: D,
     pub x1: D,
     pub v0: D,
     pub v1: D,
 }
 
-impl<D: Scalar> Hermite<D> {
+impl<D: Scalar> HermiteWeights<D> {
     /// Of its derivative by time.
-    pub fn rates(t0: f64, t1: f64, t: D) -> Self {
+    pub fn derivative(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let u = (t - t0) / h;
         let w = -u + 1.0;
@@ -44,10 +44,10 @@ mod tests {
         let (x, v) = (|t: f64| t * t * t - 2.0 * t, |t: f64| 3.0 * t * t - 2.0);
         let (t0, t1) = (0.3, 0.7);
         for t in [0.3, 0.41, 0.55, 0.7] {
-            let w = Hermite::new(t0, t1, t);
+            let w = HermiteWeights::new(t0, t1, t);
             let value = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
             assert!((value - x(t)).abs() < 1e-15);
-            let w = Hermite::rates(t0, t1, t);
+            let w = HermiteWeights::derivative(t0, t1, t);
             let rate = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
             assert!((rate - v(t)).abs() < 1e-14);
         }

@@ -21,7 +21,7 @@
 //! problems of NIST.
 
 use crate::numerics::linearized::Linearized;
-use crate::numerics::linearized::half_square;
+use crate::numerics::linearized::half_sum_of_squares;
 use argmin::core::{
     Error, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason,
 };
@@ -98,7 +98,7 @@ where
 {
     let jacobian = problem.problem("jacobian_count", |p| p.jacobian(x))?;
     let residuals = problem.problem("operator_count", |p| p.apply(x))?;
-    let cost = half_square(&residuals);
+    let cost = half_sum_of_squares(&residuals);
     if !cost.is_finite() || !jacobian.iter().flatten().all(|d| d.is_finite()) {
         return Err(argmin::argmin_error!(
             ConditionViolated,
@@ -272,7 +272,7 @@ where
         let step = difference(&target, &x);
         if self.is_last(&step, change, noise) {
             let residuals = add(&here.residuals, &times(&here.jacobian, &step));
-            let cost = half_square(&residuals);
+            let cost = half_sum_of_squares(&residuals);
             let there = Trial { residuals, cost, ..here };
             let converged = TerminationReason::SolverConverged;
             return Ok((at(state, target, there).terminate_with(converged), None));
@@ -330,7 +330,8 @@ where
                         self.relax_damping(gain, refused.is_finite());
                         let made = difference(&trial.residuals, &here.residuals);
                         let left_out = difference(&made, &times(&here.jacobian, &step));
-                        self.curvature = Some((step, (2.0 * half_square(&left_out)).sqrt()));
+                        self.curvature =
+                            Some((step, (2.0 * half_sum_of_squares(&left_out)).sqrt()));
                         let damping = argmin::kv!("damping" => self.damping;);
                         let mut state = at(state, next, trial);
                         let lowered = 2.0 * gain * predicted;

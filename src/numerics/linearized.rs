@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 const MORE: f64 = 100.0;
 
 /// Half the sum of squares.
-pub(crate) fn half_square(residuals: &[f64]) -> f64 {
+pub(crate) fn half_sum_of_squares(residuals: &[f64]) -> f64 {
     0.5 * residuals.iter().map(|r| r * r).sum::<f64>()
 }
 
@@ -179,7 +179,7 @@ mod tests {
         let (_, [first, blind]) = linear.bounded(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
         assert!(blind > 1e3 * first, "{blind:e} {first:e}: the case shows nothing");
         let (step, change) = linear.step(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
-        let all = (2.0 * half_square(&residuals)).sqrt();
+        let all = (2.0 * half_sum_of_squares(&residuals)).sqrt();
         assert!(change <= all, "{change:e} {all:e} {step:?}");
         assert!(linear.predicted(&step) > 0.0);
     }

@@ -41,7 +41,7 @@ const LATTICE: f64 = 1e-3;
 
 /// One coordinate of a recording.
 #[derive(Clone, Copy)]
-pub struct Series<'a> {
+pub struct NoisySeries<'a> {
     /// Ascending, s.
     pub times: &'a [f64],
     /// Samples of a signal with noise.
@@ -90,7 +90,7 @@ struct Differences {
     degrees_of_freedom: f64,
 }
 
-impl Series<'_> {
+impl NoisySeries<'_> {
     /// The standard deviation of white noise on the values.
     ///
     /// # Errors
@@ -137,7 +137,7 @@ impl Series<'_> {
 }
 
 /// The step of the lattice that all values are on; none where they are on none that shows.
-pub fn quantum(values: &[f64]) -> Option<f64> {
+pub fn quantization_step(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let range = sorted.last()? - sorted.first()?;

@@ -186,7 +186,7 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
 }
 
 /// One number of type `D`, or several side by side: lanes.
-pub trait Wide<D>: Scalar {
+pub trait SimdScalar<D>: Scalar {
     /// What it takes to make one.
     type Level: Copy;
     /// How many there are.
@@ -200,7 +200,7 @@ pub trait Wide<D>: Scalar {
 
     /// The numbers of one lane.
     #[inline(always)]
-    fn lane_of<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
+    fn extract_lane<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
     where
         D: Scalar,
     {
@@ -218,7 +218,7 @@ pub trait Wide<D>: Scalar {
     fn after(self, later: Self) -> Self;
 }
 
-impl<D: Scalar> Wide<D> for D {
+impl<D: Scalar> SimdScalar<D> for D {
     type Level = ();
     const LANES: usize = 1;
 
@@ -248,7 +248,7 @@ pub trait Sweep<D> {
     /// What comes of it.
     type Output;
     /// Does it.
-    fn sweep<V: Wide<D>>(self, level: V::Level) -> Self::Output;
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Self::Output;
 }
 
 /// A [`Scalar`] that rods run in, and that num-dual can differentiate once more by nesting it in its
@@ -261,11 +261,11 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
 
     /// Sweeps with as many numbers side by side as there is a unit for.
     #[doc(hidden)]
-    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output;
+    fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output;
 
     /// Whether it is zero, and so are all its derivatives.
     #[doc(hidden)]
-    fn is_nothing(&self) -> bool;
+    fn is_identically_zero(&self) -> bool;
 }
 
 /// Something that has an instance for each scalar that rods run in.

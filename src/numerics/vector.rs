@@ -18,7 +18,7 @@ pub fn components<D: Copy + From<f64>, const N: usize>(mut of: impl FnMut(usize)
 
 /// What `of` makes of every component.
 #[inline(always)]
-pub fn each<T: Copy, D: Copy + From<f64>, const N: usize>(
+pub fn map_components<T: Copy, D: Copy + From<f64>, const N: usize>(
     all: &[T; N],
     mut of: impl FnMut(T) -> D,
 ) -> [D; N] {
@@ -68,7 +68,7 @@ pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
 }
 
 /// `v` turned by the rotation vector `r`, rad: Rodrigues' formula.
-pub fn turned<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
+pub fn rotate<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
     let square = dot(r, r);
     // sin(a)/a and (1 - cos a)/a^2, by their series where the quotients lose digits.
     let (first, second) = match square.value() < 1e-4 {

@@ -5,7 +5,7 @@ use crate::fit::{
     MeanError, RecordedMotion, RecordedSnapshot, RecordingErrors, RecordingPlots, SpeedError,
     WindowError,
 };
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{figure, row};
 use crate::page::html::{escaped, folded, note};
@@ -32,7 +32,7 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     let held_out = plots.motions.iter().any(|m| m.held_out);
     let mut ranked: Vec<&RecordedMotion> =
         plots.motions.iter().filter(|m| m.held_out == held_out).collect();
-    ranked.sort_by_cached_key(|x| ordered(x.mean_error));
+    ranked.sort_by_cached_key(|x| total_order(x.mean_error));
     let all = ranked.len();
     if all > DRAWN {
         let chosen = (0..DRAWN).map(|k| ranked[(all - 1) * k / (DRAWN - 1)]);

@@ -1,7 +1,7 @@
 //! Observations and model, residuals and their autocorrelation, coordinate by coordinate.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{MODEL, OBSERVED, figure};
 use crate::page::html::{escaped, folded, note};
@@ -105,7 +105,7 @@ fn worst(series: &[Series]) -> Vec<&Series> {
     };
     let mut ranked: Vec<(usize, f64)> = series.iter().map(variance).enumerate().collect();
     if ranked.len() > MAX_SERIES {
-        ranked.sort_by_cached_key(|x| Reverse(ordered(x.1)));
+        ranked.sort_by_cached_key(|x| Reverse(total_order(x.1)));
         ranked.truncate(WORST_SERIES);
         ranked.sort_by_key(|(i, _)| *i);
     }

@@ -1,7 +1,7 @@
 //! The global scan, the local minima it found, and the convergence to the reported one.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{MODEL, figure, row};
 use crate::page::html::{capitalized, escaped};
@@ -43,7 +43,7 @@ pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
 fn convergence(plots: &PlotData) -> String {
     let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
     let mut iterates: Vec<_> = plots.history.iter().collect();
-    iterates.sort_by_cached_key(|x| ordered(x.simulations));
+    iterates.sort_by_cached_key(|x| total_order(x.simulations));
     let mut chart = Chart::new("cost (full simulations)", "RMS residual / final one")
         .log(false, true)
         .size(520.0, 280.0)

@@ -1,7 +1,7 @@
 //! The rod at a dozen times, with the observed points, in one plane or two.
 
 use crate::fit::{PlotData, RodShape, Series};
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{OBSERVED, figure, row};
 use crate::page::html::escaped;
@@ -30,8 +30,8 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
     let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
     let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
-    planes.sort_by_cached_key(|x| Reverse(ordered(smaller(x))));
-    planes.sort_by_cached_key(|x| Reverse(ordered(larger(x))));
+    planes.sort_by_cached_key(|x| Reverse(total_order(smaller(x))));
+    planes.sort_by_cached_key(|x| Reverse(total_order(larger(x))));
     planes.truncate(2);
     // A rod that stays straight along an axis.
     if planes.is_empty() { vec![[0, 1]] } else { planes }

@@ -1,6 +1,6 @@
 //! The page of a work-precision study.
 
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::page::card::{Tone, card};
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::figure;
@@ -92,7 +92,7 @@ fn work_precision(study: &Study) -> String {
         let own = study.rows.iter().filter(|row| name(row) == *scheme);
         let point = |row: &Row| Some((row.wall_seconds / scale.factor, row.error?));
         let mut points: Vec<(f64, f64)> = own.filter_map(point).collect();
-        points.sort_by_cached_key(|x| ordered(x.0));
+        points.sort_by_cached_key(|x| total_order(x.0));
         let mut best = f64::INFINITY;
         let front: Vec<(f64, f64)> = points
             .iter()

@@ -15,7 +15,7 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub, turned};
+use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::model::Model;
 use crate::rod::Rod;
 use crate::scene::supports::Moment;
@@ -120,7 +120,7 @@ impl<D: Scalar> MovedEnd<D> {
     /// Where the pose takes a point.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
-        add(add(self.centre, pose.displacement), turned(pose.rotation, arm))
+        add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
     }
 }
 
@@ -184,7 +184,7 @@ impl<D: Nestable> BoundaryMotion<D> {
             }
             if let Some((edge, [tangent, director])) = end.edge {
                 let about = tangent.map(|c| c * pose.twist);
-                let director = turned(pose.rotation, turned(about, director));
+                let director = rotate(pose.rotation, rotate(about, director));
                 let turn = pose.twist - end.pose(from.map(D::from)).twist;
                 R::align(q, frames, edge, director, turn.value());
             }
@@ -270,7 +270,7 @@ impl BoundaryMotion {
                 x[..axes].copy_from_slice(&before[self.stride * i..][..axes]);
                 // Back to where it would be without motion, and on.
                 let arm = sub(sub(x, end.centre), start.displacement);
-                let still = turned(start.rotation.map(|r| -r), arm);
+                let still = rotate(start.rotation.map(|r| -r), arm);
                 let there = end.moved(&finish, add(still, end.centre));
                 for c in 0..axes {
                     q[self.stride * i + c] += weight * (there[c] - x[c]);

@@ -37,7 +37,7 @@ pub(crate) use start::Placed;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, checked, choose, correction};
@@ -490,11 +490,11 @@ impl<'a, M: Model> Discretized<'a, M> {
     }
 
     /// Those of the [free](Self::free) unknowns that a recording leads.
-    pub(crate) fn led(&self) -> Led {
+    pub(crate) fn led(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
         let places = nodes.flat_map(|(i, ..)| M::STRIDE * i..M::STRIDE * i + M::STRIDE.min(3));
-        Led::new(places.filter(|i| free.contains(i)).collect())
+        PrescribedDofs::new(places.filter(|i| free.contains(i)).collect())
     }
 
     /// Number of nodes.

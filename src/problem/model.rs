@@ -65,7 +65,7 @@
 use crate::energy::adapter::Chart;
 use crate::energy::friction::{Sliders, Springs};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
+use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
 use crate::rod::{AssembledRod, Rod};
 use crate::scene::mesh::Mesh;
@@ -194,7 +194,7 @@ pub(crate) fn tilted<D: Scalar>(
         return nodes.to_vec();
     }
     let rotation = [0, 1, 2].map(|c| angle * normal[c]);
-    nodes.iter().map(|x| add(nodes[0], turned(rotation, sub(*x, nodes[0])))).collect()
+    nodes.iter().map(|x| add(nodes[0], rotate(rotation, sub(*x, nodes[0])))).collect()
 }
 
 /// The first material director of the first edge at rest, in the world: the part across it of `up` of the section; of a

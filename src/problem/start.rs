@@ -2,7 +2,7 @@
 //! equilibria that `rodfit static` looks for from there.
 
 use crate::energy::frame::Frames;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
 use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedPart};
@@ -188,7 +188,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Whether a node goes where a recording or another support has it.
-    pub(crate) fn is_held(&self, node: usize, led: &Led) -> bool {
+    pub(crate) fn is_held(&self, node: usize, led: &PrescribedDofs) -> bool {
         let place = M::STRIDE * node;
         !self.free().contains(&place) || led.contains(place)
     }

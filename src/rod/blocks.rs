@@ -1,6 +1,6 @@
 //! Blocks of elements, one for each SIMD lane.
 
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 
 /// An upper limit of the number of SIMD lanes.
 pub(super) const MOST: usize = 8;
@@ -12,7 +12,7 @@ pub(super) type Room<T> = Option<[T; MOST]>;
 
 /// `LANES` elements of `all` from `first` on, filled with `beyond` after the end.
 #[inline(always)]
-pub(super) fn block<'a, D, V: Wide<D>, T: Copy>(
+pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     all: &'a [T],
     first: usize,
     beyond: T,
@@ -39,7 +39,7 @@ fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
 
 /// The tensions for the geometric stiffness of the edges from `first` on, N: `force`, unless `others` are given.
 #[inline(always)]
-pub(super) fn tension<D: Scalar, V: Wide<D>>(
+pub(super) fn tension<D: Scalar, V: SimdScalar<D>>(
     others: Option<&[D]>,
     level: V::Level,
     first: usize,

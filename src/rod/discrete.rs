@@ -88,11 +88,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
             L::derive_by_duals(at, &mut nodes);
             nodes.end();
             if let Some(geometry) = geometry {
-                D::side_by_side(Measured { at, geometry });
+                D::run_sweep(Measured { at, geometry });
             }
         } else {
             let (gradient, tangent) = (&mut *gradient, &mut *tangent);
-            D::side_by_side(TangentSweep { at, gradient, tangent, geometry });
+            D::run_sweep(TangentSweep { at, gradient, tangent, geometry });
         }
         self.moments.add_tangent(at.q, gradient, tangent);
         self.own.add_tangent(at.q, L::edge_frames(at.frames), derivatives, gradient, tangent);
@@ -171,7 +171,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
-        D::side_by_side(Measured { at: self.at(q, frames), geometry });
+        D::run_sweep(Measured { at: self.at(q, frames), geometry });
     }
 
     fn measured_tangent(
@@ -199,7 +199,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             let mut edges = L::edge_sink::<D, D>(tangent, self.joint.len());
             L::derive_by_duals(at, &mut edges);
         } else {
-            D::side_by_side(EdgeTangent { at, tangent: &mut *tangent });
+            D::run_sweep(EdgeTangent { at, tangent: &mut *tangent });
         }
         self.moments.add_edge_tangent(q, tangent);
     }
@@ -280,7 +280,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
-        let mut sums = D::side_by_side(Elastic { at });
+        let mut sums = D::run_sweep(Elastic { at });
         for (i, load) in self.load.iter().enumerate() {
             sums.potential += load.energy(L::node(q, i)).value();
         }
@@ -295,7 +295,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         strains.resize(edges + S * self.joint.len(), D::from(0.0));
         let (edges, joints) = strains.split_at_mut(edges);
         let joints = joints.as_chunks_mut::<S>().0;
-        D::side_by_side(Strains { at: self.at(q, frames), edges, joints });
+        D::run_sweep(Strains { at: self.at(q, frames), edges, joints });
     }
 
     fn dashpots(&self) -> Self {

@@ -3,7 +3,7 @@
 use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
 use crate::rod::layout::{EdgeSink, NodeSink, Space};
@@ -17,7 +17,7 @@ pub(super) const STRIDE: usize = 4;
 type Below<D> = [[D; HALF_BANDWIDTH]; 4];
 
 /// Writes gradient and tangent by nodes, column after column.
-pub(super) struct ToNodes<'a, D, V: Wide<D>> {
+pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],
@@ -31,7 +31,7 @@ pub(super) struct ToNodes<'a, D, V: Wide<D>> {
     between: Between<V>,
 }
 
-impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
+impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
     #[inline(always)]
     pub fn new(
         level: V::Level,
@@ -58,23 +58,23 @@ impl<V: Scalar> Columns<V> {
     #[inline(always)]
     fn write<D: Scalar>(&self, [gradient, diagonal]: [&mut [[D; 4]]; 2], below: &mut [Below<D>])
     where
-        V: Wide<D>,
+        V: SimdScalar<D>,
     {
         for (lane, to) in gradient.iter_mut().enumerate() {
-            *to = V::lane_of(&self.gradient, lane);
+            *to = V::extract_lane(&self.gradient, lane);
         }
         for (lane, to) in diagonal.iter_mut().enumerate() {
-            *to = V::lane_of(&self.diagonal, lane);
+            *to = V::extract_lane(&self.diagonal, lane);
         }
         for (lane, to) in below.iter_mut().enumerate() {
             for c in 0..4 {
-                to[c] = V::lane_of(&self.below[c], lane);
+                to[c] = V::extract_lane(&self.below[c], lane);
             }
         }
     }
 }
 
-impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         let (x, t) = (&own.vector, &own.angle_vector);
@@ -184,16 +184,16 @@ impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
     }
 }
 
-impl<D: Scalar, V: Wide<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
         let lane = (i - 1) % V::LANES;
-        let force = V::lane_of(&self.force, lane);
+        let force = V::extract_lane(&self.force, lane);
         for c in 0..3 {
             self.gradient[4 * i + c] = force[c] - self.load[i].force[c];
         }
-        let x = [0, 1, 2].map(|r| V::lane_of(&self.vector[r], lane));
+        let x = [0, 1, 2].map(|r| V::extract_lane(&self.vector[r], lane));
         let mut below = [[zero; HALF_BANDWIDTH]; 4];
         (below[0][0], below[0][1], below[1][0]) = (x[1][0], x[2][0], x[2][1]);
         // There is no edge after it: its column is beyond the matrix.
@@ -209,7 +209,7 @@ pub(super) struct ToEdges<'a, D> {
     pub last: usize,
 }
 
-impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToEdges<'_, D> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         const ORDER: [usize; 4] = [3, 0, 1, 2];
         for lane in 0..V::LANES.min(self.last + 1 - first) {
@@ -218,7 +218,7 @@ impl<D: Scalar, V: Wide<D>> EdgeSink<V, Space, 3, 3> for ToEdges<'_, D> {
             block[0][0] = own.angle.lane(lane);
             for r in 0..3 {
                 block[1 + r][0] = own.angle_vector[r].lane(lane);
-                block[1 + r][1..4].copy_from_slice(&V::lane_of(&own.vector[r], lane));
+                block[1 + r][1..4].copy_from_slice(&V::extract_lane(&own.vector[r], lane));
             }
             for (row, r) in block[4..].iter_mut().zip(ORDER) {
                 row[..4].copy_from_slice(&ORDER.map(|c| after[r][c].lane(lane)));

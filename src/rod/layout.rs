@@ -3,7 +3,7 @@
 use crate::energy::frame::EdgeFrame;
 use crate::energy::friction::Springs;
 use crate::energy::{DeadLoad, Stretch};
-use crate::numerics::scalar::{Nestable, Scalar, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::joint_law::LinearJoint;
 use crate::rod::moments::EdgeMoments;
@@ -84,10 +84,10 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Derivatives by two edges that follow each other: rows of the second, columns of the first.
     type Between<V: Scalar>;
     /// The edges in SIMD lanes.
-    type Blocks<'a, D: Nestable, V: Wide<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
 
     /// A consumer that writes gradient and tangent by nodes.
-    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+    fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, N>],
         gradient: &'a mut [D],
@@ -95,7 +95,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     ) -> impl NodeSink<V, Self, N, S>;
 
     /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
-    fn edge_sink<D: Scalar, V: Wide<D>>(
+    fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut Self::Tangent<D>,
         last: usize,
     ) -> impl EdgeSink<V, Self, N, S>;
@@ -178,8 +178,14 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 }
 
 /// The edges of a rod in blocks of as many as there are SIMD lanes.
-pub trait EdgeBlocks<'a, D: Nestable, V: Wide<D>, L: Layout<N, S>, const N: usize, const S: usize>:
-    Sized
+pub trait EdgeBlocks<
+    'a,
+    D: Nestable,
+    V: SimdScalar<D>,
+    L: Layout<N, S>,
+    const N: usize,
+    const S: usize,
+>: Sized
 {
     /// Edges, the edges after them, and the joints between. The joint after the last edge carries nothing.
     type Block;

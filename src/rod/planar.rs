@@ -9,7 +9,7 @@ mod sweep;
 
 use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::rod::DiscreteRod;
 use crate::rod::layout::{EdgeSink, Layout, NodeSink, Plane};
 use crate::rod::moments::Moments;
@@ -50,7 +50,7 @@ impl Layout<2, 1> for Plane {
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = [[V; 2]; 2];
-    type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
@@ -63,7 +63,7 @@ impl Layout<2, 1> for Plane {
     }
 
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
-        D::side_by_side(Forces { at, gradient });
+        D::run_sweep(Forces { at, gradient });
     }
 
     fn add_gradient_by_duals<D: Nestable>(At { elements, q, .. }: At<'_, D>, gradient: &mut [D]) {
@@ -80,7 +80,7 @@ impl Layout<2, 1> for Plane {
         [at.elements.joint[i].strain(unknowns(q, i))]
     }
 
-    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+    fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 2>],
         gradient: &'a mut [D],
@@ -89,7 +89,7 @@ impl Layout<2, 1> for Plane {
         ToNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    fn edge_sink<D: Scalar, V: Wide<D>>(
+    fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 2, 1> {

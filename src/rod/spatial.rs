@@ -15,8 +15,8 @@ use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::energy::joint::{Between, ByEdge};
 use crate::energy::{DeadLoad, Local, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar, Wide};
-use crate::numerics::vector::{Vector, add, dot, each, unit};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::vector::{Vector, add, dot, map_components, unit};
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, ToEdges, ToNodes};
@@ -90,7 +90,7 @@ impl Layout<3, 3> for Space {
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = Between<V>;
-    type Blocks<'a, D: Nestable, V: Wide<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
@@ -103,7 +103,7 @@ impl Layout<3, 3> for Space {
     }
 
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
-        D::side_by_side(Gradient { at, gradient });
+        D::run_sweep(Gradient { at, gradient });
     }
 
     fn add_gradient_by_duals<D: Nestable>(
@@ -133,7 +133,7 @@ impl Layout<3, 3> for Space {
     }
 
     fn rebase<D: Nestable>(frames: &mut Frames<D>, q: &[D]) {
-        D::side_by_side(Rebase { q, frames });
+        D::run_sweep(Rebase { q, frames });
     }
 
     /// One sweep: every edge's frame is moved, and is its own reference.
@@ -143,7 +143,7 @@ impl Layout<3, 3> for Space {
         frames: &mut Frames<D>,
         gradient: &mut [D],
     ) {
-        D::side_by_side(MovedGradient { elements, q, frames, gradient });
+        D::run_sweep(MovedGradient { elements, q, frames, gradient });
     }
 
     fn set_real_frames<D: Scalar>(dual: &Frames<Dual64>, frames: &mut Frames<D>) {
@@ -202,7 +202,7 @@ impl Layout<3, 3> for Space {
         *theta = angle + turns * TAU;
     }
 
-    fn node_sink<'a, D: Scalar, V: Wide<D>>(
+    fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
         gradient: &'a mut [D],
@@ -211,7 +211,7 @@ impl Layout<3, 3> for Space {
         ToNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    fn edge_sink<D: Scalar, V: Wide<D>>(
+    fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 3, 3> {
@@ -261,7 +261,7 @@ impl Layout<3, 3> for Space {
                     }
                 }
                 after = pick(&bent, SECOND, FIRST);
-                let second = each(&SECOND, |(r, sign)| bent.gradient[r] * sign);
+                let second = map_components(&SECOND, |(r, sign)| bent.gradient[r] * sign);
                 open = (second, pick(&bent, SECOND, SECOND));
             }
             let three = |r: usize| [own[r][0], own[r][1], own[r][2]];

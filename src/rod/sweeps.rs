@@ -1,6 +1,6 @@
 //! Sweeps over the edges of a rod, several of them in SIMD lanes.
 
-use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::rod::Energies;
 use crate::rod::layout::{At, EdgeBlocks, Layout, NodeSink};
 
@@ -18,7 +18,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
         if let Some(geometry) = &mut geometry {
             L::resize(geometry, elements.stretch.len());
@@ -41,7 +41,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut edges = L::edge_sink::<D, V>(self.tangent, self.at.elements.joint.len());
         L::Blocks::<'_, D, V>::new(self.at, level).derive(&mut edges, None);
     }
@@ -59,7 +59,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         L::resize(self.geometry, self.at.elements.stretch.len());
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);
         while let Some(block) = blocks.next() {
@@ -79,13 +79,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = Energies;
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);
         while let Some(block) = blocks.next() {
             let energies = blocks.energies(&block);
             for lane in 0..V::LANES.min(edges - L::Blocks::<'_, D, V>::first(&block)) {
-                let [stretch, bend, twist] = V::lane_of(&energies, lane);
+                let [stretch, bend, twist] = V::extract_lane(&energies, lane);
                 sums.stretch += stretch.value();
                 sums.bend += bend.value();
                 sums.twist += twist.value();
@@ -108,7 +108,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);
         while let Some(block) = blocks.next() {
             let first = L::Blocks::<'_, D, V>::first(&block);
@@ -117,7 +117,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
                 *to = edges.lane(lane);
             }
             for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-                *to = V::lane_of(&joints, lane);
+                *to = V::extract_lane(&joints, lane);
             }
         }
     }

@@ -184,7 +184,7 @@ impl<D: Scalar> Damping<D> {
 impl<D: Nestable> Damping<D> {
     /// Whether the stress, or a derivative of it, depends on how the strains have changed.
     pub(crate) fn is_viscous(&self) -> bool {
-        let takes = |time: &D| !time.is_nothing();
+        let takes = |time: &D| !time.is_identically_zero();
         takes(&self.stiffness) || self.own_times().iter().any(takes) || self.maxwell.is_some()
     }
 }

@@ -1,6 +1,6 @@
 //! What somebody may have meant who wrote a name that is none.
 
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use std::cmp::Reverse;
 /// What books write for some of them.
 const SYMBOLS: [(&str, &str); 6] = [
@@ -28,7 +28,7 @@ pub fn nearest(name: &str, names: &[&str]) -> String {
         return meant.to_string();
     }
     let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
-    names.sort_by_cached_key(|x| Reverse(ordered(x.0)));
+    names.sort_by_cached_key(|x| Reverse(total_order(x.0)));
     let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
     names.join(", ")
 }

@@ -1,6 +1,6 @@
 //! Defects of a recorded motion that drives a support: missing frames, jumps, and motion faster than time steps resolve.
 
-use crate::numerics::noise_scale::{NoEstimate, Series, quantum};
+use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
 use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, Track, way};
@@ -208,7 +208,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     let noise = seconds.get(seconds.len() / 2).copied().unwrap_or(0.0);
     let resolution = [0, 1, 2].map(|c| {
         let values: Vec<f64> = marker.seen.iter().flatten().map(|place| place[c]).collect();
-        quantum(&values).unwrap_or(0.0)
+        quantization_step(&values).unwrap_or(0.0)
     });
     let least = least
         .max(JUMP_TO_NOISE * noise)
@@ -272,7 +272,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
 fn noise_variance(times: &[f64], marker: &Marker, axis: usize) -> f64 {
     let seen = times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?[axis])));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();
-    let series = Series { times: &times, values: &values, factors: &[], excluded: &[] };
+    let series = NoisySeries { times: &times, values: &values, factors: &[], excluded: &[] };
     match series.noise() {
         Ok(noise) => noise.sigma.powi(2),
         Err(NoEstimate::Oversampled { lower_bound, .. }) => lower_bound.powi(2),

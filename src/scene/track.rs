@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::hermite::Hermite;
+use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 use crate::scene::fault::Fault;
@@ -227,7 +227,7 @@ impl Marker {
             return straight(&self.way[after - 1]);
         };
         let (t0, [x0, v0]) = &self.way[after - 1];
-        let w = Hermite::new(*t0, *t1, time);
+        let w = HermiteWeights::new(*t0, *t1, time);
         std::array::from_fn(|c| w.x0 * x0[c] + w.x1 * x1[c] + w.v0 * v0[c] + w.v1 * v1[c])
     }
 }

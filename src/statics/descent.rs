@@ -19,7 +19,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::led::Led;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{FactorsOf, Rod};
 use crate::statics::edge_coordinates::EdgeCoordinates;
@@ -52,7 +52,7 @@ const SMALLEST: f64 = 1e-9;
 
 /// Unknowns and frames at rest.
 #[derive(Clone, Debug)]
-pub struct Rest<F> {
+pub struct EquilibriumState<F> {
     /// The unknowns at rest, m (rad for angles).
     pub q: Vec<f64>,
     /// Frames, moved to `q`.
@@ -68,7 +68,7 @@ pub(crate) struct Descent<'a, R: Rod<f64>> {
     rod: &'a R,
     free: Range<usize>,
     /// Those among them that stay where they are.
-    led: Led,
+    led: PrescribedDofs,
     length: f64,
     derivatives: Derivatives,
     /// Stiffnesses that count as none, N/m (N m for angles).
@@ -117,7 +117,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         Self {
             rod,
             free,
-            led: Led::default(),
+            led: PrescribedDofs::default(),
             length,
             derivatives,
             negligible,
@@ -144,7 +144,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// Leaves unknowns among the free ones where they are.
-    pub fn leading(self, led: Led) -> Self {
+    pub fn leading(self, led: PrescribedDofs) -> Self {
         Self { led, ..self }
     }
 
@@ -172,7 +172,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// The equilibrium below, angles measured from `frames` at the start.
-    pub fn descend(&mut self, mut frames: R::Frames) -> Result<Rest<R::Frames>, Error> {
+    pub fn descend(&mut self, mut frames: R::Frames) -> Result<EquilibriumState<R::Frames>, Error> {
         self.assemble(&frames);
         let acceleration = self
             .free
@@ -199,7 +199,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 Step::Still if lambda == 0.0 || fall > FALL => {
                     R::rebase(&mut frames, &self.q);
                     self.assemble(&frames);
-                    return Ok(Rest {
+                    return Ok(EquilibriumState {
                         residual: self.residual(),
                         newton_iterations: self.iterations,
                         q: std::mem::take(&mut self.q),

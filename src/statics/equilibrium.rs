@@ -14,9 +14,9 @@ use crate::problem::{AnyProblem, Discretized, FramesOf, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
 use crate::scene::{Parameter, Resolution};
-use crate::statics::pencil::{Pencil, in_space};
+use crate::statics::pencil::{Pencil, spatial_motion};
 use crate::statics::reaction::Reactions;
-use crate::statics::rest::Settled;
+use crate::statics::rest::CheckedEquilibrium;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +149,7 @@ impl Problem {
                     let normal = spatial.model.components(spatial.normal());
                     let pencil = Pencil::resting(&spatial, &q, &frames).across(normal);
                     let across =
-                        spatial.stability((&q, &frames), &pencil, |x| in_space(x, normal))?;
+                        spatial.stability((&q, &frames), &pencil, |x| spatial_motion(x, normal))?;
                     found.negative_directions += across.unstable;
                     found.marginal_directions += across.marginal;
                     found.stable = Some(found.is_stable());
@@ -206,10 +206,10 @@ fn at_rest<M: Model>(
 /// numbers that `seed` makes of the parameters.
 pub(crate) fn nodes_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
-    settled: &Settled<FramesOf<M>>,
+    settled: &CheckedEquilibrium<FramesOf<M>>,
     tracked: &[usize],
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Vec<[D; 3]>, Error> {
-    let (_, q) = discretized.settled_over(settled, &discretized.setup_over(seed))?;
+    let (_, q) = discretized.differentiated_equilibrium(settled, &discretized.setup_over(seed))?;
     Ok(tracked.iter().map(|i| discretized.model.position(&q, *i)).collect())
 }

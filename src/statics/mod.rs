@@ -12,10 +12,10 @@ mod stability;
 mod standing;
 
 pub(crate) use descent::Descent;
-pub use descent::Rest;
+pub use descent::EquilibriumState;
 pub use equilibrium::Equilibrium;
 pub(crate) use equilibrium::nodes_over;
-pub(crate) use pencil::{Across, Pencil, in_space};
+pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
 pub use reaction::{Reaction, Reactions};
-pub(crate) use rest::Settled;
-pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, combined};
+pub(crate) use rest::CheckedEquilibrium;
+pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, linear_combination};

@@ -29,7 +29,7 @@ const SHIFTED: f64 = 0.0137;
 const ACROSS: usize = planar::HALF_BANDWIDTH;
 
 /// The tangent of motions out of the plane.
-pub(crate) type Across<D> = BandMatrix<D, ACROSS>;
+pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, ACROSS>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
     /// Of a rod at `q`, with its own masses.
@@ -125,7 +125,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
 impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     /// That of a planar rod's motions along the `normal` of its plane, which has no part in those
     /// in the plane: unknowns are each node's deflection and each edge's angle.
-    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, Across<D>> {
+    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
         let unknowns = self.mass.len() / 2;
         let parts = |r: usize| -> [(usize, f64); 3] {
             let first = 4 * (r / 2);
@@ -143,7 +143,7 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
             }
             sum
         };
-        let mut tangent = Across::zeros(unknowns);
+        let mut tangent = OutOfPlaneTangent::zeros(unknowns);
         for r in 0..unknowns {
             let mut below = [D::from(0.0); ACROSS];
             for s in r + 1..unknowns.min(r + ACROSS + 1) {
@@ -163,7 +163,7 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
 }
 
 /// A motion [across](Pencil::across) the plane as one of the spatial rod.
-pub(crate) fn in_space(across: &[f64], normal: [f64; 3]) -> Vec<f64> {
+pub(crate) fn spatial_motion(across: &[f64], normal: [f64; 3]) -> Vec<f64> {
     let node = |x: &[f64]| {
         let [a, b, c] = normal.map(|n| n * x[0]);
         [a, b, c].into_iter().chain(x.get(1).copied())

@@ -12,7 +12,7 @@ use crate::rod::strain_rates;
 use crate::rod::{FactorsOf, Rod};
 use crate::scene::supports::Moment;
 use crate::scene::{End, InitialState, Support};
-use crate::statics::descent::{Descent, Rest};
+use crate::statics::descent::{Descent, EquilibriumState};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::pencil::Pencil;
 use crate::statics::standing::StandingLoads;
@@ -22,17 +22,17 @@ use crate::statics::standing::StandingLoads;
 const STIFFER: f64 = 1e4;
 const MORE: usize = 3;
 
-/// An equilibrium, and what its [derivatives](Discretized::settled_over) need beside it.
-pub(crate) struct Settled<F> {
+/// An equilibrium, and what its [derivatives](Discretized::differentiated_equilibrium) need beside it.
+pub(crate) struct CheckedEquilibrium<F> {
     /// The equilibrium.
-    pub rest: Rest<F>,
+    pub rest: EquilibriumState<F>,
     /// Whether it may move without a force.
     indifferent: bool,
 }
 
 /// What a motion does whose largest displacement is the rod's length, or whose largest turn of an
 /// edge about itself is 1 rad.
-pub(crate) struct Moving {
+pub(crate) struct MotionMeasure {
     /// The node that moves most.
     pub node: usize,
     /// How far, in lengths of the rod.
@@ -43,7 +43,7 @@ pub(crate) struct Moving {
     pub energies: [f64; 3],
 }
 
-impl Moving {
+impl MotionMeasure {
     /// Whether edges turn about themselves and nodes stay.
     pub fn is_spin(&self) -> bool {
         self.moved <= 1e-6
@@ -60,13 +60,17 @@ impl<M: Model> Discretized<'_, M> {
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
-    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M>>, Error> {
+    pub fn equilibrium(&self) -> Result<EquilibriumState<FramesOf<M>>, Error> {
         self.equilibrium_of(&self.rod(), true)
     }
 
     /// The equilibrium of a rod with other loads, with ends where their motion leaves them (`settled`), or
     /// where it has them at t = 0. Ends far from where they begin are moved there step by step.
-    fn equilibrium_of(&self, rod: &M::Rod<f64>, settled: bool) -> Result<Rest<FramesOf<M>>, Error> {
+    fn equilibrium_of(
+        &self,
+        rod: &M::Rod<f64>,
+        settled: bool,
+    ) -> Result<EquilibriumState<FramesOf<M>>, Error> {
         self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin_at_rest(self.setup)?;
         if self.scene().initial.perturbation != 0.0 {
@@ -94,7 +98,7 @@ impl<M: Model> Discretized<'_, M> {
             let rest = descent.leading(self.led()).descend(frames)?;
             iterations += rest.newton_iterations;
             if k == stages {
-                return Ok(Rest { newton_iterations: iterations, ..rest });
+                return Ok(EquilibriumState { newton_iterations: iterations, ..rest });
             }
             (q, frames) = (rest.q, rest.frames);
         }
@@ -186,7 +190,7 @@ impl<M: Model> Discretized<'_, M> {
     /// vibration's, and what rounding errors of the edges' stiffness, each another, add up to where
     /// edges lie askew to the axes. A rod that no end holds moves along itself, against all of them
     /// and those of eliminating one edge after the other.
-    pub(crate) fn zero_frequency_squared(&self) -> f64 {
+    pub(crate) fn zero_squared_frequency(&self) -> f64 {
         let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
         let supports = &self.scene().supports;
@@ -216,7 +220,7 @@ impl<M: Model> Discretized<'_, M> {
         // Rounding errors are those of the stiffer direction, which bends too.
         let stiffer = i1.max(i2) / i1.min(i2);
         let moving = softest * (1e-9 + noise * stiffer)
-            + if edges.is_some() { 0.0 } else { self.zero_frequency_squared() };
+            + if edges.is_some() { 0.0 } else { self.zero_squared_frequency() };
         // An angle's inertia about the edge is so small that it would not show: it counts like the
         // edge's mass on a lever of the rod's length, as much more as twisting is stiffer.
         let bend = p.youngs_modulus * i1.min(i2);
@@ -231,7 +235,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Rounding errors of squared frequencies over that of bending as a whole: the tangent goes with the fourth power of
     /// the mesh.
-    pub(crate) fn mesh_rounding(&self) -> f64 {
+    pub(crate) fn tangent_rounding(&self) -> f64 {
         10.0 * f64::EPSILON * (self.nodes() as f64).powi(4)
     }
 
@@ -251,7 +255,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
-    pub(crate) fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
+    pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
         let rod = self.setup.held(self.model, &self.rod());
         let found = self.equilibrium_of(&rod, false)?;
         let mut q = found.q;
@@ -308,7 +312,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Makes forces `x` on the free unknowns the changes by which an equilibrium of a rod gives way to them; none where
     /// it can move without a force, or is solved in edge coordinates.
-    pub(crate) fn give_way(
+    pub(crate) fn displacement_under_forces(
         &self,
         rod: &M::Rod<f64>,
         (q, frames): (&[f64], &FramesOf<M>),
@@ -337,23 +341,23 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// An [equilibrium](Self::equilibrium) to be differentiated.
-    pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M>>, Error> {
+    pub(crate) fn checked_equilibrium(&self) -> Result<CheckedEquilibrium<FramesOf<M>>, Error> {
         let rest = self.equilibrium()?;
-        Ok(Settled { indifferent: self.is_indifferent((&rest.q, &rest.frames))?, rest })
+        Ok(CheckedEquilibrium { indifferent: self.is_neutral((&rest.q, &rest.frames))?, rest })
     }
 
     /// Its unknowns with the derivatives that `D` carries, and the rod that is in it. The frames stay
     /// where they are.
-    pub(crate) fn settled_over<D: Nestable>(
+    pub(crate) fn differentiated_equilibrium<D: Nestable>(
         &self,
-        Settled { rest, indifferent }: &Settled<FramesOf<M>>,
+        CheckedEquilibrium { rest, indifferent }: &CheckedEquilibrium<FramesOf<M>>,
         setup: &Setup<D, M>,
     ) -> Result<(M::Rod<D>, Vec<D>), Error> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
         if *indifferent {
-            self.go_along(&self.begin_at_rest(setup)?.0, &mut q);
+            self.add_start_derivatives(&self.begin_at_rest(setup)?.0, &mut q);
         }
         self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
         self.follow((&rod, &frames), (&self.rod(), &rest.frames), &mut q, *indifferent)
@@ -362,7 +366,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Moves nodes of an equilibrium as fast as those of where the rod begins: where no force resists, they go along.
-    pub(crate) fn go_along<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
+    pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());
         }
@@ -370,10 +374,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Whether a direction is left in which no force resists. That may be a motion as a rigid body, in which the rod
     /// stays as it begins, or the spin of a round rod between hinges, which does not move a node. Everything else is refused.
-    pub(crate) fn is_indifferent(
-        &self,
-        (q, frames): (&[f64], &FramesOf<M>),
-    ) -> Result<bool, Error> {
+    pub(crate) fn is_neutral(&self, (q, frames): (&[f64], &FramesOf<M>)) -> Result<bool, Error> {
         let pencil = Pencil::resting(self, q, frames);
         let factors = pencil.factors(1.0).or_else(|_| pencil.factors(1.0137))?;
         if pencil.inertia(-1.0)? == factors.negative_pivots() {
@@ -399,7 +400,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// What a motion from a state with the rates `x` of all unknowns does.
-    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M>), x: &[f64]) -> Moving {
+    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M>), x: &[f64]) -> MotionMeasure {
         let length = self.problem.length();
         let size = |of_angles: bool| {
             let own = (0..x.len()).filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
@@ -411,7 +412,7 @@ impl<M: Model> Discretized<'_, M> {
         let x: Vec<f64> = x.iter().map(|x| x / largest).collect();
         let (rod, mut strains) = (self.rod(), Vec::new());
         strain_rates(&rod, (q, frames), &x, length, &mut strains);
-        Moving {
+        MotionMeasure {
             node,
             moved: moved / length / largest,
             deformed: strains.iter().map(|rate| rate.abs()).sum(),

@@ -94,7 +94,7 @@ impl<M: Model> Discretized<'_, M> {
                 stability.unstable += usize::from(stiffness.value < 0.0);
                 continue;
             }
-            let motion = self.motion(at, &combined(&motions, &stiffness.combination));
+            let motion = self.motion(at, &linear_combination(&motions, &stiffness.combination));
             stability.marginal += usize::from(!(motion.is_rigid() || motion.is_spin()));
         }
         Ok(stability)
@@ -132,7 +132,10 @@ impl<M: Model> Discretized<'_, M> {
                 .collect(),
         };
         let stiffness = |combination: Vec<f64>| {
-            let (x, f) = (combined(motions, &combination), combined(&forces, &combination));
+            let (x, f) = (
+                linear_combination(motions, &combination),
+                linear_combination(&forces, &combination),
+            );
             Stiffness { value: product(&x, &f), tolerance: self.tolerance_of(&x), combination }
         };
         rotation.into_iter().map(stiffness).collect()
@@ -159,7 +162,7 @@ impl<M: Model> Discretized<'_, M> {
 }
 
 /// A sum of vectors with weights.
-pub(crate) fn combined(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
+pub(crate) fn linear_combination(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
     for (vector, weight) in vectors.iter().zip(weights) {
         sum.iter_mut().zip(vector).for_each(|(sum, x)| *sum += weight * x);

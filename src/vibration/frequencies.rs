@@ -25,9 +25,9 @@ use crate::problem::SpatialModel;
 use crate::problem::{AnyProblem, Modelled, Problem};
 use crate::rod::Rod;
 use crate::scene::Parameter;
+use crate::statics::CheckedEquilibrium;
 use crate::statics::Pencil;
-use crate::statics::Settled;
-use crate::vibration::modes::{Eigenpair, Plane, Vibrating, across};
+use crate::vibration::modes::{Eigenpair, ModePlane, Vibrating, across};
 use crate::vibration::name::ModeName;
 use num_dual::Dual64;
 
@@ -72,7 +72,7 @@ impl Problem {
         parameters: &[Parameter],
     ) -> Result<Vec<NaturalFrequency>, Error> {
         let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
-        let natural_frequency = |(_, pair): &(Option<Plane>, Eigenpair)| NaturalFrequency {
+        let natural_frequency = |(_, pair): &(Option<ModePlane>, Eigenpair)| NaturalFrequency {
             frequency_rad_s: pair.frequency(),
             derivatives: Vec::with_capacity(parameters.len()),
         };
@@ -105,15 +105,15 @@ impl Problem {
 /// An equilibrium by its model.
 enum AnySettled {
     /// With the spatial model, where modes out of the plane are asked for.
-    Planar(Settled<()>, Option<Box<Modelled<SpatialModel>>>),
-    Spatial(Settled<Frames<f64>>),
+    Planar(CheckedEquilibrium<()>, Option<Box<Modelled<SpatialModel>>>),
+    Spatial(CheckedEquilibrium<Frames<f64>>),
 }
 
 /// Modes to be differentiated.
 struct Vibrations<'a> {
     problem: &'a Problem,
     settled: AnySettled,
-    modes: Vec<(Option<Plane>, Eigenpair)>,
+    modes: Vec<(Option<ModePlane>, Eigenpair)>,
 }
 
 impl<'a> Vibrations<'a> {
@@ -122,32 +122,33 @@ impl<'a> Vibrations<'a> {
         for name in names {
             name.among.check(problem, "modes")?;
         }
-        let planes: Vec<Option<Plane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
-        let own = |plane: Option<Plane>| -> Vec<ModeName> {
+        let planes: Vec<Option<ModePlane>> =
+            names.iter().map(|n| n.among.plane_of(problem)).collect();
+        let own = |plane: Option<ModePlane>| -> Vec<ModeName> {
             names.iter().zip(&planes).filter(|(_, p)| **p == plane).map(|(n, _)| *n).collect()
         };
         let (found, settled) = match problem.discretized() {
             AnyProblem::Planar(discretized) => {
-                let settled = discretized.settled()?;
+                let settled = discretized.checked_equilibrium()?;
                 let q = &settled.rest.q;
-                let mut found = vec![(Some(Plane::In), Vec::new())];
-                let inside = own(Some(Plane::In));
+                let mut found = vec![(Some(ModePlane::In), Vec::new())];
+                let inside = own(Some(ModePlane::In));
                 if !inside.is_empty() {
                     found[0].1 = named(&Vibrating::of(&discretized, q, &())?, &inside, apart)?;
                 }
                 let mut model = None;
-                let outside = own(Some(Plane::Out));
+                let outside = own(Some(ModePlane::Out));
                 if !outside.is_empty() {
                     let spatial =
                         problem.discretized_as(&**model.insert(Box::new(problem.spatial_model()?)));
                     let (q, frames) = across(&discretized, &spatial, q);
                     let vibrating = Vibrating::across(&spatial, &q, &frames)?;
-                    found.push((Some(Plane::Out), named(&vibrating, &outside, apart)?));
+                    found.push((Some(ModePlane::Out), named(&vibrating, &outside, apart)?));
                 }
                 (found, AnySettled::Planar(settled, model))
             }
             AnyProblem::Spatial(discretized) => {
-                let settled = discretized.settled()?;
+                let settled = discretized.checked_equilibrium()?;
                 let vibrating = Vibrating::of(&discretized, &settled.rest.q, &settled.rest.frames)?;
                 (vec![(None, named(&vibrating, names, apart)?)], AnySettled::Spatial(settled))
             }
@@ -165,7 +166,7 @@ impl<'a> Vibrations<'a> {
     fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
         let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
-        let mut add = |plane: Option<Plane>, one: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
+        let mut add = |plane: Option<ModePlane>, one: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
             for (k, (_, pair)) in picked(plane) {
                 frequencies[k] = one(pair)?;
             }
@@ -173,9 +174,10 @@ impl<'a> Vibrations<'a> {
         };
         match (self.problem.discretized(), &self.settled) {
             (AnyProblem::Planar(discretized), AnySettled::Planar(settled, spatial)) => {
-                let (rod, q) = discretized.settled_over(settled, &discretized.setup_over(&seed))?;
+                let (rod, q) = discretized
+                    .differentiated_equilibrium(settled, &discretized.setup_over(&seed))?;
                 let pencil = Pencil::at(&discretized, &rod, &q, &());
-                add(Some(Plane::In), &|pair| frequency(&pencil, pair))?;
+                add(Some(ModePlane::In), &|pair| frequency(&pencil, pair))?;
                 if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| discretized.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..discretized.nodes()).map(place).collect();
@@ -185,11 +187,12 @@ impl<'a> Vibrations<'a> {
                     let whole =
                         Pencil::at(&discretized, &setup.rod(discretized.model), &q, &frames);
                     let pencil = whole.across(discretized.model.components(discretized.normal()));
-                    add(Some(Plane::Out), &|pair| frequency(&pencil, pair))?;
+                    add(Some(ModePlane::Out), &|pair| frequency(&pencil, pair))?;
                 }
             }
             (AnyProblem::Spatial(discretized), AnySettled::Spatial(settled)) => {
-                let (rod, q) = discretized.settled_over(settled, &discretized.setup_over(&seed))?;
+                let (rod, q) = discretized
+                    .differentiated_equilibrium(settled, &discretized.setup_over(&seed))?;
                 // Angles are coordinates whose inertia is theirs about the moved frames only.
                 let mut frames = SpatialModel::frames_over::<D>(&settled.rest.frames);
                 <SpatialModel as Model>::Rod::<D>::rebase(&mut frames, &q);

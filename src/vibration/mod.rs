@@ -8,6 +8,6 @@ mod name;
 mod thickness;
 
 pub use frequencies::NaturalFrequency;
-pub use modes::{About, Kind, Mode, Modes, Plane};
-pub use name::{Among, ModeName};
+pub use modes::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
+pub use name::{ModeFilter, ModeName};
 pub(crate) use thickness::thickness_effects;

@@ -11,8 +11,8 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::ordered;
 use crate::numerics::tangent::Tangent;
+use crate::numerics::total_order;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{
@@ -22,7 +22,8 @@ use crate::rod::Rod;
 use crate::rod::TangentOf;
 use crate::scene::{End, Resolution, Support};
 use crate::statics::{
-    Across, MAX_UNCERTAIN, Pencil, Stability, UNCERTAIN_LEVELS, combined, in_space,
+    MAX_UNCERTAIN, OutOfPlaneTangent, Pencil, Stability, UNCERTAIN_LEVELS, linear_combination,
+    spatial_motion,
 };
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -40,7 +41,7 @@ const DIGITS: usize = 7;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
-pub enum About {
+pub enum LinearizationPoint {
     /// Where the rod hangs under its loads.
     #[default]
     Equilibrium,
@@ -52,7 +53,7 @@ pub enum About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
-pub enum Plane {
+pub enum ModePlane {
     /// The mode moves in the plane of the scene.
     In,
     /// The mode moves out of the plane, or twists.
@@ -64,7 +65,7 @@ pub enum Plane {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum Kind {
+pub enum ModeKind {
     /// Bending mode.
     Bending,
     /// Twist mode.
@@ -75,7 +76,7 @@ pub enum Kind {
     Rigid,
 }
 
-impl Kind {
+impl ModeKind {
     /// As fit files name it.
     pub fn name(self) -> &'static str {
         match self {
@@ -97,9 +98,9 @@ pub struct Mode {
     pub frequency_rad_s: f64,
     /// Which way it goes; absent in spatial scenes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plane: Option<Plane>,
+    pub plane: Option<ModePlane>,
     /// What resists it.
-    pub kind: Kind,
+    pub kind: ModeKind,
     /// Its number among the modes of its plane, from 1 on, as measured frequencies name it; absent
     /// where it moves freely.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -114,7 +115,7 @@ pub struct Mode {
 #[non_exhaustive]
 pub struct Modes {
     /// The state that the rod vibrates about.
-    pub about: About,
+    pub about: LinearizationPoint,
     /// How many directions are unstable; the first 200 of either plane, or as many as were asked
     /// for, are among the modes.
     pub unstable: usize,
@@ -146,7 +147,7 @@ impl Problem {
     ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium), about it.
-    pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
+    pub fn modes(&self, count: usize, about: LinearizationPoint) -> Result<Modes, Error> {
         let (mut modes, mut all) = (Vec::new(), Stability::default());
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
@@ -164,7 +165,7 @@ impl Problem {
                 all += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
-        modes.sort_by_cached_key(|x| ordered(x.frequency_rad_s));
+        modes.sort_by_cached_key(|x| total_order(x.frequency_rad_s));
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
@@ -190,11 +191,11 @@ pub(super) type State<M> = (Vec<f64>, FramesOf<M>);
 
 pub(super) fn state<M: Model>(
     discretized: &Discretized<'_, M>,
-    about: About,
+    about: LinearizationPoint,
 ) -> Result<State<M>, Error> {
     Ok(match about {
-        About::Rest => (discretized.rest(), discretized.rest_frames()),
-        About::Equilibrium => {
+        LinearizationPoint::Rest => (discretized.rest(), discretized.rest_frames()),
+        LinearizationPoint::Equilibrium => {
             let rest = discretized.equilibrium()?;
             (rest.q, rest.frames)
         }
@@ -219,7 +220,7 @@ pub(crate) struct Eigenpair {
     /// Rates of the pencil's unknowns.
     pub vector: Vec<f64>,
     /// What resists it.
-    pub kind: Kind,
+    pub kind: ModeKind,
     /// Displacements of all nodes in world axes; the largest is 1.
     pub shape: Vec<[f64; 3]>,
 }
@@ -232,7 +233,7 @@ impl Eigenpair {
 
     /// Whether it is a free motion, without a number.
     pub fn is_free(&self) -> bool {
-        self.squared == 0.0 && self.kind == Kind::Rigid
+        self.squared == 0.0 && self.kind == ModeKind::Rigid
     }
 }
 
@@ -245,7 +246,7 @@ pub(crate) struct Vibrating<'a, M: Model, T: Tangent<f64>> {
     /// How many of the modes are unstable, or marginal.
     stability: Stability,
     /// Which way the vibrations of a planar scene go.
-    pub plane: Option<Plane>,
+    pub plane: Option<ModePlane>,
 }
 
 impl<'a, M: Model> Vibrating<'a, M, TangentOf<M::Rod<f64>, f64>> {
@@ -258,12 +259,12 @@ impl<'a, M: Model> Vibrating<'a, M, TangentOf<M::Rod<f64>, f64>> {
         let pencil = Pencil::at(discretized, &discretized.rod(), q, frames);
         let resting = Pencil::resting(discretized, q, frames);
         let stability = discretized.stability((q, frames), &resting, <[f64]>::to_vec)?;
-        let plane = (M::STRIDE < 3).then_some(Plane::In);
+        let plane = (M::STRIDE < 3).then_some(ModePlane::In);
         Ok(Self { discretized, q, frames, pencil, stability, plane })
     }
 }
 
-impl<'a> Vibrating<'a, crate::problem::SpatialModel, Across<f64>> {
+impl<'a> Vibrating<'a, crate::problem::SpatialModel, OutOfPlaneTangent<f64>> {
     /// The vibrations out of the plane of a planar problem, of its spatial model.
     pub fn across(
         discretized: &'a SpatialProblem<'a>,
@@ -273,8 +274,9 @@ impl<'a> Vibrating<'a, crate::problem::SpatialModel, Across<f64>> {
         let normal = discretized.model.components(discretized.normal());
         let pencil = Pencil::at(discretized, &discretized.rod(), q, frames).across(normal);
         let resting = Pencil::resting(discretized, q, frames).across(normal);
-        let stability = discretized.stability((q, frames), &resting, |x| in_space(x, normal))?;
-        Ok(Self { discretized, q, frames, pencil, stability, plane: Some(Plane::Out) })
+        let stability =
+            discretized.stability((q, frames), &resting, |x| spatial_motion(x, normal))?;
+        Ok(Self { discretized, q, frames, pencil, stability, plane: Some(ModePlane::Out) })
     }
 }
 
@@ -306,10 +308,10 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
 
     /// The `count` lowest modes, in ascending order.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
-        let zero = self.discretized.zero_frequency_squared();
+        let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
         let mut found = self.pencil.lowest(count, scale)?;
-        let refined = self.refine(&mut found, zero + scale * self.discretized.mesh_rounding());
+        let refined = self.refine(&mut found, zero + scale * self.discretized.tangent_rounding());
         let pair = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
             let is_zero = !refined.contains(&k)
                 && k >= self.stability.unstable
@@ -340,32 +342,32 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         let stiffnesses = self.discretized.stiffnesses((self.q, self.frames), &motions);
         for (place, stiffness) in places.clone().zip(stiffnesses) {
             let squared = if stiffness.is_zero() { 0.0 } else { stiffness.value };
-            found[place] = (squared, combined(&vectors, &stiffness.combination));
+            found[place] = (squared, linear_combination(&vectors, &stiffness.combination));
         }
-        found[places.clone()].sort_by_cached_key(|x| ordered(x.0));
+        found[places.clone()].sort_by_cached_key(|x| total_order(x.0));
         places
     }
 
     /// A vector over the pencil's unknowns as one over those of the model.
     pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
         match self.plane {
-            Some(Plane::Out) => {
-                in_space(vector, self.discretized.model.components(self.discretized.normal()))
+            Some(ModePlane::Out) => {
+                spatial_motion(vector, self.discretized.model.components(self.discretized.normal()))
             }
             _ => vector.to_vec(),
         }
     }
 
-    fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> Kind {
+    fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
         let motion = self.discretized.motion((self.q, self.frames), rates);
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
-            return Kind::Rigid;
+            return ModeKind::Rigid;
         }
         let [stretch, bend, twist] = motion.energies;
         match () {
-            () if twist > bend.max(stretch) => Kind::Torsion,
-            () if stretch > bend && self.goes_along(shape) => Kind::Axial,
-            () => Kind::Bending,
+            () if twist > bend.max(stretch) => ModeKind::Torsion,
+            () if stretch > bend && self.goes_along(shape) => ModeKind::Axial,
+            () => ModeKind::Bending,
         }
     }
 
@@ -420,8 +422,8 @@ impl Modes {
     /// The result as text for a terminal.
     pub fn summary(&self) -> Summary {
         let about = match self.about {
-            About::Equilibrium => "the equilibrium under the loads",
-            About::Rest => "the rest shape",
+            LinearizationPoint::Equilibrium => "the equilibrium under the loads",
+            LinearizationPoint::Rest => "the rest shape",
         };
         let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let counted =
@@ -466,8 +468,8 @@ impl Modes {
         ]);
         for mode in &self.modes {
             let plane = match mode.plane {
-                Some(Plane::In) => "in plane",
-                Some(Plane::Out) => "out of plane",
+                Some(ModePlane::In) => "in plane",
+                Some(ModePlane::Out) => "out of plane",
                 None => "",
             };
             let w = mode.frequency_rad_s;

@@ -3,18 +3,18 @@
 use crate::error::Error;
 use crate::numerics::vector::dot;
 use crate::problem::Problem;
-use crate::vibration::modes::{Eigenpair, Kind, Plane};
+use crate::vibration::modes::{Eigenpair, ModeKind, ModePlane};
 
 /// Which modes a number counts.
 ///
 /// Of a planar scene those in its plane, unless `plane`, a kind or a direction says otherwise; of a
 /// spatial one all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Among {
+pub struct ModeFilter {
     /// Those that stay in the plane of a planar scene, or leave it.
-    pub plane: Option<Plane>,
+    pub plane: Option<ModePlane>,
     /// Those of one kind only.
-    pub kind: Option<Kind>,
+    pub kind: Option<ModeKind>,
     /// Only those that move, by more than half of their kinetic energy, along this line.
     pub direction: Option<[f64; 3]>,
 }
@@ -25,12 +25,12 @@ pub struct ModeName {
     /// From 1 on; free motions are not counted.
     pub number: usize,
     /// Among which modes.
-    pub among: Among,
+    pub among: ModeFilter,
 }
 
 impl From<usize> for ModeName {
     fn from(number: usize) -> Self {
-        Self { number, among: Among::default() }
+        Self { number, among: ModeFilter::default() }
     }
 }
 
@@ -46,16 +46,16 @@ impl From<&usize> for ModeName {
     }
 }
 
-impl Among {
+impl ModeFilter {
     /// The plane of a planar problem that these modes are in; none of a spatial one.
-    pub(crate) fn plane_of(&self, problem: &Problem) -> Option<Plane> {
+    pub(crate) fn plane_of(&self, problem: &Problem) -> Option<ModePlane> {
         problem.planar()?;
         let across = self.direction.is_some_and(|d| {
             let along = dot(problem.normal(), d);
             along * along > 0.5 * dot(d, d)
         });
-        let out = across || self.kind == Some(Kind::Torsion);
-        Some(self.plane.unwrap_or(if out { Plane::Out } else { Plane::In }))
+        let out = across || self.kind == Some(ModeKind::Torsion);
+        Some(self.plane.unwrap_or(if out { ModePlane::Out } else { ModePlane::In }))
     }
 
     /// Whether a mode is one of these; the masses of its nodes weigh its motion, kg.
@@ -87,14 +87,16 @@ impl Among {
         }
         let plane = self.plane_of(problem);
         let never = match (plane, self.kind) {
-            (Some(Plane::In), Some(Kind::Torsion)) => Some("bending or axial in the plane"),
-            (Some(Plane::Out), Some(Kind::Axial)) => Some("bending or torsion out of the plane"),
+            (Some(ModePlane::In), Some(ModeKind::Torsion)) => Some("bending or axial in the plane"),
+            (Some(ModePlane::Out), Some(ModeKind::Axial)) => {
+                Some("bending or torsion out of the plane")
+            }
             _ => None,
         };
         if let (Some(allowed), Some(kind)) = (never, self.kind) {
             return Err(Error::invalid(format!("{key}.kind"), kind.name(), allowed));
         }
-        if plane == Some(Plane::Out) && !problem.can_twist() {
+        if plane == Some(ModePlane::Out) && !problem.can_twist() {
             let found = "modes out of the plane of a scene without poisson_ratio or shear_modulus, \
                          or with moments";
             let allowed = "modes in the plane; give [material] one of the two for others";
@@ -106,8 +108,8 @@ impl Among {
     /// As words behind a number: ` out of the plane, torsion`; none where nothing is said.
     pub(crate) fn words(&self) -> String {
         let plane = match self.plane {
-            Some(Plane::In) => " in the plane",
-            Some(Plane::Out) => " out of the plane",
+            Some(ModePlane::In) => " in the plane",
+            Some(ModePlane::Out) => " out of the plane",
             None => "",
         };
         let kind = self.kind.map(|kind| format!(" of {}", kind.name())).unwrap_or_default();

@@ -22,7 +22,7 @@ use crate::problem::behind_walls;
 use crate::problem::{AnyProblem, Model, Problem};
 use crate::scene::Support;
 use crate::vibration::frequencies::named;
-use crate::vibration::modes::{About, Eigenpair, Plane, Vibrating, across, state};
+use crate::vibration::modes::{Eigenpair, LinearizationPoint, ModePlane, Vibrating, across, state};
 use crate::vibration::name::ModeName;
 
 /// Relative reductions of a squared frequency, of first order.
@@ -45,21 +45,21 @@ impl ThicknessEffect {
 pub(crate) fn thickness_effects(
     problem: &Problem,
     names: &[ModeName],
-    about: About,
+    about: LinearizationPoint,
 ) -> Result<Vec<ThicknessEffect>, Error> {
     let mut effects = vec![ThicknessEffect::default(); names.len()];
-    let planes: Vec<Option<Plane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
-    let places_in = |plane: Option<Plane>| -> Vec<usize> {
+    let planes: Vec<Option<ModePlane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
+    let places_in = |plane: Option<ModePlane>| -> Vec<usize> {
         (0..names.len()).filter(|k| planes[*k] == plane).collect()
     };
     match problem.discretized() {
         AnyProblem::Planar(discretized) => {
             let (q, ()) = state(&discretized, about)?;
-            let inside = places_in(Some(Plane::In));
+            let inside = places_in(Some(ModePlane::In));
             if !inside.is_empty() {
                 Vibrating::of(&discretized, &q, &())?.add_effects(names, &inside, &mut effects)?;
             }
-            let outside = places_in(Some(Plane::Out));
+            let outside = places_in(Some(ModePlane::Out));
             if !outside.is_empty() {
                 let model = problem.spatial_model()?;
                 let spatial = problem.discretized_as(&model);
@@ -161,8 +161,8 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
 mod tests {
     use super::*;
     use crate::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape};
-    use crate::vibration::modes::Kind;
-    use crate::vibration::name::Among;
+    use crate::vibration::modes::ModeKind;
+    use crate::vibration::name::ModeFilter;
 
     const LENGTH: f64 = 0.1;
 
@@ -176,10 +176,11 @@ mod tests {
         scene
     }
 
-    fn effect_on(scene: &Scene, number: usize, plane: Option<Plane>) -> ThicknessEffect {
-        let among = Among { plane, kind: Some(Kind::Bending), direction: None };
+    fn effect_on(scene: &Scene, number: usize, plane: Option<ModePlane>) -> ThicknessEffect {
+        let among = ModeFilter { plane, kind: Some(ModeKind::Bending), direction: None };
         let problem = scene.problem().unwrap();
-        thickness_effects(&problem, &[ModeName { number, among }], About::Rest).unwrap()[0]
+        thickness_effects(&problem, &[ModeName { number, among }], LinearizationPoint::Rest)
+            .unwrap()[0]
     }
 
     fn assert_near(found: f64, expected: f64, tolerance: f64) {
@@ -192,7 +193,7 @@ mod tests {
     fn simply_supported_rod_has_timoshenkos_terms() {
         let scene = bar(Support::Pinned, Support::Roller);
         for (number, plane, height) in
-            [(1, Plane::In, 0.01_f64), (2, Plane::In, 0.01), (1, Plane::Out, 0.02)]
+            [(1, ModePlane::In, 0.01_f64), (2, ModePlane::In, 0.01), (1, ModePlane::Out, 0.02)]
         {
             let k = number as f64 * std::f64::consts::PI / LENGTH;
             let expected = height * height / 12.0 * k * k;
@@ -221,7 +222,7 @@ mod tests {
             (Free, Clamped, 4.648, 4.648),
             (Clamped, Clamped, 49.481, 12.303),
         ] {
-            let effect = effect_on(&bar(start, end), 1, Some(Plane::In));
+            let effect = effect_on(&bar(start, end), 1, Some(ModePlane::In));
             assert_near(effect.shear, shear * unit, 0.02);
             assert_near(effect.rotary, rotary * unit, 0.02);
         }
@@ -236,10 +237,15 @@ mod tests {
         let force = 0.3 * bending * (std::f64::consts::PI / LENGTH).powi(2);
         let along = [force, 0.0, 0.0];
         scene.loads.point = vec![PointForce { node: Point::Tip, force: along, moment: [0.0; 3] }];
-        let among = Among { plane: Some(Plane::In), kind: Some(Kind::Bending), direction: None };
+        let among = ModeFilter {
+            plane: Some(ModePlane::In),
+            kind: Some(ModeKind::Bending),
+            direction: None,
+        };
         let names = [ModeName { number: 1, among }];
         let problem = scene.problem().unwrap();
-        let effect = thickness_effects(&problem, &names, About::Equilibrium).unwrap()[0];
+        let effect =
+            thickness_effects(&problem, &names, LinearizationPoint::Equilibrium).unwrap()[0];
         let k = std::f64::consts::PI / LENGTH;
         let unit = 0.01_f64.powi(2) / 12.0 * k * k;
         // The force makes it longer by 0.25 %.
@@ -253,7 +259,7 @@ mod tests {
     fn free_bar_has_the_correction_of_astm_e1876() {
         let scene = bar(Support::Free, Support::Free);
         let kappa = scene.rod.section.shear_coefficient(0.29);
-        let effect = effect_on(&scene, 1, Some(Plane::In));
+        let effect = effect_on(&scene, 1, Some(ModePlane::In));
         let reduction = effect.reduction(2.0 * 1.29 / kappa);
         assert!((reduction - 0.0718).abs() < 1e-3, "{reduction}");
     }

@@ -4,7 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rodfit::vibration::{About, Plane};
+use rodfit::vibration::{LinearizationPoint, ModePlane};
 use rodfit::{Parameter, Point, Problem, Scene};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -93,8 +93,8 @@ fn droop(problem: &Problem, header: &str, place: impl Fn(usize) -> f64) -> Strin
 
 /// The lowest two frequencies in the plane, as a list in the unit `factor` rad/s.
 fn frequencies(problem: &Problem, factor: f64) -> String {
-    let modes = problem.modes(8, About::Equilibrium).unwrap().modes;
-    let inside = modes.iter().filter(|mode| mode.plane == Some(Plane::In));
+    let modes = problem.modes(8, LinearizationPoint::Equilibrium).unwrap().modes;
+    let inside = modes.iter().filter(|mode| mode.plane == Some(ModePlane::In));
     format!("{:?}", inside.map(|mode| mode.frequency_rad_s / factor).take(2).collect::<Vec<_>>())
 }
 

@@ -289,7 +289,7 @@ fn the_plot_data_are_the_fitted_model() {
     let json = serde_json::to_value(report).unwrap();
     assert_eq!(json["plot_data"]["series"][1]["abscissa"], "time");
     assert_eq!(json["plot_data"]["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(json["vector_unit"], rodfit::numerics::abreast::level());
+    assert_eq!(json["vector_unit"], rodfit::numerics::simd::simd_level());
     assert_eq!(json["local_minima"]["list"][0]["found_by"], "fit");
 }
 

@@ -14,7 +14,7 @@ fn simulate_writes_what_it_promises() {
         (&"planar".into(), &42.into(), &150.into())
     );
     assert_eq!(run["status"], "completed");
-    assert_eq!(run["vector_unit"], rodfit::numerics::abreast::level());
+    assert_eq!(run["vector_unit"], rodfit::numerics::simd::simd_level());
     assert_eq!(run["scene"]["supports"]["clamp"], "mid-edge");
     assert!(run["newton_iterations"].as_u64().unwrap() >= 150);
     let (tip, energy) = (run["tip"].as_array().unwrap(), run["energy"].as_array().unwrap());
@@ -261,7 +261,7 @@ fn bench_tells_how_fast_the_machine_is() {
     let folder = Folder::new();
     let told = folder.run(&["bench", "--seconds", "1e-6", "--json", "bench.json"]);
     succeeds(&told);
-    let unit = rodfit::numerics::abreast::level();
+    let unit = rodfit::numerics::simd::simd_level();
     assert!(stdout(&told).contains(unit), "{}", stdout(&told));
     let report = folder.json("bench.json");
     assert_eq!(report["vector_unit"], unit);

@@ -7,7 +7,7 @@ use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting}
 use rodfit::scene::{
     Clamp, Handedness, InitialState, Material, Scene, Scheme, Section, Shape, Time,
 };
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, Observation, Parameter, Point, Trajectory, Unknown};
 
 use crate::common::fits::{observe, record, record_in_space};
@@ -151,7 +151,8 @@ fn the_hessian_of_everything() {
         let seen = |i: usize| Sighting { point: Point::Node(i), position: nodes[i].map(Some) };
         RestShape::new((2..11).map(seen).collect()).sigma(1e-3).loss(Loss::SoftL1)
     };
-    let natural_frequencies = problems[1].modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
+    let natural_frequencies =
+        problems[1].modes(2, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s;
     let film = |k: usize, loss| {
         let run = problems[k].simulate().unwrap();
         record(&run, 20).sigma(2e-3).loss(loss)

@@ -5,7 +5,7 @@ use num_dual::HyperDual64;
 use rodfit::scene::{
     Clamp, Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support,
 };
-use rodfit::vibration::{About, Among, Kind, Mode, ModeName, Plane};
+use rodfit::vibration::{LinearizationPoint, Mode, ModeFilter, ModeKind, ModeName, ModePlane};
 use rodfit::{Error, Parameter, Point, Problem, Trajectory};
 
 use crate::common::differences::{at_rest, difference};
@@ -166,9 +166,9 @@ fn frequencies() {
         let problem = scene.problem().unwrap();
         let natural_frequencies = problem.natural_frequencies(&NUMBERS, &parameters).unwrap();
         let numbered = |problem: &Problem| -> Vec<f64> {
-            let modes = problem.modes(12, About::Equilibrium).unwrap().modes;
+            let modes = problem.modes(12, LinearizationPoint::Equilibrium).unwrap().modes;
             let of = |number: &usize| {
-                let own = |m: &&Mode| m.number == Some(*number) && m.plane != Some(Plane::Out);
+                let own = |m: &&Mode| m.number == Some(*number) && m.plane != Some(ModePlane::Out);
                 modes.iter().find(own).unwrap().frequency_rad_s
             };
             NUMBERS.iter().map(of).collect()
@@ -274,14 +274,14 @@ fn a_free_bar_by_names() {
         (scene.supports.start, scene.rod.dimension) = (Support::Free, dimension);
         let problem = scene.problem().unwrap();
         let spatial = problem.spatial().is_some();
-        let of = |kind| Among { kind: Some(kind), ..Among::default() };
+        let of = |kind| ModeFilter { kind: Some(kind), ..ModeFilter::default() };
         let flat = (e * 0.004_f64.powi(2) / 12.0 / rho).sqrt() * (4.73004074 / length).powi(2);
         // Edgewise is the second in space, the wave of twice the width over the height.
         let edge = match spatial {
-            true => Among { direction: Some(normal(&problem)), ..of(Kind::Bending) },
-            false => Among { plane: Some(Plane::Out), ..of(Kind::Bending) },
+            true => ModeFilter { direction: Some(normal(&problem)), ..of(ModeKind::Bending) },
+            false => ModeFilter { plane: Some(ModePlane::Out), ..of(ModeKind::Bending) },
         };
-        let names = [of(Kind::Bending), edge, of(Kind::Torsion), of(Kind::Axial)];
+        let names = [of(ModeKind::Bending), edge, of(ModeKind::Torsion), of(ModeKind::Axial)];
         let names = names.map(|among| ModeName { number: 1, among });
         let natural_frequencies = problem
             .natural_frequencies(
@@ -322,10 +322,10 @@ fn normal(problem: &Problem) -> [f64; 3] {
 fn modes_that_cannot_be() {
     let mut scene = sagging();
     let problem = scene.problem().unwrap();
-    let (inside, outside) = (Some(Plane::In), Some(Plane::Out));
-    let [torsion, axial] = [Kind::Torsion, Kind::Axial].map(Some);
+    let (inside, outside) = (Some(ModePlane::In), Some(ModePlane::Out));
+    let [torsion, axial] = [ModeKind::Torsion, ModeKind::Axial].map(Some);
     let refused = |problem: &Problem, plane, kind, direction, key: &str| {
-        let among = Among { plane, kind, direction };
+        let among = ModeFilter { plane, kind, direction };
         let found = problem.natural_frequencies(&[ModeName { number: 1, among }], &[]);
         assert!(matches!(&found, Err(Error::Invalid { key: k, .. }) if k == key), "{found:?}");
     };
@@ -410,7 +410,7 @@ fn at_the_limit_of_stability() {
         scene.loads.point = vec![PointForce { force: [-force, 0.0, 0.0], ..PointForce::default() }];
         scene.problem().unwrap()
     };
-    let first = |force: f64| load(&scene, force).modes(1, About::Equilibrium).unwrap();
+    let first = |force: f64| load(&scene, force).modes(1, LinearizationPoint::Equilibrium).unwrap();
     // The load at which the first frequency vanishes.
     let [mut low, mut high] = [0.0, 1.0];
     for _ in 0..60 {

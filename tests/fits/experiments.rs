@@ -3,7 +3,7 @@
 
 use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, Sighting};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
-use rodfit::vibration::{About, Kind, Plane};
+use rodfit::vibration::{LinearizationPoint, ModeKind, ModePlane};
 use rodfit::{Fit, FitReport, Parameter, Point, Problem, Unknown};
 
 use crate::common::fits::{add_noise, found, noisy, observe, record, same_mesh, value};
@@ -29,7 +29,7 @@ fn droop(problem: &Problem, count: usize) -> RestShape {
 }
 
 fn frequencies(problem: &Problem, count: usize) -> Vec<f64> {
-    problem.modes(count, About::Equilibrium).unwrap().frequencies_rad_s
+    problem.modes(count, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s
 }
 
 #[track_caller]
@@ -282,8 +282,10 @@ fn one_frequency_for_one_modulus() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     scene.loads.gravity = [0.0; 3];
     let problem = scene.problem().unwrap();
-    let first =
-        problem.modes(1, rodfit::vibration::About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let first = problem
+        .modes(1, rodfit::vibration::LinearizationPoint::Equilibrium)
+        .unwrap()
+        .frequencies_rad_s[0];
     let sigma = 1e-3 * first;
     let fit = Fit::new(&problem).observe(Frequencies::new(&[first], sigma));
     let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
@@ -330,10 +332,11 @@ fn torsion_does_not_renumber() {
     let flat = Section::Rectangle { width: 0.01, height: 0.006, up: [0.0, 1.0, 0.0] };
     (scene.rod.section, true_scene.rod.section) = (flat.clone(), flat);
     true_scene.material.poisson_ratio = Some(0.0);
-    let all = true_scene.problem().unwrap().modes(9, About::Equilibrium).unwrap().modes;
-    let own = all.iter().filter(|m| m.plane == Some(Plane::Out) && m.kind == Kind::Bending);
+    let all =
+        true_scene.problem().unwrap().modes(9, LinearizationPoint::Equilibrium).unwrap().modes;
+    let own = all.iter().filter(|m| m.plane == Some(ModePlane::Out) && m.kind == ModeKind::Bending);
     let seen: Vec<f64> = own.map(|m| m.frequency_rad_s).take(2).collect();
-    let seen = Frequencies::new(&seen, 0.01).plane(Plane::Out).of_kind(Kind::Bending);
+    let seen = Frequencies::new(&seen, 0.01).plane(ModePlane::Out).of_kind(ModeKind::Bending);
     let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(Parameter::YoungsModulus);
     exact(&fit.solve().unwrap(), &[(Parameter::YoungsModulus, 2.2e8)]);
 }
@@ -351,7 +354,8 @@ fn moduli_of_a_free_bar() {
     let mut true_scene = scene.clone();
     true_scene.material.youngs_modulus = e;
     true_scene.material.shear_modulus = Some(g);
-    let all = true_scene.problem().unwrap().modes(40, About::Equilibrium).unwrap().modes;
+    let all =
+        true_scene.problem().unwrap().modes(40, LinearizationPoint::Equilibrium).unwrap().modes;
     let first = |kind| {
         let own = all.iter().filter(|m| m.kind == kind && m.number.is_some());
         own.map(|m| m.frequency_rad_s).take(2).collect::<Vec<_>>()
@@ -360,16 +364,17 @@ fn moduli_of_a_free_bar() {
     let fit = |bending: &[f64], torsion: &[f64]| {
         Fit::new(&problem)
             .observe(Frequencies::new(bending, 1.0))
-            .observe(Frequencies::new(torsion, 1.0).of_kind(Kind::Torsion))
+            .observe(Frequencies::new(torsion, 1.0).of_kind(ModeKind::Torsion))
             .identify(Parameter::YoungsModulus)
             .identify(Parameter::ShearModulus)
             .solve()
             .unwrap()
     };
-    let report = fit(&first(Kind::Bending), &first(Kind::Torsion));
+    let report = fit(&first(ModeKind::Bending), &first(ModeKind::Torsion));
     exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::ShearModulus, g)]);
     let unit = (e * 0.004_f64.powi(2) / 12.0 / 2700.0).sqrt() / 0.16;
-    let report = fit(&[4.73004074_f64, 7.85320462].map(|b| b * b * unit), &first(Kind::Torsion));
+    let report =
+        fit(&[4.73004074_f64, 7.85320462].map(|b| b * b * unit), &first(ModeKind::Torsion));
     // Lumped masses: 1.1e-3 at 60 segments.
     assert!((value(&report, Parameter::YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
 }
@@ -402,7 +407,7 @@ fn frequencies_in_the_fit_file() {
     let MeasuredData::ModeFrequencies(f) = &file.experiments[0].measurements[0].data else {
         unreachable!()
     };
-    assert_eq!((f.among.plane, f.among.kind), (Some(Plane::Out), Some(Kind::Torsion)));
+    assert_eq!((f.among.plane, f.among.kind), (Some(ModePlane::Out), Some(ModeKind::Torsion)));
     assert_eq!(f.among.direction, Some([0.0, 1.0, 0.0]));
     for (keys, words) in [
         ("plane = \"up\"", "in"),

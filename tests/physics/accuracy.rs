@@ -2,7 +2,7 @@
 
 use rodfit::accuracy::{Aim, Assessment, simulate_checked};
 use rodfit::scene::{Resolution, Scheme, Time, Tolerance};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
 
 /// A scene with these lines in the place of its numerics, and at its beginning.
@@ -390,7 +390,7 @@ fn walls_at_nodes_have_a_mesh() {
         assert!(off < accuracy && problem.resolution().unwrap().bound.is_none(), "{off:e}");
 
         let problem = open.problem_for(Aim::Modes(2)).unwrap();
-        let modes = problem.modes(2, About::Rest).unwrap();
+        let modes = problem.modes(2, LinearizationPoint::Rest).unwrap();
         // sqrt(E I/(rho A)) (1.875/L)^2
         let exact = (1e8_f64 / 1273.52).sqrt() * 0.0025 * (1.875_104_068_711_96_f64 / 0.5).powi(2);
         let off = (modes.frequencies_rad_s[0] / exact - 1.0).abs();
@@ -415,7 +415,8 @@ fn the_search_for_modes_is_bounded() {
     let falling =
         STRAIGHT.to_string() + "[supports]\nstart = \"free\"\n[loads]\ngravity = [0, -9.8, 0]\n";
     let falling = Scene::from_toml(&falling, "data").unwrap();
-    let modes = falling.problem_for(Aim::Modes(8)).unwrap().modes(8, About::Rest).unwrap();
+    let modes =
+        falling.problem_for(Aim::Modes(8)).unwrap().modes(8, LinearizationPoint::Rest).unwrap();
     let bends = modes.modes.iter().filter(|mode| mode.number == Some(1)).map(|m| m.frequency_rad_s);
     // sqrt(E I/(rho A)) (4.730/L)^2
     let exact = (1e8_f64 / 1273.52).sqrt() * 0.0025 * (4.730_040_744_862_704_f64 / 0.5).powi(2);

@@ -247,7 +247,10 @@ fn first_swing_of_the_cantilever() {
         let problem = scene.problem().unwrap();
         let run = problem.simulate().unwrap();
         let swing = extremum(run.times(), &sag(&run), [0.1, 0.35], 1.0);
-        let lowest = problem.modes(1, rodfit::vibration::About::Rest).unwrap().frequencies_rad_s[0];
+        let lowest = problem
+            .modes(1, rodfit::vibration::LinearizationPoint::Rest)
+            .unwrap()
+            .frequencies_rad_s[0];
         let bending = 1e8 * 0.005_f64.powi(2) / 4.0 / 1273.52;
         let exact = 1.87510407_f64.powi(2) * bending.sqrt() / 0.25;
         [swing - 0.544335, lowest / exact - 1.0]

@@ -4,7 +4,7 @@ use rodfit::problem::Model;
 use rodfit::scene::{
     Clamp, Dimension, Drag, Initial, Material, Scene, Scheme, Section, Shape, Support, Time,
 };
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{AnyProblem, Trajectory};
 
 use crate::common::cantilever;
@@ -187,7 +187,8 @@ fn drag_and_added_mass_of_a_cantilever() {
         let mut scene = cantilever();
         scene.loads.drag = Some(Drag { added_mass, ..Drag::default() });
         scene.loads.gravity = [0.0; 3];
-        scene.problem().unwrap().modes(1, About::Equilibrium).unwrap().modes[0].frequency_rad_s
+        scene.problem().unwrap().modes(1, LinearizationPoint::Equilibrium).unwrap().modes[0]
+            .frequency_rad_s
     };
     let lowered = frequency(0.07) / frequency(0.0);
     assert!((lowered / (line() / (line() + 0.07)).sqrt() - 1.0).abs() < 1e-9, "{lowered}");

@@ -2,7 +2,7 @@
 
 use rodfit::accuracy::Aim;
 use rodfit::scene::{Material, Point, PointForce, Scene, Section, Shape, Support};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::PI;
 
 /// A pinned column on a roller with the mode sin(pi s/L): under a force of `ratio` Euler loads it grows by
@@ -25,7 +25,7 @@ fn growth_rate_of_eulers_column_is_as_accurate_as_estimated() {
         for count in [1, 2, 3] {
             let problem = scene.problem_for(Aim::Modes(count)).unwrap();
             let resolution = *problem.resolution().unwrap();
-            let found = problem.modes(count, About::Equilibrium).unwrap();
+            let found = problem.modes(count, LinearizationPoint::Equilibrium).unwrap();
             assert_eq!(found.unstable, 1, "{ratio} {count}");
             let error = (-found.frequencies_rad_s[0] / exact - 1.0).abs();
             let estimate = resolution.error.unwrap();

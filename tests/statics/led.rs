@@ -5,7 +5,7 @@ use rodfit::scene::{
     Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
     Support, Time, Track,
 };
-use rodfit::vibration::{About, Kind};
+use rodfit::vibration::{LinearizationPoint, ModeKind};
 use std::f64::consts::PI;
 
 const LENGTH: f64 = 0.5;
@@ -58,9 +58,9 @@ fn a_rod_held_in_its_middle_vibrates_as_two_spans() {
         let errors = [60, 120].map(|segments| {
             let problem = two_spans(segments, dimension, 0.0, 0.0);
             // And a spin about itself.
-            let modes = problem.modes(9, About::Equilibrium);
+            let modes = problem.modes(9, LinearizationPoint::Equilibrium);
             let mut found: Vec<f64> = (modes.unwrap().modes.iter())
-                .filter(|mode| mode.kind == Kind::Bending)
+                .filter(|mode| mode.kind == ModeKind::Bending)
                 .map(|mode| mode.frequency_rad_s)
                 .collect();
             found.sort_by(f64::total_cmp);
@@ -138,9 +138,9 @@ fn torsional_frequencies_between_hands_that_let_go() {
         (&[End::Start, End::End], PI / LENGTH, 1),
     ] {
         let problem = between_hands(free_twist).problem().unwrap();
-        let modes = problem.modes(40, About::Equilibrium).unwrap().modes;
+        let modes = problem.modes(40, LinearizationPoint::Equilibrium).unwrap().modes;
         let still = modes.iter().filter(|mode| mode.frequency_rad_s == 0.0).count();
-        let torsion = modes.iter().find(|mode| mode.kind == Kind::Torsion).unwrap();
+        let torsion = modes.iter().find(|mode| mode.kind == ModeKind::Torsion).unwrap();
         let off = torsion.frequency_rad_s / (speed * wave) - 1.0;
         println!("{free_twist:?}: {still} free, torsion off by {off:.1e}");
         assert!(off.abs() < 5e-4 && still == zeros, "{free_twist:?}: {off:e} {still}");

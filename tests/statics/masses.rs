@@ -2,7 +2,7 @@
 
 use rodfit::Point;
 use rodfit::scene::{Dimension, Material, PointForce, PointMass, Scene, Section, Shape};
-use rodfit::vibration::{About, Kind, Modes};
+use rodfit::vibration::{LinearizationPoint, ModeKind, Modes};
 use std::f64::consts::PI;
 
 use crate::common::rest;
@@ -22,7 +22,7 @@ fn rod(segments: usize, dimension: Dimension, mass: Vec<PointMass>) -> Scene {
 }
 
 fn modes(scene: &Scene, count: usize) -> Modes {
-    scene.problem().unwrap().modes(count, About::Equilibrium).unwrap()
+    scene.problem().unwrap().modes(count, LinearizationPoint::Equilibrium).unwrap()
 }
 
 /// The root of a function that changes its sign between `low` and `high`.
@@ -50,7 +50,7 @@ fn frequencies_with_a_tip_mass() {
             let errors = [25, 50, 100].map(|segments| {
                 let mass = PointMass::new(Point::Tip, part * DENSITY * AREA * LENGTH);
                 let found = modes(&rod(segments, dimension, vec![mass]), 8);
-                let bending = found.modes.iter().filter(|m| m.kind == Kind::Bending);
+                let bending = found.modes.iter().filter(|m| m.kind == ModeKind::Bending);
                 let mut found: Vec<f64> = bending.map(|m| m.frequency_rad_s).collect();
                 // Both planes have the same.
                 found.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);

@@ -4,7 +4,7 @@ use rodfit::scene::{
     Dimension, Handedness, InitialState, Material, Point, PointForce, Scene, Section, Shape,
     Support, Time,
 };
-use rodfit::vibration::{About, Kind, Modes, Plane};
+use rodfit::vibration::{LinearizationPoint, ModeKind, ModePlane, Modes};
 use std::f64::consts::PI;
 
 use crate::common::{at_tip, rest, simulate};
@@ -23,15 +23,15 @@ fn rod(segments: usize, start: Support, end: Support) -> Scene {
 }
 
 fn modes(scene: &Scene, count: usize) -> Modes {
-    scene.problem().unwrap().modes(count, About::Equilibrium).unwrap()
+    scene.problem().unwrap().modes(count, LinearizationPoint::Equilibrium).unwrap()
 }
 
-fn in_plane(modes: &Modes, plane: Plane) -> Vec<f64> {
+fn in_plane(modes: &Modes, plane: ModePlane) -> Vec<f64> {
     modes.modes.iter().filter(|m| m.plane == Some(plane)).map(|m| m.frequency_rad_s).collect()
 }
 
 /// Of modes of one kind that are not free motions.
-fn of_kind(modes: &Modes, plane: Option<Plane>, kind: Kind) -> Vec<f64> {
+fn of_kind(modes: &Modes, plane: Option<ModePlane>, kind: ModeKind) -> Vec<f64> {
     let own = modes.modes.iter().filter(|m| m.plane == plane && m.kind == kind);
     own.filter(|m| m.frequency_rad_s != 0.0).map(|m| m.frequency_rad_s).collect()
 }
@@ -50,7 +50,7 @@ fn bending_frequencies() {
     ] {
         let errors = [50, 100].map(|segments| {
             let found = modes(&rod(segments, start, end), 40);
-            let planar = in_plane(&found, Plane::In);
+            let planar = in_plane(&found, ModePlane::In);
             assert!(planar[..zeros].iter().all(|w| *w == 0.0), "{planar:?}");
             let bending = &planar[zeros..];
             [0, 1, 2].map(|k| bending[k] / (roots[k] * roots[k] * unit) - 1.0)
@@ -64,7 +64,7 @@ fn bending_frequencies() {
         }
         // Out of the plane the same, and torsion beside it.
         let found = modes(&rod(50, start, end), 6 + 2 * zeros);
-        let (inside, outside) = (in_plane(&found, Plane::In), in_plane(&found, Plane::Out));
+        let (inside, outside) = (in_plane(&found, ModePlane::In), in_plane(&found, ModePlane::Out));
         assert!((inside[zeros] / outside.iter().find(|w| **w > 0.0).unwrap() - 1.0).abs() < 1e-9);
     }
 }
@@ -76,7 +76,7 @@ fn between_a_hinge_and_a_roller() {
         let mut scene = rod(40, Support::Pinned, Support::Roller);
         scene.rod.shape = Shape::Straight { length: 0.5, direction };
         let found = modes(&scene, 8);
-        let [inside, outside] = [Plane::In, Plane::Out].map(|plane| {
+        let [inside, outside] = [ModePlane::In, ModePlane::Out].map(|plane| {
             let resisted = in_plane(&found, plane).into_iter().filter(|w| *w > 0.0);
             resisted.take(2).collect::<Vec<f64>>()
         });
@@ -93,8 +93,8 @@ fn torsional_and_axial_frequencies() {
     // A chain of springs and masses has (2 c/l) sin(k l/2) for c k, less by (k l)^2/24: 9.3e-5
     // of three quarter waves. The wall adds a third-order error.
     for (speed, plane, kind, allowed) in [
-        ((MODULUS / 3.0 / DENSITY).sqrt(), Plane::Out, Kind::Torsion, 1e-4),
-        ((MODULUS / DENSITY).sqrt(), Plane::In, Kind::Axial, 1.1e-4),
+        ((MODULUS / 3.0 / DENSITY).sqrt(), ModePlane::Out, ModeKind::Torsion, 1e-4),
+        ((MODULUS / DENSITY).sqrt(), ModePlane::In, ModeKind::Axial, 1.1e-4),
     ] {
         for (k, quarters) in [1.0, 3.0].into_iter().enumerate() {
             let exact = quarters * 0.5 * PI / 0.5 * speed;
@@ -205,9 +205,9 @@ fn a_free_bar() {
         let found = modes(&scene, 40);
         assert_eq!(found.unstable, 0);
         let free = found.modes.iter().take_while(|m| m.frequency_rad_s == 0.0);
-        assert!(free.clone().all(|m| m.kind == Kind::Rigid && m.number.is_none()), "{found}");
+        assert!(free.clone().all(|m| m.kind == ModeKind::Rigid && m.number.is_none()), "{found}");
         assert_eq!(free.count(), 6, "{found}");
-        assert!(found.modes[6..].iter().all(|m| m.kind != Kind::Rigid && m.number.is_some()));
+        assert!(found.modes[6..].iter().all(|m| m.kind != ModeKind::Rigid && m.number.is_some()));
 
         let i = width * height.powi(3) / 12.0;
         let unit = (e * i / (rho * width * height)).sqrt() / (length * length);
@@ -218,8 +218,8 @@ fn a_free_bar() {
         let axial = PI / length * (e / rho).sqrt();
         let spatial = dimension == Dimension::Spatial;
         let [inside, outside] =
-            if spatial { [None; 2] } else { [Some(Plane::In), Some(Plane::Out)] };
-        let bending = of_kind(&found, inside, Kind::Bending);
+            if spatial { [None; 2] } else { [Some(ModePlane::In), Some(ModePlane::Out)] };
+        let bending = of_kind(&found, inside, ModeKind::Bending);
         for (w, exact) in bending.iter().zip(flat) {
             // Lumped masses at 100 segments; in space, edgewise ones stand among them.
             assert!((w / exact - 1.0).abs() < 2e-3, "{w} {exact} {found}");
@@ -228,10 +228,13 @@ fn a_free_bar() {
             }
         }
         let first = |plane, kind| of_kind(&found, plane, kind)[0];
-        assert!((first(outside, Kind::Torsion) / torsion - 1.0).abs() < 3e-4, "{torsion} {found}");
-        assert!((first(inside, Kind::Axial) / axial - 1.0).abs() < 3e-4, "{axial} {found}");
+        assert!(
+            (first(outside, ModeKind::Torsion) / torsion - 1.0).abs() < 3e-4,
+            "{torsion} {found}"
+        );
+        assert!((first(inside, ModeKind::Axial) / axial - 1.0).abs() < 3e-4, "{axial} {found}");
         if !spatial {
-            let edgewise = first(outside, Kind::Bending) / flat[0];
+            let edgewise = first(outside, ModeKind::Bending) / flat[0];
             assert!((edgewise / (width / height) - 1.0).abs() < 1e-3, "{edgewise}");
         }
     }
@@ -253,7 +256,7 @@ fn free_motions() {
         [("arc", arc, 6, 0), ("pulled", pulled, 4, 2), ("hanging", hanging, 1, 2)]
     {
         let found = modes(&scene, 14);
-        let rigid = found.modes.iter().filter(|m| m.kind == Kind::Rigid);
+        let rigid = found.modes.iter().filter(|m| m.kind == ModeKind::Rigid);
         let [none, some] = [true, false]
             .map(|zero| rigid.clone().filter(|m| (m.frequency_rad_s == 0.0) == zero).count());
         assert_eq!((none, some, found.unstable), (free, swings, 0), "{name}: {found}");
@@ -317,7 +320,10 @@ fn free_strip_has_six_free_motions_on_every_mesh() {
                 "{segments} segments of {width} m by {height} m: {found}"
             );
             let free = found.modes.iter().filter(|m| m.frequency_rad_s == 0.0);
-            assert!(free.clone().all(|m| m.kind == Kind::Rigid && m.number.is_none()), "{found}");
+            assert!(
+                free.clone().all(|m| m.kind == ModeKind::Rigid && m.number.is_none()),
+                "{found}"
+            );
             assert_eq!(free.count(), 6, "{segments}: {found}");
             assert_eq!(scene.problem().unwrap().equilibrium().unwrap().negative_directions, 0);
         }

@@ -3,7 +3,7 @@
 use rodfit::fit::{Frequencies, Sample};
 use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Section, Shape};
 use rodfit::scene::{Compliance, PointForce, Support, Time};
-use rodfit::vibration::{About, Kind};
+use rodfit::vibration::{LinearizationPoint, ModeKind};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 use std::f64::consts::PI;
 
@@ -117,8 +117,9 @@ fn frequencies_are_those_of_a_beam_on_a_spring() {
         for (mode, exact) in [root(0.1, 1.8751), root(3.9266, 4.6941)].into_iter().enumerate() {
             let errors = [25, 50, 100].map(|segments| {
                 let scene = rod(segments, dimension, k);
-                let found = scene.problem().unwrap().modes(6, About::Equilibrium).unwrap();
-                let bending = found.modes.iter().filter(|m| m.kind == Kind::Bending);
+                let found =
+                    scene.problem().unwrap().modes(6, LinearizationPoint::Equilibrium).unwrap();
+                let bending = found.modes.iter().filter(|m| m.kind == ModeKind::Bending);
                 let mut all: Vec<f64> = bending.map(|m| m.frequency_rad_s).collect();
                 all.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
                 all[mode] / (exact * exact * unit) - 1.0
@@ -174,7 +175,7 @@ fn a_softly_clamped_rod_swings_more_slowly() {
     for dimension in BOTH {
         let period = |part: f64| {
             let mut scene = rod(20, dimension, part);
-            let first = scene.problem().unwrap().modes(1, About::Equilibrium).unwrap();
+            let first = scene.problem().unwrap().modes(1, LinearizationPoint::Equilibrium).unwrap();
             let first = first.frequencies_rad_s[0];
             scene.initial.state = InitialState::Equilibrium;
             scene.initial.point = at_tip([0.0, -1e-3 * BENDING / (LENGTH * LENGTH), 0.0]);
@@ -195,7 +196,7 @@ fn a_softly_clamped_rod_swings_more_slowly() {
 fn a_clamp_is_identified() {
     let mut scene = rod(40, Dimension::Planar, 0.05);
     let truth = scene.supports.start_compliance.rotation;
-    let modes = scene.problem().unwrap().modes(20, About::Equilibrium).unwrap();
+    let modes = scene.problem().unwrap().modes(20, LinearizationPoint::Equilibrium).unwrap();
     let mut found: Vec<f64> = modes.frequencies_rad_s;
     found.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
     let measured = Frequencies::new(&found[..3], 1e-3);

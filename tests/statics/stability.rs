@@ -1,7 +1,7 @@
 //! Stability near zero stiffness, where rounding errors of fine meshes hide signs; and limp rods that stand.
 
 use rodfit::scene::{Dimension, Material, Scene, Section, Shape, Support};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::PI;
 
 use crate::common::rest;
@@ -40,7 +40,7 @@ fn arc_above_its_hinges_is_unstable_on_every_mesh() {
             let found = problem.equilibrium().unwrap();
             assert_eq!((found.stable, found.negative_directions), (Some(false), 1), "{segments}");
             for count in [1, 2, 4] {
-                let modes = problem.modes(count, About::Equilibrium).unwrap();
+                let modes = problem.modes(count, LinearizationPoint::Equilibrium).unwrap();
                 let rate = -modes.frequencies_rad_s[0];
                 assert_eq!(modes.unstable, 1, "{segments} {count}");
                 assert!(
@@ -59,7 +59,7 @@ fn arc_below_its_hinges_swings_on_every_mesh() {
     for segments in [16, 400, 1000] {
         let problem = hinged_arc(segments, 0.27, 1.58, false).problem().unwrap();
         assert_eq!(problem.equilibrium().unwrap().stable, Some(true), "{segments}");
-        let modes = problem.modes(1, About::Equilibrium).unwrap();
+        let modes = problem.modes(1, LinearizationPoint::Equilibrium).unwrap();
         let found = modes.frequencies_rad_s[0];
         assert!((found / exact - 1.0).abs() < 1.0 / segments as f64 + 2e-3, "{found} {exact}");
     }

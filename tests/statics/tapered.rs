@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rodfit::scene::{Along, Dimension, Material, Scene, Section, Shape, Taper};
-use rodfit::vibration::{About, Kind};
+use rodfit::vibration::{LinearizationPoint, ModeKind};
 use std::f64::consts::PI;
 
 use crate::common::{at_tip, rest};
@@ -192,9 +192,10 @@ fn frequencies_of_tapered_rods() {
             let errors = [30, 60, 120].map(|segments| {
                 let mut scene = rod(segments, section.clone(), &taper);
                 scene.rod.dimension = dimension;
-                let found = scene.problem().unwrap().modes(6, About::Equilibrium).unwrap();
+                let found =
+                    scene.problem().unwrap().modes(6, LinearizationPoint::Equilibrium).unwrap();
                 // The wedge is stiffer across.
-                let lowest = found.modes.iter().find(|m| m.kind == Kind::Bending).unwrap();
+                let lowest = found.modes.iter().find(|m| m.kind == ModeKind::Bending).unwrap();
                 lowest.frequency_rad_s / (exact[0].sqrt() * unit) - 1.0
             });
             println!("{name}, {dimension:?}: {errors:?}");
@@ -222,8 +223,8 @@ fn torsion_of_a_stepped_shaft() {
     let errors = [20, 40, 80].map(|segments| {
         let mut scene = rod(segments, circle(), &on_modulus(vec![1.0, factor].into()));
         scene.rod.dimension = Dimension::Spatial;
-        let found = scene.problem().unwrap().modes(40, About::Equilibrium).unwrap();
-        let torsion = found.modes.iter().find(|m| m.kind == Kind::Torsion).unwrap();
+        let found = scene.problem().unwrap().modes(40, LinearizationPoint::Equilibrium).unwrap();
+        let torsion = found.modes.iter().find(|m| m.kind == ModeKind::Torsion).unwrap();
         torsion.frequency_rad_s / low - 1.0
     });
     println!("{errors:?}");

@@ -5,7 +5,7 @@ use rodfit::fit::{
 };
 use rodfit::fit::{RestShape, Sighting};
 use rodfit::scene::{Material, Scene, Section, Shape};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, FitReport, Parameter, Point};
 
 use crate::common::coarse;
@@ -42,7 +42,7 @@ fn stiff(gravity: f64) -> Scene {
 fn frequency(noise: f64) -> (Scene, Fit) {
     let scene = stiff(0.0);
     let problem = scene.problem().unwrap();
-    let first = problem.modes(1, About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let first = problem.modes(1, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s[0];
     let fit = Fit::new(&problem).observe(Frequencies::new(&[first], noise * first));
     (scene, fit.identify(Parameter::YoungsModulus))
 }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use rodfit::fit::{Advice, Choice, Design, DesignVariable, Frequencies, Known, RestShape};
 use rodfit::scene::{Material, Scene, Section, Shape};
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, Observation, Parameter, Point};
 
 use crate::common::coarse;
@@ -156,7 +156,7 @@ fn closed_forms() {
     let combined = modulus * 0.01_f64.hypot(2.0 * 0.01);
     near(&[design.parameters[0].combined_std], &[Some(combined)], 1e-3);
 
-    let frequency = problem.modes(1, About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let frequency = problem.modes(1, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s[0];
     let rings = Frequencies::new(&[7.0], 0.01 * frequency);
     let fit = Fit::new(&problem).observe(rings).identify(Parameter::YoungsModulus);
     near(&errors(&fit.design().unwrap()), &[Some(0.02 * modulus)], 1e-3);

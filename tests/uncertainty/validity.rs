@@ -3,7 +3,7 @@
 
 use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sighting};
 use rodfit::scene::{Dimension, Material, PointForce, Scene, Section, Shape, Support};
-use rodfit::vibration::Plane;
+use rodfit::vibration::ModePlane;
 use rodfit::{Code, Fit, Parameter, Point};
 use std::f64::consts::{PI, TAU};
 
@@ -59,7 +59,7 @@ fn astm_hz(length: f64, height: f64) -> f64 {
 /// A bar of 100 x 20 x 10 mm as the frequency of ASTM E1876 is measured within `sigma`, Hz.
 fn free_bar(sigma: f64) -> FitReport {
     let scene = bar(0.1, 0.01, [Support::Free; 2]);
-    fit_modulus(&scene, Frequencies::hz(&[astm_hz(0.1, 0.01)], sigma).plane(Plane::In))
+    fit_modulus(&scene, Frequencies::hz(&[astm_hz(0.1, 0.01)], sigma).plane(ModePlane::In))
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn weight_of_a_bias_is_that_in_standard_errors() {
     assert!(warning_of(&report, Code::ThickRod).is_some(), "{report}");
     assert!(warning_of(&free_bar(1000.0), Code::ThickRod).is_none());
     let slender = bar(0.6, 0.01, [Support::Free; 2]);
-    let hz = Frequencies::hz(&[astm_hz(0.6, 0.01)], 1e-3).plane(Plane::In);
+    let hz = Frequencies::hz(&[astm_hz(0.6, 0.01)], 1e-3).plane(ModePlane::In);
     let report = fit_modulus(&slender, hz);
     assert!(warning_of(&report, Code::ThickRod).is_none(), "{report}");
 }
@@ -104,7 +104,7 @@ fn simply_supported_bar_is_off_by_timoshenkos_solution() {
         let root = (linear * linear - 4.0 * quadratic * constant).sqrt();
         let squared = 2.0 * constant / (linear + root);
         let scene = bar(length, height, [Support::Pinned, Support::Roller]);
-        let measured = Frequencies::hz(&[squared.sqrt() / TAU], 1.0).plane(Plane::In);
+        let measured = Frequencies::hz(&[squared.sqrt() / TAU], 1.0).plane(ModePlane::In);
         let report = fit_modulus(&scene, measured.of_modes(&[mode]).unwrap());
         let off = 100.0 * (1.0 - modulus(&report) / MODULUS);
         let words = warning_of(&report, Code::ThickRod).unwrap();

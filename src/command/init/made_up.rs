@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::scene::{Time, Track};
-use rodfit::vibration::Plane;
+use rodfit::vibration::ModePlane;
 use rodfit::{Error, Parameter, Point, Scene};
 use std::f64::consts::TAU;
 
@@ -61,7 +61,7 @@ pub fn files(template: Template, (name, scene, fit): (&str, &str, &str)) -> Resu
             let problem =
                 finely(&read(scene)?).problem()?.with([(Parameter::YoungsModulus, 1.1e8)])?;
             let modes = problem.modes(4, Default::default())?;
-            let seen = modes.modes.iter().filter(|mode| mode.plane == Some(Plane::In)).take(2);
+            let seen = modes.modes.iter().filter(|mode| mode.plane == Some(ModePlane::In)).take(2);
             let hz = seen.map(|mode| (mode.frequency_rad_s / TAU * 100.0).round() / 100.0);
             let hz: Vec<f64> = hz.collect();
             let fit = fit.replace("{hz}", &format!("{hz:?}"));

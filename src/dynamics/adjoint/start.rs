@@ -100,7 +100,7 @@ where
             add_by_strains(rod, &geometry, (&state.q, &state.frames), by_strain, &mut q);
         }
         let held = discretized.setup.held(discretized.model, rod);
-        discretized.give_way(&held, (&state.q, &state.frames), &mut q)?;
+        discretized.displacement_under_forces(&held, (&state.q, &state.frames), &mut q)?;
         q.iter_mut().for_each(|q| *q = -*q);
         add(&q);
     }

@@ -7,7 +7,7 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::numerics::vector::{Vector, components, each};
+use crate::numerics::vector::{Vector, components, map_components};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
@@ -59,7 +59,7 @@ pub fn depends_on_history<R: Sensitive>(simulation: &Simulation<Dual64, R::Dual>
 /// The lanes of `G` lists.
 fn lanes<T: Copy, const G: usize>(lists: [&[T]; G], of: impl Fn(T) -> f64) -> Vec<[f64; G]> {
     let count = lists.first().map_or(0, |list| list.len());
-    (0..count).map(|i| each(&lists, |list| of(list[i]))).collect()
+    (0..count).map(|i| map_components(&lists, |list| of(list[i]))).collect()
 }
 
 impl<R: Sensitive, const G: usize> Implicit<R, G> {

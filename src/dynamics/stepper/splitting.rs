@@ -5,7 +5,7 @@
 //! transport is exact.
 
 use crate::dynamics::step::{Step, Work};
-use crate::numerics::decay::mean_decay;
+use crate::numerics::phi_function::phi1;
 use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
@@ -92,7 +92,7 @@ impl<D: Scalar> Splitting<D> {
             }
         } else {
             let x = step.system.damping.mass * h;
-            let (decay, push) = ((-x).exp(), mean_decay(x) * h);
+            let (decay, push) = ((-x).exp(), phi1(x) * h);
             for (v, (gradient, by_mass)) in all {
                 *v = *v * decay - *gradient * *by_mass * push;
             }

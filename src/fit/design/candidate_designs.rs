@@ -8,7 +8,7 @@ use crate::fit::measurement::motion::{Observation, PointMotion, Sample};
 use crate::fit::misfit::ar1::usual_spacing;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Point;
 use std::ops::Range;
 
@@ -161,7 +161,7 @@ impl CandidateDesigns {
                 continue;
             }
             places.push((experiment.problem.arc_length(motion.point)?, Kind::Own));
-            places.sort_by_cached_key(|x| ordered(x.0));
+            places.sort_by_cached_key(|x| total_order(x.0));
             let choice = |(s, kind): (f64, Kind)| {
                 let keep =
                     |b: &Block, _, _| if mine(b) { b.kind == kind } else { b.kind == Kind::Own };

@@ -9,7 +9,7 @@
 //!
 //! by Levenberg-Marquardt without a Jacobian. Of it only products are needed, each at the cost of less than a run: with a
 //! direction by [forward derivatives](Reversible::along), transposed by [derivatives that go
-//! back](Reversible::gradient). [Lanczos's method](crate::numerics::krylov) finds with them the few directions that the data
+//! back](Reversible::gradient). [Lanczos's method](crate::numerics::lanczos) finds with them the few directions that the data
 //! see, in which a step of any damping is solved without another product. At the optimum the same directions say how
 //! far the data narrow the prior down, and with it the standard error of every number (Bui-Thanh, Ghattas, Martin and
 //! Stadler 2013).

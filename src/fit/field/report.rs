@@ -5,8 +5,8 @@ use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::space::Space;
 use crate::fit::report::plot_data::Series;
-use crate::numerics::half_square;
-use crate::numerics::krylov::Ritz;
+use crate::numerics::half_sum_of_squares;
+use crate::numerics::lanczos::Ritz;
 use crate::scene::{Parameter, Scene};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone, duration};
 use serde::{Deserialize, Serialize};
@@ -137,7 +137,9 @@ impl FieldReport {
             fields,
             parameters: parameters.collect(),
             effective_parameters: ritz.values.iter().map(|(value, _)| seen(*value)).sum(),
-            normalized_residual_rms: (2.0 * half_square(residuals) / residuals.len() as f64).sqrt(),
+            normalized_residual_rms: (2.0 * half_sum_of_squares(residuals)
+                / residuals.len() as f64)
+                .sqrt(),
             values: residuals.len(),
             misfit: found.misfit,
             simulations: found.runs,

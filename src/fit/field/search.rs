@@ -11,8 +11,8 @@ use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observation_row::ObservationRow;
 use crate::fit::report::plot_data::Series;
 use crate::fit::report::replay::compared;
-use crate::numerics::half_square;
-use crate::numerics::krylov::Lanczos;
+use crate::numerics::half_sum_of_squares;
+use crate::numerics::lanczos::Lanczos;
 use crate::problem::Problem;
 use std::time::Instant;
 
@@ -104,7 +104,7 @@ impl Search<'_> {
         let record = run.trajectory().record();
         let residuals = seen.iter().map(|seen| seen.residual(&problem, record));
         let residuals: Vec<f64> = residuals.collect::<Result<_, Error>>()?;
-        let cost = half_square(&residuals) + half_square(z);
+        let cost = half_sum_of_squares(&residuals) + half_sum_of_squares(z);
         Ok(Trial { run, residuals, cost })
     }
 
@@ -164,7 +164,7 @@ impl Search<'_> {
         for _ in 0..STEPS {
             let mut down = self.back(&trial, &trial.residuals)?;
             down.iter_mut().zip(&z).for_each(|(down, z)| *down = -(*down + z));
-            let length = (2.0 * half_square(&down)).sqrt();
+            let length = (2.0 * half_sum_of_squares(&down)).sqrt();
             let mut lanczos = Lanczos::new(down.clone());
             let shift = 1.0 + damping;
             self.products(&trial, &mut lanczos, PRODUCTS[0], |known| {
@@ -176,7 +176,7 @@ impl Search<'_> {
                 let (step, _) = lanczos.solve(1.0 + damping, length);
                 // The model's decrease: what the step gains less what damping takes.
                 let along: f64 = step.iter().zip(&down).map(|(s, d)| s * d).sum();
-                let gain = 0.5 * along + damping * half_square(&step);
+                let gain = 0.5 * along + damping * half_sum_of_squares(&step);
                 let next: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + s).collect();
                 let tried = match self.at(&next) {
                     Err(error) if error.is_input() => return Err(error),

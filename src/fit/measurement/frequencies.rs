@@ -5,8 +5,8 @@ use crate::fit::measurement::dataset::{Abscissa, DataKind, DataUnit, Dataset, He
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::simulated::{Requirements, Simulated};
 use crate::problem::Problem;
-use crate::vibration::{Among, ModeName};
-use crate::vibration::{Kind, Plane};
+use crate::vibration::{ModeFilter, ModeName};
+use crate::vibration::{ModeKind, ModePlane};
 
 /// A measured natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub struct ModeFrequencies {
     /// The frequencies, each of its mode.
     pub values: Vec<Frequency>,
     /// Among which modes they count; default: those in the plane of a planar scene, all of a spatial one.
-    pub among: Among,
+    pub among: ModeFilter,
 }
 
 /// Measured frequencies, rad/s.
@@ -34,7 +34,7 @@ impl Frequencies {
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
-        let data = ModeFrequencies { values, among: Among::default() };
+        let data = ModeFrequencies { values, among: ModeFilter::default() };
         Self { header: Header::known("rad/s", sigma), data }
     }
 
@@ -61,13 +61,13 @@ impl Frequencies {
     }
 
     /// Seen in or out of the plane of a planar scene.
-    pub fn plane(mut self, plane: Plane) -> Self {
+    pub fn plane(mut self, plane: ModePlane) -> Self {
         self.among.plane = Some(plane);
         self
     }
 
     /// Of modes of one kind only, counted among themselves.
-    pub fn of_kind(mut self, kind: Kind) -> Self {
+    pub fn of_kind(mut self, kind: ModeKind) -> Self {
         self.among.kind = Some(kind);
         self
     }

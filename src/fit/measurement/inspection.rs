@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::measurement::repeated_frames::count_repeated_frames;
 use crate::input::onset::onset_of_motion;
-use crate::numerics::noise_scale::Series;
+use crate::numerics::noise_scale::NoisySeries;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use marker_files::Format;
 use marker_files::{Clock, LengthUnit, MarkerData, MarkerFile};
@@ -316,7 +316,7 @@ fn inspected(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> Inspecte
 fn noise(clocks: &[f64], places: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let seen = clocks.iter().zip(places).filter_map(|(t, x)| Some((*t, x?)));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();
-    let series = Series { times: &times, values: &values, factors: &[], excluded: &[] };
+    let series = NoisySeries { times: &times, values: &values, factors: &[], excluded: &[] };
     Some(series.noise().ok()?.sigma)
 }
 

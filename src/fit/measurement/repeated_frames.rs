@@ -5,7 +5,7 @@
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
-use crate::numerics::noise_scale::quantum;
+use crate::numerics::noise_scale::quantization_step;
 
 /// A marker whose steps are this many times the resolution of its positions does not repeat a position by rounding.
 const COARSE_STEPS: f64 = 3.0;
@@ -44,7 +44,7 @@ pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
 pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
     let resolution = [0, 1, 2].map(|axis| {
         let values: Vec<f64> = positions.iter().filter_map(|position| position[axis]).collect();
-        quantum(&values).unwrap_or(0.0)
+        quantization_step(&values).unwrap_or(0.0)
     });
     let moves = |a: usize, b: usize| {
         let (Some(a), Some(b)) = (positions.get(a), positions.get(b)) else { return false };

@@ -1,7 +1,7 @@
 //! What the camera makes of the rod's motion.
 
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub, turned};
+use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 
@@ -42,7 +42,7 @@ impl<D: Scalar> View<D> {
         let place = add(self.centre, self.shift);
         match dot(self.rotation, self.rotation).value() == 0.0 && D::ORDER == 0 {
             true => add(place, scale(arm, self.pixel_scale)),
-            false => add(place, scale(turned(self.rotation, arm), self.pixel_scale)),
+            false => add(place, scale(rotate(self.rotation, arm), self.pixel_scale)),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run, in_halves};
 use crate::fit::misfit::work::Work;
 use crate::fit::unknown::Unknown;
-use crate::numerics::half_square;
+use crate::numerics::half_sum_of_squares;
 use crate::numerics::scalar::Scalar;
 use crate::problem::Problem;
 use crate::scene::Parameter;
@@ -356,7 +356,7 @@ impl CostFunction for Residuals {
     type Param = Vec<f64>;
     type Output = f64;
     fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        Ok(half_square(&self.residuals(x)?))
+        Ok(half_sum_of_squares(&self.residuals(x)?))
     }
 }
 

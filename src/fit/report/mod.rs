@@ -36,7 +36,7 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
-use crate::numerics::abreast::level;
+use crate::numerics::simd::simd_level;
 use crate::scene::{Parameter, Resolution};
 use marker_files::Dropped;
 use serde::{Deserialize, Serialize};
@@ -183,7 +183,7 @@ impl FitReport {
             local_minima,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),
-            vector_unit: level().into(),
+            vector_unit: simd_level().into(),
             status: conclusion.status,
             grade: conclusion.grade,
             verdict: conclusion.verdict,

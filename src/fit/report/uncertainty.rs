@@ -4,7 +4,7 @@ use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::percent;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;
 
@@ -98,7 +98,7 @@ fn correlations(report: &FitReport) -> Vec<String> {
             pairs.extend(value.map(|value| (value, j, i)));
         }
     }
-    pairs.sort_by_cached_key(|x| Reverse(ordered(x.0.abs())));
+    pairs.sort_by_cached_key(|x| Reverse(total_order(x.0.abs())));
     let label = |k: usize| report.parameters[k].label();
     let named = pairs.iter().take(CORRELATIONS);
     named.map(|(value, i, j)| format!("{value:+.3} {} and {}", label(*i), label(*j))).collect()

@@ -2,7 +2,7 @@
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::summary::Summary;
 use crate::summary::quantity::{counted, quantity};
 
@@ -29,7 +29,7 @@ fn text(report: &FitReport) -> Option<String> {
     }
     let unit = report.predictions.first().map(|p| &p.unit)?;
     let mut own: Vec<&Prediction> = report.predictions.iter().filter(|p| p.unit == *unit).collect();
-    own.sort_by_cached_key(|x| ordered(x.rms));
+    own.sort_by_cached_key(|x| total_order(x.rms));
     let n = own.len();
     let (median, worst) = (0.5 * (own[(n - 1) / 2].rms + own[n / 2].rms), own[n - 1]);
     let shown = |value: f64| {

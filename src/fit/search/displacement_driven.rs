@@ -19,8 +19,8 @@ use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::half_square;
-use crate::numerics::ordered;
+use crate::numerics::half_sum_of_squares;
+use crate::numerics::total_order;
 use statrs::statistics::{Data, Median};
 
 /// Medians of a derivative's size from which on a value runs away.
@@ -88,7 +88,7 @@ impl Search<'_> {
             let of = |weights: &[f64]| weights.get(k).copied().unwrap_or(1.0);
             of(weights).min(of(&self.leverage_weights))
         };
-        let mut cost = half_square(&optimum.residuals[optimum.counts.iter().sum()..]);
+        let mut cost = half_sum_of_squares(&optimum.residuals[optimum.counts.iter().sum()..]);
         for MeasuredResiduals { measurement, residuals, rows, .. } in self.measured(optimum) {
             let loss = measurement.loss();
             let robust = |(k, r)| 0.5 * loss.robust(weight(k) * r)[0].powi(2);
@@ -116,7 +116,7 @@ impl Search<'_> {
             .collect();
         let mut lowest = lowest.into_iter();
         scanned.retain(|_| lowest.next() == Some(true));
-        scanned.sort_by_cached_key(|x| ordered(x.cost));
+        scanned.sort_by_cached_key(|x| total_order(x.cost));
         let least = scanned.first().map_or(0.0, |c| c.cost);
         let rivals = scanned.into_iter().filter(|c| c.cost <= RIVAL * least).take(DESCENTS);
         Ok(rivals.map(|c| c.x).collect())

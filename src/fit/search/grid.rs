@@ -1,7 +1,7 @@
 //! The misfit over a grid of starts: its minima are where fits may end.
 
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -129,7 +129,7 @@ impl Grid {
             .filter(|index| self.points[*index].1.is_finite() && is_minimum(*index))
             .map(|index| (self.points[index].0.clone(), self.points[index].1, spacing(index)))
             .collect();
-        minima.sort_by_cached_key(|x| ordered(x.1));
+        minima.sort_by_cached_key(|x| total_order(x.1));
         minima
     }
 }

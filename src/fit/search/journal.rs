@@ -4,7 +4,7 @@ use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -187,7 +187,7 @@ impl Journal {
         };
         let mut history: Vec<Iterate> = self.records().history.iter().map(iterate).collect();
         // Threads share the counter.
-        history.sort_by_cached_key(|x| ordered(x.simulations));
+        history.sort_by_cached_key(|x| total_order(x.simulations));
         history
     }
 

@@ -4,7 +4,7 @@
 use crate::fit::search::grid::Grid;
 use crate::fit::search::minimum::Minimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 
 /// Minima of the scan that are listed; all are counted.
@@ -67,7 +67,7 @@ pub(crate) fn local_minima(
 ) -> LocalMinima {
     let misfit = |minimum: &Minimum| minimum.squares.misfit(sigmas);
     let mut minima: Vec<&Minimum> = minima.iter().collect();
-    minima.sort_by_cached_key(|x| ordered(misfit(x)));
+    minima.sort_by_cached_key(|x| total_order(misfit(x)));
     // New weights and other meshes move the chosen one a little.
     let mut reached: Vec<&Minimum> = chosen.into_iter().collect();
     for minimum in minima {

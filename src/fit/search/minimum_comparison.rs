@@ -10,7 +10,7 @@ use crate::fit::search::local_minima::{SAME, distance, values};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 
 /// Minima of other meshes with an objective up to this many times the chosen one's are followed: another mesh changes
 /// an objective by some tens of per cent.
@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
             let factor = if minimum.numerics == self.numerics { 1.0 } else { NEAR_OBJECTIVE };
             distance(&minimum.x, &optimum.x) > SAME && misfit(minimum) < factor * optimum.cost
         });
-        rivals.sort_by_cached_key(|x| ordered(misfit(x)));
+        rivals.sort_by_cached_key(|x| total_order(misfit(x)));
         let mut apart: Vec<Minimum> = Vec::new();
         for rival in rivals {
             if apart.iter().all(|other| distance(&other.x, &rival.x) > SAME) {

@@ -9,8 +9,8 @@ use crate::error::Error;
 use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::optimum::Optimum;
-use crate::numerics::half_square;
-use crate::numerics::ordered;
+use crate::numerics::half_sum_of_squares;
+use crate::numerics::total_order;
 use rayon::prelude::*;
 
 /// Distance of the points on a line, on the scale of logarithms: a quarter of the scan's.
@@ -47,7 +47,7 @@ impl Search<'_> {
             let is_other = |i: &usize| (points[*i][j] - optimum.x[j]).abs() > 0.5 * SPACING;
             starts.extend(lowest.filter(is_other).map(|i| (points[i].clone(), at(i))));
         }
-        starts.sort_by_cached_key(|x| ordered(x.1));
+        starts.sort_by_cached_key(|x| total_order(x.1));
         starts.truncate(MOST_STARTS);
         Ok(starts.into_iter().map(|(x, _)| x).collect())
     }
@@ -80,7 +80,7 @@ impl Search<'_> {
         let objective = |x: &Vec<f64>| {
             let search = task.search();
             let found = search.residuals(horizons).and_then(|residuals| residuals.residuals(x));
-            (found.map(|residuals| half_square(&residuals)), search.work.total())
+            (found.map(|residuals| half_sum_of_squares(&residuals)), search.work.total())
         };
         let found: Vec<_> = points.par_iter().map(objective).collect();
         let mut objectives = Vec::with_capacity(points.len());

@@ -8,7 +8,7 @@ use crate::fit::misfit::residual_tests::{self, ResidualTests};
 use crate::fit::search::Search;
 use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::optimum::Optimum;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 
 /// Residuals below this part of the rod's length are rounding errors, not noise.
 const ROUNDING: f64 = 1e-8;
@@ -110,7 +110,7 @@ pub(crate) fn residual_tests(
     {
         // Both coordinates of an offset along the normal are one value.
         let mut offsets = shape.normal_offsets(&experiment.problem, residuals);
-        offsets.sort_by_cached_key(|x| ordered(x[0]));
+        offsets.sort_by_cached_key(|x| total_order(x[0]));
         let (places, values): (Vec<f64>, Vec<f64>) =
             offsets.into_iter().map(|[along, offset]| (along, offset)).unzip();
         let label = (experiment.label(measurement), NORMAL);
@@ -121,7 +121,7 @@ pub(crate) fn residual_tests(
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
         let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
         let mut places: Vec<(f64, f64)> = seen.map(|(k, t)| (*t, residuals[*k])).collect();
-        places.sort_by_cached_key(|x| ordered(x.0));
+        places.sort_by_cached_key(|x| total_order(x.0));
         let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
         let (label, axis) = (experiment.label(measurement), coordinate.axis);
         let (loss, correlation) = (measurement.loss(), correlation(axis));

@@ -12,7 +12,7 @@ use crate::fit::search::grid::Grid;
 use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::{Search, Task};
 use crate::fit::unknown::Unknown;
-use crate::numerics::half_square;
+use crate::numerics::half_sum_of_squares;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::number::Candidates;
@@ -66,7 +66,7 @@ fn look([coarse, full]: [Task; 2], first: &[f64], points: &[Vec<f64>]) -> Result
 
 /// The misfit and the residuals behind it.
 fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
-    Ok((half_square(&residuals.residuals(x)?), residuals.plain(x)?))
+    Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain(x)?))
 }
 
 /// Whether a point is at the starts that were given, if any were.

@@ -23,7 +23,7 @@ use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use statrs::statistics::{Data, Median};
 
 /// Largest `|dx/d ln p|` over `L + v t` that is no exponential growth. A phase that goes with `p^k` has `k`, at most 2 for
@@ -172,7 +172,7 @@ fn samples(
         }
         own.for_each(drop);
     }
-    samples.sort_by_cached_key(|x| ordered(x.time));
+    samples.sort_by_cached_key(|x| total_order(x.time));
     samples
 }
 

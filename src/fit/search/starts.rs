@@ -16,8 +16,8 @@ use crate::fit::search::neighbors;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::half_square;
-use crate::numerics::ordered;
+use crate::numerics::half_sum_of_squares;
+use crate::numerics::total_order;
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
@@ -206,7 +206,7 @@ impl Search<'_> {
         let Some(best) = best else { return Some(start) };
         let cost = |start: &Vec<f64>| {
             let there = self.all_residuals().and_then(|residuals| residuals.residuals(start));
-            there.map_or(f64::INFINITY, |there| half_square(&there))
+            there.map_or(f64::INFINITY, |there| half_sum_of_squares(&there))
         };
         let is_other = distance(&best.x, &start) > BASIN && (told || cost(&start) < best.cost);
         is_other.then_some(start)
@@ -256,7 +256,7 @@ impl Search<'_> {
         let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            candidates.sort_by_cached_key(|x| ordered(x.cost));
+            candidates.sort_by_cached_key(|x| total_order(x.cost));
             let best = candidates[0].cost;
             candidates.retain(|c| c.cost <= 4.0 * best);
             candidates.dedup_by(|a, b| is_near(&a.x, &b.x));
@@ -329,7 +329,7 @@ impl Search<'_> {
 
 /// The best of the points scanned that are not near a better one.
 fn apart(mut scanned: Vec<Candidate>, effort: &ScanLevel) -> Vec<Candidate> {
-    scanned.sort_by_cached_key(|x| ordered(x.cost));
+    scanned.sort_by_cached_key(|x| total_order(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
     for candidate in scanned {
         let far = |other: &Candidate| distance(&candidate.x, &other.x) > 0.9;

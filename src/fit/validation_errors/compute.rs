@@ -3,7 +3,7 @@
 use crate::accuracy::Aim;
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
@@ -234,7 +234,7 @@ fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
     }
     let summary = |unit: &&str| {
         let mut own: Vec<&MeasurementError> = errors.iter().filter(|e| e.unit == *unit).collect();
-        own.sort_by_cached_key(|x| ordered(x.mean));
+        own.sort_by_cached_key(|x| total_order(x.mean));
         let means: Vec<f64> = own.iter().map(|error| error.mean).collect();
         let worst = own.last()?;
         Some(ValidationSummary {

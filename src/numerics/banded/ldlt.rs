@@ -1,9 +1,9 @@
 //! L D L^T of one band, from both ends at once.
 
-use crate::numerics::abreast::{has_unit, on_the_unit};
 use crate::numerics::banded::elimination::{Column, Columns, Elimination};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
+use crate::numerics::simd::{has_simd, with_simd};
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use std::ops::Range;
 
@@ -143,8 +143,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
-        match E::PLAIN && has_unit() {
-            true => on_the_unit(Solve { factors: self, x }),
+        match E::PLAIN && has_simd() {
+            true => with_simd(Solve { factors: self, x }),
             false => self.solve_in_turn::<E, R, false>(x),
         }
     }
@@ -153,7 +153,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
     fn eliminate(&mut self, of: Sum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
-            true => on_the_unit(Factor { factors: self, of }),
+            true => with_simd(Factor { factors: self, of }),
             false => self.eliminate_here(of),
         }
     }

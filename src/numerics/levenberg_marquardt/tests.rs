@@ -252,7 +252,7 @@ fn the_last_step_is_taken_on_the_linear_model() {
     assert!(off > 0.0 && off < 2e-6, "{off:e}");
     let problem = Decay { noise: 0.02, runs: Default::default() };
     let there = (&problem).apply(&x).unwrap();
-    let apart = (2.0 * half_square(&difference(&there, &residuals))).sqrt();
+    let apart = (2.0 * half_sum_of_squares(&difference(&there, &residuals))).sqrt();
     assert!(apart < 1e-3 * 0.02, "{apart:e}");
     let (x, ..) = decay(0.0, 0.05);
     assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");

@@ -1,6 +1,6 @@
 //! Samples whose differences show noise, without repeated frames, and those differences.
 
-use crate::numerics::noise_scale::{HIGHEST_ORDER, Series};
+use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 
 /// A step of the clock this many times the median one is a gap: a difference across it sees too much of the signal.
 const GAP: f64 = 2.5;
@@ -25,7 +25,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    pub fn of(series: &Series) -> Self {
+    pub fn of(series: &NoisySeries) -> Self {
         let total = series.values.len();
         let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
         let mut distinct = series.values.to_vec();

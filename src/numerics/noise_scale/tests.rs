@@ -30,7 +30,7 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 fn noise(times: &[f64], values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
-    Series { times, values, factors: &[], excluded: &[] }.noise()
+    NoisySeries { times, values, factors: &[], excluded: &[] }.noise()
 }
 
 /// Mean and scatter of the estimate over `runs` series, and how many had none.
@@ -52,7 +52,7 @@ fn spread(runs: u64, make: impl Fn(&mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>)) -> 
 fn degrees_of_freedom_of_third_differences_follow_the_binomials() {
     let times = frames(2000);
     let series =
-        Series { times: &times, values: &wave(&times, 1.0, 7.3), factors: &[], excluded: &[] };
+        NoisySeries { times: &times, values: &wave(&times, 1.0, 7.3), factors: &[], excluded: &[] };
     let found = differences(&Samples::of(&series), 3, 1);
     assert!((found.degrees_of_freedom / found.count as f64 - 400.0 / 924.0).abs() < 1e-3);
 }
@@ -180,7 +180,7 @@ fn unequal_deviations_are_normalized() {
     let values: Vec<f64> =
         white(&mut random, 4000).iter().zip(&factors).map(|(x, f)| 3.0 * x * f).collect();
     let times = frames(4000);
-    let series = Series { times: &times, values: &values, factors: &factors, excluded: &[] };
+    let series = NoisySeries { times: &times, values: &values, factors: &factors, excluded: &[] };
     assert!((series.noise().unwrap().sigma / 3.0 - 1.0).abs() < 0.06);
 }
 
@@ -189,6 +189,6 @@ fn quantum_of_pixels_is_their_size() {
     let times = frames(100);
     let pixels: Vec<f64> =
         wave(&times, 40.0, 33.0).iter().map(|x| (x.round() - 7.0) * 0.002 + 0.1).collect();
-    assert!((quantum(&pixels).unwrap() / 0.002 - 1.0).abs() < 1e-9);
-    assert_eq!(quantum(&wave(&times, 40.0, 33.3)), None);
+    assert!((quantization_step(&pixels).unwrap() / 0.002 - 1.0).abs() < 1e-9);
+    assert_eq!(quantization_step(&wave(&times, 40.0, 33.3)), None);
 }

@@ -2,7 +2,7 @@
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::blocks::block;
 use crate::rod::layout::{EdgeSink, NodeSink, Plane};
@@ -30,7 +30,7 @@ impl<D: Scalar> ByEdge<D> {
 }
 
 /// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
-pub(super) struct ToNodes<'a, D, V: Wide<D>> {
+pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 2>],
     gradient: &'a mut [[D; 2]],
@@ -45,7 +45,7 @@ pub(super) struct ToNodes<'a, D, V: Wide<D>> {
 /// What stands below the diagonal in both columns of a node.
 type Below<D> = [[D; HALF_BANDWIDTH]; 2];
 
-impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
+impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -77,21 +77,21 @@ impl<V: Scalar> Columns<V> {
         diagonal: &mut [[D; 2]],
         below: &mut [Below<D>],
     ) where
-        V: Wide<D>,
+        V: SimdScalar<D>,
     {
         for (lane, to) in gradient.iter_mut().enumerate() {
-            *to = V::lane_of(&self.gradient, lane);
+            *to = V::extract_lane(&self.gradient, lane);
         }
         for (lane, to) in diagonal.iter_mut().enumerate() {
-            *to = V::lane_of(&self.diagonal, lane);
+            *to = V::extract_lane(&self.diagonal, lane);
         }
         for (lane, to) in below.iter_mut().enumerate() {
-            *to = [V::lane_of(&self.below[0], lane), V::lane_of(&self.below[1], lane)];
+            *to = [V::extract_lane(&self.below[0], lane), V::extract_lane(&self.below[1], lane)];
         }
     }
 }
 
-impl<D: Scalar, V: Wide<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -131,13 +131,13 @@ impl<D: Scalar, V: Wide<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
     }
 }
 
-impl<D: Scalar, V: Wide<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
         let lane = (i - 1) % V::LANES;
-        let [px, py] = V::lane_of(&self.before.gradient, lane);
-        let [xx, yx, yy] = V::lane_of(&self.before.vector, lane);
+        let [px, py] = V::extract_lane(&self.before.gradient, lane);
+        let [xx, yx, yy] = V::extract_lane(&self.before.vector, lane);
         let load = &self.load[i].force;
         self.gradient[i] = [px - load[0], py - load[1]];
         self.diagonal[i] = [xx, yy];
@@ -152,13 +152,13 @@ pub(super) struct ToEdges<'a, D> {
     pub(super) last: usize,
 }
 
-impl<D: Scalar, V: Wide<D>> EdgeSink<V, Plane, 2, 1> for ToEdges<'_, D> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {
             let i = first + lane;
-            let [xx, yx, yy] = V::lane_of(&own.vector, lane);
-            let (a, b) = (V::lane_of(&after[0], lane), V::lane_of(&after[1], lane));
+            let [xx, yx, yy] = V::extract_lane(&own.vector, lane);
+            let (a, b) = (V::extract_lane(&after[0], lane), V::extract_lane(&after[1], lane));
             let rows = [[xx, z, z, z], [yx, yy, z, z], [a[0], a[1], z, z], [b[0], b[1], z, z]];
             self.tangent.add_corner(2 * i + 2, if i < self.last { 4 } else { 2 }, &rows);
         }

@@ -1,6 +1,6 @@
 //! Edges of a planar rod, and how they are strained.
 
-use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::scalar::{Scalar, SimdScalar};
 
 /// An edge as it is.
 #[derive(Clone, Copy)]
@@ -29,7 +29,7 @@ impl<D: Scalar> Edge<D> {
     #[inline(always)]
     pub fn after<S>(&self, later: &Self) -> Self
     where
-        D: Wide<S>,
+        D: SimdScalar<S>,
     {
         Self {
             squared: self.squared.after(later.squared),
@@ -42,7 +42,7 @@ impl<D: Scalar> Edge<D> {
 }
 
 #[inline(always)]
-fn pair_after<S, V: Wide<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
+fn pair_after<S, V: SimdScalar<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
     [own[0].after(later[0]), own[1].after(later[1])]
 }
 

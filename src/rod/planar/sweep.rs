@@ -3,7 +3,7 @@
 use crate::energy::friction::Springs;
 use crate::energy::planar_bend::{curvature, curvature_between};
 use crate::energy::{PlanarBend, Stretch};
-use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
@@ -39,7 +39,7 @@ impl<D: Nestable> Elements<'_, D> {
 }
 
 /// A rod at `q` and what its elements are side by side.
-pub struct Along<'a, D: Scalar, V: Wide<D>> {
+pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
@@ -48,7 +48,7 @@ pub struct Along<'a, D: Scalar, V: Wide<D>> {
     edge: Edge<V>,
 }
 
-impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
     /// The bends between edges, as they are at their curvatures.
     #[inline(always)]
     fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
@@ -73,7 +73,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     }
 }
 
-impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a, D, V> {
     type Block = Pairs<V>;
 
     #[inline(always)]
@@ -175,7 +175,7 @@ impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a
 
 /// The edges from `first` on.
 #[inline(always)]
-fn edges_at<D: Nestable, V: Wide<D>>(q: &[D], level: V::Level, first: usize) -> Edge<V> {
+fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usize) -> Edge<V> {
     let mut room = None;
     let q = window(q, first, 2, 2 * V::LANES + 2, &mut room);
     Edge::new(&[
@@ -225,7 +225,7 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
         let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
         let mut along = Along::<D, V>::new(self.at, level);
@@ -245,13 +245,13 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
             let end = edges.min(first + V::LANES);
             for (lane, to) in nodes[first..end].iter_mut().enumerate() {
                 let ([x, y], load) =
-                    (V::lane_of(&elastic, lane), &elements.load[first + lane].force);
+                    (V::extract_lane(&elastic, lane), &elements.load[first + lane].force);
                 *to = [x - load[0], y - load[1]];
             }
             (moments, carried) = (moment, force);
         }
         let ([x, y], load) =
-            (V::lane_of(&carried, (edges - 1) % V::LANES), &elements.load[edges].force);
+            (V::extract_lane(&carried, (edges - 1) % V::LANES), &elements.load[edges].force);
         nodes[edges] = [x - load[0], y - load[1]];
     }
 }

@@ -3,7 +3,7 @@
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
 use crate::energy::joint::{EdgeState, Pull};
-use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::numerics::vector::{add, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::EdgeBlocks;
@@ -19,7 +19,7 @@ struct Forces<'a, D, V> {
     carried: [V; 3],
 }
 
-impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
     #[inline(always)]
     fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
@@ -38,7 +38,7 @@ impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
         let span = first..(self.load.len() - 1).min(first + V::LANES);
         let nodes = self.gradient.as_chunks_mut::<STRIDE>().0[span.clone()].iter_mut();
         for (lane, (to, load)) in nodes.zip(&self.load[span]).enumerate() {
-            let ([x, y, z, torque], load) = (V::lane_of(&elastic, lane), &load.force);
+            let ([x, y, z, torque], load) = (V::extract_lane(&elastic, lane), &load.force);
             *to = [x - load[0], y - load[1], z - load[2], torque];
         }
         (self.open, self.carried) = (pull.f, [x, y, z]);
@@ -48,7 +48,7 @@ impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
     #[inline(always)]
     fn end(self) {
         let edges = self.load.len() - 1;
-        let last = V::lane_of(&self.carried, (edges - 1) % V::LANES);
+        let last = V::extract_lane(&self.carried, (edges - 1) % V::LANES);
         self.gradient[STRIDE * edges..].copy_from_slice(&sub(last, self.load[edges].force));
     }
 }
@@ -63,7 +63,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = Forces::<D, V>::new(level, self.at.elements.load, self.gradient);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
@@ -88,7 +88,7 @@ impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = Forces::<D, V>::new(level, self.elements.load, self.gradient);
         let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
         while let Some(pairs) = moving.next() {

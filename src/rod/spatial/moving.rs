@@ -2,7 +2,7 @@
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{Edge, EdgeState};
-use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::numerics::vector::{Vector, dot, scale};
 use crate::rod::blocks::block;
 use crate::rod::spatial::sweep::{frames_at, vectors_at};
@@ -32,7 +32,7 @@ impl<V: Scalar> Moved<V> {
     #[inline(always)]
     fn after<S>(&self, later: &Self) -> Self
     where
-        V: Wide<S>,
+        V: SimdScalar<S>,
     {
         Self {
             squared: self.squared.after(later.squared),
@@ -56,7 +56,7 @@ pub(super) struct Pairs<V> {
 }
 
 /// Moves the frames of a rod to `q`, without changing any energy there: neither directors nor twists jump.
-pub(super) struct Moving<'a, D, V: Wide<D>> {
+pub(super) struct Moving<'a, D, V: SimdScalar<D>> {
     q: &'a [D],
     frames: &'a mut [EdgeFrame<D>],
     twist: &'a mut [D],
@@ -66,7 +66,7 @@ pub(super) struct Moving<'a, D, V: Wide<D>> {
     edges: Moved<V>,
 }
 
-impl<'a, D: Nestable, V: Wide<D>> Moving<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> Moving<'a, D, V> {
     #[inline(always)]
     pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
         let edges = move_edges(q, &mut frames.edges, level, 0);
@@ -100,7 +100,7 @@ impl<'a, D: Nestable, V: Wide<D>> Moving<'a, D, V> {
 
 /// Moves the frames of edges from `first` on.
 #[inline(always)]
-fn move_edges<D: Nestable, V: Wide<D>>(
+fn move_edges<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
     frames: &mut [EdgeFrame<D>],
     level: V::Level,
@@ -114,7 +114,7 @@ fn move_edges<D: Nestable, V: Wide<D>>(
     let frame = before.transported(scale(e, inverse_length));
     for (lane, to) in frames[first..].iter_mut().take(V::LANES).enumerate() {
         let (tangent, director) =
-            (V::lane_of(&frame.tangent, lane), V::lane_of(&frame.director, lane));
+            (V::extract_lane(&frame.tangent, lane), V::extract_lane(&frame.director, lane));
         *to = EdgeFrame { tangent, director };
     }
     Moved { squared, length, inverse_length, angle, frame, from: before.tangent }
@@ -130,7 +130,7 @@ impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
+    fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
         while moving.next().is_some() {}
     }

@@ -10,10 +10,10 @@ use crate::energy::bend_twist::{self, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
 use crate::energy::friction::SliderRates;
 use crate::energy::{Sliders, Stretch, dual_gradient_rate};
-use crate::numerics::abreast::wide_on_the_unit;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
-use crate::numerics::vector::{Vector, add, combine, components, cross, dot, each};
+use crate::numerics::simd::with_simd_if_wide;
+use crate::numerics::vector::{Vector, add, combine, components, cross, dot, map_components};
 use crate::rod::discrete::{JointRate, RateLayout};
 use crate::rod::edges::{HALF_BANDWIDTH, STRIDE};
 use crate::rod::layout::Space;
@@ -190,8 +190,8 @@ impl RateLayout<3, 3> for Space {
             let still = |v: f64| Dual64::from(v);
             let at = [frames.edges[i].map(still), frames.edges[i + 1].map(still)];
             let element = elements.joint[i].at(at, still(frames.twist[i]));
-            let local = bend_twist::dual_gradient(&element, &each(around(q, i), still));
-            add(STRIDE * i, &each(&local, |x| x.eps));
+            let local = bend_twist::dual_gradient(&element, &map_components(around(q, i), still));
+            add(STRIDE * i, &map_components(&local, |x| x.eps));
         }
     }
 
@@ -247,7 +247,7 @@ impl RateLayout<3, 3> for Space {
         tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
         out: &mut [[f64; G]],
     ) {
-        wide_on_the_unit::<_, G>(FrameChange { frames, geometry, gradient, tangent, out });
+        with_simd_if_wide::<_, G>(FrameChange { frames, geometry, gradient, tangent, out });
     }
 
     fn rebase_rates<const G: usize>(
@@ -286,7 +286,7 @@ impl RateLayout<3, 3> for Space {
         lane: usize,
         dual: &mut Frames<Dual64>,
     ) {
-        let tangent_rate = |j: usize| each(&rates[j].tangent, |x| x.0[lane]);
+        let tangent_rate = |j: usize| map_components(&rates[j].tangent, |x| x.0[lane]);
         let turn = |j: usize| rates[j].turn.0[lane];
         let pair = |x: Vector<f64>, rate: Vector<f64>| components(|c| Dual64::new(x[c], rate[c]));
         for (j, (to, from)) in dual.edges.iter_mut().zip(&frames.edges).enumerate() {

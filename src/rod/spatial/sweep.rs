@@ -4,7 +4,7 @@ use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::energy::joint::{Joint, Sum, between};
-use crate::numerics::scalar::{Nestable, Scalar, Wide};
+use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, scale, sub};
 use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::edges::STRIDE;
@@ -50,7 +50,7 @@ pub struct Pairs<V> {
 }
 
 /// A rod at `q` and what its elements are side by side.
-pub struct Along<'a, D: Scalar, V: Wide<D>> {
+pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
@@ -61,7 +61,7 @@ pub struct Along<'a, D: Scalar, V: Wide<D>> {
     edges: Edges<V>,
 }
 
-impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
     /// How edges stretch.
     #[inline(always)]
     pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
@@ -78,7 +78,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         let mut all = [(none.stiffness, none.natural); MOST];
         let joints = self.elements.joint.len().saturating_sub(*first);
         for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
-            *own = self.elements.response(first + lane, &V::lane_of(&bent.strains, lane));
+            *own = self.elements.response(first + lane, &V::extract_lane(&bent.strains, lane));
         }
         let stress = [
             V::gather(self.level, |lane| all[lane].1[0]),
@@ -89,7 +89,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     }
 }
 
-impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a, D, V> {
     type Block = Pairs<V>;
 
     #[inline(always)]
@@ -206,7 +206,7 @@ impl<'a, D: Nestable, V: Wide<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a
 
 /// The joints after the edges from `first` on.
 #[inline(always)]
-pub(super) fn joints<D: Nestable, V: Wide<D>>(
+pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
     all: &[JointLaw<D>],
     level: V::Level,
     first: usize,
@@ -217,7 +217,7 @@ pub(super) fn joints<D: Nestable, V: Wide<D>>(
 
 /// How the edges from `first` on stretch.
 #[inline(always)]
-pub(super) fn stretches<D: Nestable, V: Wide<D>>(
+pub(super) fn stretches<D: Nestable, V: SimdScalar<D>>(
     all: &[Stretch<D, 3>],
     level: V::Level,
     first: usize,
@@ -228,7 +228,7 @@ pub(super) fn stretches<D: Nestable, V: Wide<D>>(
 
 /// The vectors of edges from `first` on, and their angles.
 #[inline(always)]
-pub(super) fn vectors_at<D: Nestable, V: Wide<D>>(
+pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
     level: V::Level,
     first: usize,
@@ -250,7 +250,7 @@ pub(super) fn vectors_at<D: Nestable, V: Wide<D>>(
 
 /// The frames of edges from `first` on.
 #[inline(always)]
-pub(super) fn frames_at<D: Nestable, V: Wide<D>>(
+pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
     frames: &[EdgeFrame<D>],
     level: V::Level,
     first: usize,
@@ -262,7 +262,7 @@ pub(super) fn frames_at<D: Nestable, V: Wide<D>>(
 
 /// The edges from `first` on.
 #[inline(always)]
-fn edges_at<D: Nestable, V: Wide<D>>(
+fn edges_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
     frames: &[EdgeFrame<D>],
     level: V::Level,

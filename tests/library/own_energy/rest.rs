@@ -4,7 +4,7 @@ use crate::own_energy::energies::{Foundation, Magnet};
 use crate::own_energy::scenes::{RADIUS, straight, with_both};
 use rodfit::energy::At;
 use rodfit::scene::*;
-use rodfit::vibration::About;
+use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::PI;
 
 fn weightless(segments: usize) -> Scene {
@@ -41,7 +41,7 @@ fn springs_raise_all_frequencies() {
                     .map(|found| found.frequency_rad_s.powi(2))
                     .collect();
             }
-            let modes = problem.modes(6, About::Equilibrium).unwrap();
+            let modes = problem.modes(6, LinearizationPoint::Equilibrium).unwrap();
             modes.frequencies_rad_s.iter().map(|w| w * w).collect()
         };
         for (a, b) in squared(&scene).iter().zip(squared(&both)) {

@@ -15,7 +15,7 @@ use crate::fit::uncertainty::covariance::gauss_newton::LinearFit;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::residual_noise::weighted;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, Dyn, QR};
 use std::borrow::Borrow;
@@ -258,7 +258,7 @@ pub(crate) fn per_cents(
             };
             all.push(InputSensitivity { source: change.source.clone(), change: by, relative });
         }
-        all.sort_by_cached_key(|x| Reverse(ordered(x.change.abs())));
+        all.sort_by_cached_key(|x| Reverse(total_order(x.change.abs())));
         all
     };
     estimates.iter().enumerate().map(of).collect()

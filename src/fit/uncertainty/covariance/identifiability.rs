@@ -8,7 +8,7 @@ use crate::code::Code;
 use crate::fit::search::damping::is_damping;
 use crate::fit::uncertainty::covariance::combinations::{constant_exponents, product};
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
@@ -205,7 +205,7 @@ fn sum(combination: &[(&Unknown, f64)]) -> String {
 fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
     let mut all: Vec<usize> = (0..combination.len()).collect();
     if all.len() > MANY[0] {
-        all.sort_by_cached_key(|x| Reverse(ordered(combination[*x].1.abs())));
+        all.sort_by_cached_key(|x| Reverse(total_order(combination[*x].1.abs())));
         all.truncate(MANY[1]);
     }
     all

@@ -9,7 +9,7 @@ use crate::fit::uncertainty::covariance::zero_bound::{Bound, zero_bounds};
 use crate::fit::uncertainty::noise::adequacy::Adequacy;
 use crate::fit::uncertainty::noise::autocorrelation::Correlations;
 use crate::fit::uncertainty::noise::residual_noise::{Noise, weighted};
-use crate::numerics::half_square;
+use crate::numerics::half_sum_of_squares;
 
 /// Statistics of an optimum by its residuals and their derivatives.
 pub(crate) struct LocalAnalysis {
@@ -37,7 +37,7 @@ impl LocalAnalysis {
             let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
             // What cannot be simulated does not fit.
             residuals.residuals(&x).map_or(f64::INFINITY, |r| {
-                2.0 * (half_square(&r) - optimum.cost) / (noise.rise * noise.reach.powi(2))
+                2.0 * (half_sum_of_squares(&r) - optimum.cost) / (noise.rise * noise.reach.powi(2))
             })
         };
         let effect = size(fitted);

@@ -13,7 +13,7 @@ use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::covariance::zero_bound::Bound;
 use crate::fit::uncertainty::noise::autocorrelation::Correlations;
 use crate::fit::uncertainty::noise::residual_noise::Noise;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::number::Candidates;
 use std::f64::consts::LN_2;
 
@@ -233,7 +233,7 @@ impl<'a> Profile<'a> {
 
     fn insert(&mut self, point: Point) {
         self.points.push(point);
-        self.points.sort_by_cached_key(|x| ordered(x.held));
+        self.points.sort_by_cached_key(|x| total_order(x.held));
     }
 
     /// Records a point that is clearly lower than the optimum as a minimum to be followed.

@@ -12,7 +12,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -196,7 +196,7 @@ impl Interval {
     /// The curve, and where its 95 % interval ends.
     pub fn profile(&self, unknown: &Unknown, reach: f64) -> Profile {
         let mut points = self.points.clone();
-        points.sort_by_cached_key(|x| ordered(x.0));
+        points.sort_by_cached_key(|x| total_order(x.0));
         Profile {
             name: unknown.parameter,
             label: unknown.to_string(),
@@ -255,7 +255,7 @@ mod tests {
             assert!((end.unwrap() - expected).abs() < 0.05 * sd, "{found:?}");
         }
         let away = search.all_residuals().unwrap().residuals(&[best.x[0] + 4.0 * sd]).unwrap();
-        let cost = crate::numerics::half_square(&away);
+        let cost = crate::numerics::half_sum_of_squares(&away);
         let off = Optimum { x: vec![best.x[0] + 4.0 * sd], cost, ..best };
         assert!(
             interval(Fitted { search: &search, optimum: &off }, 0, (sd, 1.0, 1.96))

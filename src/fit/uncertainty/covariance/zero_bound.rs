@@ -11,7 +11,7 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::identifiability::SUSPICIOUS;
 use crate::fit::uncertainty::noise::autocorrelation::Correlations;
 use crate::fit::uncertainty::noise::residual_noise::Noise;
-use crate::numerics::half_square;
+use crate::numerics::half_sum_of_squares;
 use nalgebra::DMatrix;
 
 /// How much of the rise that the parabola predicts at the upper end must be there.
@@ -107,7 +107,7 @@ pub(crate) fn zero_bounds(
         x[*j] = unknowns[*j].to_scale(upper95);
         let rise = residuals
             .residuals(&x)
-            .map_or(f64::INFINITY, |r| 2.0 * (half_square(&r) - optimum.cost) / noise.rise);
+            .map_or(f64::INFINITY, |r| 2.0 * (half_sum_of_squares(&r) - optimum.cost) / noise.rise);
         // The search may have ended at zero, short of the least misfit.
         let missed =
             if estimate > here { (estimate - here) / (deviation / inflation) } else { 0.0 };

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use crate::summary::quantity::{counted, quantity};
@@ -150,7 +150,7 @@ fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {
     let own = list.iter().filter(|e| e.held_out == held_out);
     let mut own: Vec<(f64, &String)> =
         own.filter_map(|e| Some((e.mean_error?, &e.experiment))).collect();
-    own.sort_by_cached_key(|x| ordered(x.0));
+    own.sort_by_cached_key(|x| total_order(x.0));
     let (worst, name) = *own.last()?;
     let n = own.len();
     Some(ErrorSummary {

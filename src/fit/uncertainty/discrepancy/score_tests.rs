@@ -38,7 +38,7 @@ use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
 use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
@@ -337,7 +337,7 @@ impl TestInputs<'_> {
         if !is_coarse {
             let mut order: Vec<usize> =
                 (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
-            order.sort_by_cached_key(|x| Reverse(ordered(weighed[*x].largest_change())));
+            order.sort_by_cached_key(|x| Reverse(total_order(weighed[*x].largest_change())));
             for k in order.into_iter().take(MOST_RELINEARIZED) {
                 let change = changes[weighed[k].term];
                 let slope = weighed[k].answer.slope.clone();

@@ -20,11 +20,11 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
 use crate::fit::uncertainty::noise::residual_noise::Noise;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Scene};
-use crate::vibration::{About, Among, Kind, ModeName, thickness_effects};
+use crate::vibration::{LinearizationPoint, ModeFilter, ModeKind, ModeName, thickness_effects};
 use std::cmp::Reverse;
 use std::f64::consts::PI;
 
@@ -126,7 +126,7 @@ pub(crate) fn check_slenderness(
         })
         .filter(|(bias, _)| bias.std_errors.abs() > WORTH_A_NOTE)
         .collect();
-    named.sort_by_cached_key(|x| Reverse(ordered(x.0.std_errors.abs())));
+    named.sort_by_cached_key(|x| Reverse(total_order(x.0.std_errors.abs())));
     let soft = percent(usual.largest);
     let Some((worst, _)) = named.first() else {
         // Not even the size is known where no parameter has an answer to it.
@@ -315,16 +315,16 @@ fn reductions(
     flexibility: f64,
 ) -> Result<Vec<f64>, Error> {
     let names: Vec<ModeName> = frequencies.names().collect();
-    let effects = thickness_effects(problem, &names, About::Equilibrium)?;
+    let effects = thickness_effects(problem, &names, LinearizationPoint::Equilibrium)?;
     Ok(effects.iter().map(|effect| effect.reduction(flexibility)).collect())
 }
 
 /// By what part the squared frequency of the first bending mode about the rest shape is lower: without loads it is in
 /// proportion to Young's modulus.
 fn first_mode(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
-    let among = Among { kind: Some(Kind::Bending), ..Among::default() };
+    let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
     let first = [ModeName { number: 1, among }];
-    Ok(thickness_effects(problem, &first, About::Rest)?[0].reduction(flexibility))
+    Ok(thickness_effects(problem, &first, LinearizationPoint::Rest)?[0].reduction(flexibility))
 }
 
 /// Changes of the coordinates that were seen of a rod at rest, m, and the largest displacement over the largest

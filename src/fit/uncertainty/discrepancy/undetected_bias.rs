@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use std::cmp::Reverse;
 
 /// Degrees of freedom of the prior: heavy tails, of which one in 20 effects is beyond 2.8 plausible sizes.
@@ -92,7 +92,7 @@ impl Posterior {
             });
         let mut sizes: Vec<(f64, f64)> =
             (0..POINTS).map(|k| (at(k).abs(), (logs[k] - most).exp())).collect();
-        sizes.sort_by_cached_key(|x| ordered(x.0));
+        sizes.sort_by_cached_key(|x| total_order(x.0));
         let total: f64 = sizes.iter().map(|(_, density)| density).sum();
         let (mut below, mut limit) = (0.0, 0.0);
         for (size, density) in sizes {
@@ -210,7 +210,7 @@ pub(crate) fn biases(
             });
         }
     }
-    all.sort_by_cached_key(|x| Reverse(ordered(x.std_errors)));
+    all.sort_by_cached_key(|x| Reverse(total_order(x.std_errors)));
     all
 }
 

@@ -16,7 +16,7 @@ use crate::fit::misfit::residual_tests::newness;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
 use crate::fit::uncertainty::noise::residual_noise::Noise;
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -341,7 +341,7 @@ fn all_series(fitted: Fitted, rows: &[Vec<f64>], noise: &Noise) -> Vec<Series> {
         for coordinate in measurement.coordinates(&experiment.problem) {
             let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
             let mut places: Vec<(usize, f64)> = seen.copied().collect();
-            places.sort_by_cached_key(|x| ordered(x.1));
+            places.sort_by_cached_key(|x| total_order(x.1));
             let times: Vec<f64> = places.iter().map(|(_, t)| *t).collect();
             let Some(spacing) = usual_spacing(&times).filter(|_| times.len() >= FEWEST) else {
                 continue;

@@ -4,9 +4,9 @@ use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
-    FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, Series, quantum,
+    FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, NoisySeries, quantization_step,
 };
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -75,7 +75,7 @@ impl CoordinateSamples {
         let factors: Vec<f64> = measurement.sigmas(*sigma).iter().map(|own| own / sigma).collect();
         let mut places: Vec<(usize, f64)> =
             coordinate.places.iter().filter(|(k, _)| *k < residuals.len()).copied().collect();
-        places.sort_by_cached_key(|x| ordered(x.1));
+        places.sort_by_cached_key(|x| total_order(x.1));
         let pick = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             places.iter().map(|(k, _)| of(*k)).collect()
         };
@@ -96,7 +96,7 @@ impl CoordinateSamples {
 
     fn noise(&self, values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
         let Self { times, factors, excluded, .. } = self;
-        Series { times, values, factors, excluded }.noise()
+        NoisySeries { times, values, factors, excluded }.noise()
     }
 
     /// The lower of the estimates from residuals and from samples: each has the noise and what it leaks.
@@ -154,7 +154,8 @@ impl CoordinateSamples {
 
     pub fn scale(&self, observation: String, axis: &str) -> NoiseScale {
         let mut scale = self.empty_scale(observation, axis);
-        let resolution = quantum(&self.observed).map_or(0.0, |quantum| quantum / 12.0_f64.sqrt());
+        let resolution =
+            quantization_step(&self.observed).map_or(0.0, |quantum| quantum / 12.0_f64.sqrt());
         match self.estimate() {
             // Errors of coarse pixels are autocorrelated where the motion is slow.
             Err(NoEstimate::Oversampled { lower_bound: sigma, .. })

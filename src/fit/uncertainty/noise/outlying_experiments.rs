@@ -3,7 +3,7 @@
 //! One bad recording of many does not speak against the set-up that all of them share: scale, clock, origin, followed point. So
 //! the unexplained part of the motion is compared with its median over the experiments.
 
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 /// Fewest experiments of which one can stand out.
 const FEWEST: usize = 3;
 
@@ -48,7 +48,7 @@ impl UnexplainedParts {
     /// Median of the unexplained parts.
     pub fn median(&self) -> f64 {
         let mut parts: Vec<f64> = self.0.iter().map(UnexplainedPart::relative).collect();
-        parts.sort_by_cached_key(|x| ordered(*x));
+        parts.sort_by_cached_key(|x| total_order(*x));
         match parts.len() {
             0 => 0.0,
             n => 0.5 * (parts[(n - 1) / 2] + parts[n / 2]),

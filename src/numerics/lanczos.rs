@@ -1,7 +1,7 @@
 //! Symmetric matrices that are known by what they make of vectors, after Lanczos (1950): the matrix in the few directions
 //! in which it is large, one product each.
 
-use crate::numerics::ordered;
+use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Part of a vector below which what is left of it has no digits.
@@ -106,7 +106,7 @@ impl Lanczos {
         let eigen = SymmetricEigen::new(self.matrix());
         let values = &eigen.eigenvalues;
         let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by_cached_key(|x| ordered(values[*x]));
+        order.sort_by_cached_key(|x| total_order(values[*x]));
         order.reverse();
         let last = self.count().saturating_sub(1);
         let value =

@@ -3,7 +3,7 @@
 use crate::numerics::scalar::Scalar;
 
 /// (1 - e^-x)/x.
-pub fn mean_decay<D: Scalar>(x: D) -> D {
+pub fn phi1<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.1 {
         return (-(-x).exp() + 1.0) / x;
     }
@@ -19,8 +19,8 @@ mod tests {
     fn mean_decay_is_smooth_where_its_forms_meet() {
         for x in [1e-9, 0.09999, 0.10001, -0.1001, 2.0] {
             let exact = -f64::exp_m1(-x) / x;
-            assert!((mean_decay(x) / exact - 1.0).abs() < 1e-14, "{x}");
+            assert!((phi1(x) / exact - 1.0).abs() < 1e-14, "{x}");
         }
-        assert_eq!(mean_decay(num_dual::Dual64::new(0.0, 1.0)).eps, -0.5);
+        assert_eq!(phi1(num_dual::Dual64::new(0.0, 1.0)).eps, -0.5);
     }
 }

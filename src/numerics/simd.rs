@@ -3,7 +3,7 @@
 //! No two operations are fused into one, so that every lane has what a number alone would have, to the last
 //! digit; but for sines and cosines, whose series is not the library's.
 
-use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
 use crate::numerics::trigonometry::{self, sin_and_cos};
 use pulp::{Simd, bytemuck};
 use std::cmp::Ordering;
@@ -50,12 +50,12 @@ fn lanes<T: bytemuck::NoUninit>(numbers: &T) -> &[f64] {
 
 /// As many plain numbers as go into one register, each of which is what it would be alone.
 #[derive(Clone, Copy, Debug)]
-pub struct Abreast<L: Level> {
+pub struct SimdF64<L: Level> {
     level: L,
     numbers: L::f64s,
 }
 
-impl<L: Level> Abreast<L> {
+impl<L: Level> SimdF64<L> {
     /// The same number in every lane.
     #[inline(always)]
     fn splat(level: L, x: f64) -> Self {
@@ -74,7 +74,7 @@ impl<L: Level> Abreast<L> {
     }
 }
 
-impl<L: Level> Wide<f64> for Abreast<L> {
+impl<L: Level> SimdScalar<f64> for SimdF64<L> {
     type Level = L;
     const LANES: usize = L::F64_LANES;
 
@@ -104,7 +104,7 @@ impl<L: Level> Wide<f64> for Abreast<L> {
     }
 }
 
-impl<L: Level> From<f64> for Abreast<L> {
+impl<L: Level> From<f64> for SimdF64<L> {
     #[inline(always)]
     fn from(x: f64) -> Self {
         Self::splat(L::here(), x)
@@ -114,7 +114,7 @@ impl<L: Level> From<f64> for Abreast<L> {
 /// An operator between such numbers, and with a plain one.
 macro_rules! operators {
     ($($operator:ident $name:ident $assign:ident $assigning:ident $of_unit:ident;)*) => {$(
-        impl<L: Level> $operator for Abreast<L> {
+        impl<L: Level> $operator for SimdF64<L> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
@@ -122,20 +122,20 @@ macro_rules! operators {
                 Self { level, numbers: level.$of_unit(numbers, other.numbers) }
             }
         }
-        impl<L: Level> $operator<f64> for Abreast<L> {
+        impl<L: Level> $operator<f64> for SimdF64<L> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
                 $operator::$name(self, Self::splat(self.level, other))
             }
         }
-        impl<L: Level> $assign for Abreast<L> {
+        impl<L: Level> $assign for SimdF64<L> {
             #[inline(always)]
             fn $assigning(&mut self, other: Self) {
                 *self = $operator::$name(*self, other);
             }
         }
-        impl<L: Level> $assign<f64> for Abreast<L> {
+        impl<L: Level> $assign<f64> for SimdF64<L> {
             #[inline(always)]
             fn $assigning(&mut self, other: f64) {
                 *self = $operator::$name(*self, other);
@@ -150,7 +150,7 @@ operators! {
     Div div DivAssign div_assign div_f64s;
 }
 
-impl<L: Level> Neg for Abreast<L> {
+impl<L: Level> Neg for SimdF64<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -158,18 +158,18 @@ impl<L: Level> Neg for Abreast<L> {
     }
 }
 
-impl<L: Level> Sum for Abreast<L> {
+impl<L: Level> Sum for SimdF64<L> {
     fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
         numbers.fold(Self::from(0.0), |sum, x| sum + x)
     }
 }
 
-impl<L: Level> PartialEq for Abreast<L> {
+impl<L: Level> PartialEq for SimdF64<L> {
     fn eq(&self, other: &Self) -> bool {
         self.lanes() == other.lanes()
     }
 }
-impl<L: Level> PartialOrd for Abreast<L> {
+impl<L: Level> PartialOrd for SimdF64<L> {
     /// As all lanes agree.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
@@ -177,12 +177,12 @@ impl<L: Level> PartialOrd for Abreast<L> {
         if lanes.all(|order| order == first) { first } else { None }
     }
 }
-impl<L: Level> PartialEq<f64> for Abreast<L> {
+impl<L: Level> PartialEq<f64> for SimdF64<L> {
     fn eq(&self, other: &f64) -> bool {
         *self == Self::splat(self.level, *other)
     }
 }
-impl<L: Level> PartialOrd<f64> for Abreast<L> {
+impl<L: Level> PartialOrd<f64> for SimdF64<L> {
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         self.partial_cmp(&Self::splat(self.level, *other))
     }
@@ -198,7 +198,7 @@ macro_rules! lane_by_lane {
     };
 }
 
-impl<L: Level> Scalar for Abreast<L> {
+impl<L: Level> Scalar for SimdF64<L> {
     const ORDER: usize = 0;
 
     lane_by_lane!(exp ln tan asin acos atan sinh cosh tanh);
@@ -289,7 +289,7 @@ impl<L: Level, S: Sweep<f64>> pulp::NullaryFnOnce for At<L, S> {
 
     #[inline(always)]
     fn call(self) -> S::Output {
-        self.1.sweep::<Abreast<L>>(self.0)
+        self.1.sweep::<SimdF64<L>>(self.0)
     }
 }
 
@@ -299,7 +299,7 @@ impl Nestable for f64 {
     }
 
     #[inline]
-    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
+    fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
         if let Some(level) = pulp::x86::V3::try_new() {
             return level.vectorize(At(level, sweep));
@@ -307,15 +307,15 @@ impl Nestable for f64 {
         sweep.sweep::<Self>(())
     }
 
-    fn is_nothing(&self) -> bool {
+    fn is_identically_zero(&self) -> bool {
         *self == 0.0
     }
 }
 
 /// Does what goes side by side as it stands, in lists of a few numbers each, compiled for the processor's vector unit
-/// if there [is one](has_unit): all it calls must be `#[inline(always)]`.
+/// if there [is one](has_simd): all it calls must be `#[inline(always)]`.
 #[inline(always)]
-pub fn on_the_unit<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
+pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(level) = pulp::x86::V3::try_new() {
         return level.vectorize(work);
@@ -325,17 +325,17 @@ pub fn on_the_unit<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
 
 /// The same where each list has more than two numbers: fewer fill no wider unit.
 #[inline(always)]
-pub fn wide_on_the_unit<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
-    if G > 2 { on_the_unit(work) } else { work.call() }
+pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
+    if G > 2 { with_simd(work) } else { work.call() }
 }
 
 /// Whether there is a vector unit of more than two numbers.
-pub fn has_unit() -> bool {
-    level() != "scalar"
+pub fn has_simd() -> bool {
+    simd_level() != "scalar"
 }
 
 /// What plain numbers go side by side with on this processor: `avx2`, four of them, or `scalar`, one.
-pub fn level() -> &'static str {
+pub fn simd_level() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if pulp::x86::V3::is_available() {
         return "avx2";

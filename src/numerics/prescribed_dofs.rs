@@ -10,15 +10,15 @@ use std::sync::Arc;
 
 /// The unknowns that are led, in ascending order; clones share them.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Led(Arc<[usize]>);
+pub struct PrescribedDofs(Arc<[usize]>);
 
-impl Default for Led {
+impl Default for PrescribedDofs {
     fn default() -> Self {
         Self(Arc::new([]))
     }
 }
 
-impl Led {
+impl PrescribedDofs {
     /// These.
     pub fn new(mut unknowns: Vec<usize>) -> Self {
         unknowns.sort_unstable();
@@ -82,7 +82,7 @@ mod tests {
             );
         }
         for led in [vec![], vec![4, 5], vec![9, 2], vec![0, 13], vec![7, 6, 7, 5]] {
-            let led = Led::new(led);
+            let led = PrescribedDofs::new(led);
             let free: Vec<usize> = (0..n).filter(|i| !led.contains(*i)).collect();
             let mut b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
             led.fill(&mut b, 0.0);

@@ -1,7 +1,7 @@
 //! A number that remembers how large the terms of its derivatives were.
 
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{components, each};
+use crate::numerics::vector::{components, map_components};
 use std::cmp::Ordering;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -67,7 +67,7 @@ impl<const N: usize> Terms<N> {
         let curvature = curvature.abs() + off * third.abs();
         Self {
             value,
-            first: each(&self.first, |a| slope * a),
+            first: map_components(&self.first, |a| slope * a),
             second: table(|i, j| {
                 slope * self.second[i][j] + curvature * self.first[i] * self.first[j]
             }),

@@ -3,7 +3,7 @@
 //! A formula in numbers with many derivatives is thousands of instructions for every operation it has. Where it is no
 //! loop that anybody waits for, it is written once as calls.
 
-use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, Sweep, Wide};
+use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
 use nalgebra::Const;
 use num_dual::{Dual64, DualSVec64, HyperDual64};
 use std::cmp::Ordering;
@@ -14,9 +14,9 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 /// digit.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
-pub struct Called<D>(pub D);
+pub struct OutOfLine<D>(pub D);
 
-impl<D: Scalar> From<f64> for Called<D> {
+impl<D: Scalar> From<f64> for OutOfLine<D> {
     fn from(x: f64) -> Self {
         Self(D::from(x))
     }
@@ -25,7 +25,7 @@ impl<D: Scalar> From<f64> for Called<D> {
 /// An operator between such numbers, and with a plain one.
 macro_rules! operators {
     ($($operator:ident $name:ident $assign:ident $assigning:ident;)*) => {$(
-        impl<D: Scalar> $operator for Called<D> {
+        impl<D: Scalar> $operator for OutOfLine<D> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
@@ -37,7 +37,7 @@ macro_rules! operators {
                 Self(called(&self.0, &other.0))
             }
         }
-        impl<D: Scalar> $operator<f64> for Called<D> {
+        impl<D: Scalar> $operator<f64> for OutOfLine<D> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
@@ -48,13 +48,13 @@ macro_rules! operators {
                 Self(called(&self.0, other))
             }
         }
-        impl<D: Scalar> $assign for Called<D> {
+        impl<D: Scalar> $assign for OutOfLine<D> {
             #[inline(always)]
             fn $assigning(&mut self, other: Self) {
                 *self = $operator::$name(*self, other);
             }
         }
-        impl<D: Scalar> $assign<f64> for Called<D> {
+        impl<D: Scalar> $assign<f64> for OutOfLine<D> {
             #[inline(always)]
             fn $assigning(&mut self, other: f64) {
                 *self = $operator::$name(*self, other);
@@ -69,7 +69,7 @@ operators! {
     Div div DivAssign div_assign;
 }
 
-impl<D: Scalar> Neg for Called<D> {
+impl<D: Scalar> Neg for OutOfLine<D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -81,28 +81,28 @@ impl<D: Scalar> Neg for Called<D> {
     }
 }
 
-impl<D: Scalar> Sum for Called<D> {
+impl<D: Scalar> Sum for OutOfLine<D> {
     fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
         Self(numbers.map(|x| x.0).sum())
     }
 }
 
-impl<D: Scalar> PartialEq for Called<D> {
+impl<D: Scalar> PartialEq for OutOfLine<D> {
     fn eq(&self, other: &Self) -> bool {
         self.0 == other.0
     }
 }
-impl<D: Scalar> PartialOrd for Called<D> {
+impl<D: Scalar> PartialOrd for OutOfLine<D> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.0.partial_cmp(&other.0)
     }
 }
-impl<D: Scalar> PartialEq<f64> for Called<D> {
+impl<D: Scalar> PartialEq<f64> for OutOfLine<D> {
     fn eq(&self, other: &f64) -> bool {
         self.0 == *other
     }
 }
-impl<D: Scalar> PartialOrd<f64> for Called<D> {
+impl<D: Scalar> PartialOrd<f64> for OutOfLine<D> {
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         self.0.partial_cmp(other)
     }
@@ -122,7 +122,7 @@ macro_rules! functions {
     };
 }
 
-impl<D: Scalar> Scalar for Called<D> {
+impl<D: Scalar> Scalar for OutOfLine<D> {
     const ORDER: usize = D::ORDER;
 
     functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
@@ -145,7 +145,7 @@ impl<D: Scalar> Scalar for Called<D> {
 }
 
 /// One of them, whatever it is made of.
-impl<D: Scalar> Wide<D> for Called<D> {
+impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     type Level = ();
     const LANES: usize = 1;
 
@@ -174,10 +174,10 @@ macro_rules! nestable {
                 all.$instance()
             }
             #[inline]
-            fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
+            fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
                 sweep.sweep::<$sweeps>(())
             }
-            fn is_nothing(&self) -> bool {
+            fn is_identically_zero(&self) -> bool {
                 let parts: fn(&Self) -> [f64; _] = $parts;
                 parts(self).iter().all(|part| *part == 0.0)
             }
@@ -189,8 +189,8 @@ macro_rules! nestable {
 // all code if they were laid into the sweeps.
 nestable! {
     Dual64: dual, Self, |x| [x.re, x.eps];
-    HyperDual64: hyper_dual, Called<Self>, |x| [x.re, x.eps1, x.eps2, x.eps1eps2];
-    DualSVec64<2>: pair, Called<Self>, |x| {
+    HyperDual64: hyper_dual, OutOfLine<Self>, |x| [x.re, x.eps1, x.eps2, x.eps1eps2];
+    DualSVec64<2>: pair, OutOfLine<Self>, |x| {
         let [a, b] = x.eps.unwrap_generic(Const::<2>, Const::<1>).data.0[0];
         [x.re, a, b]
     };
