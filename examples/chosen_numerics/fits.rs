@@ -97,6 +97,6 @@ pub fn cover(seeds: Range<u64>) {
         "E inside its 95 % interval in {covered} of {fits} fits, {:.1} %; {unreserved} without reservation; {failed} failed; \
          {left_out} scenes left out, whose simulated truth is not accurate enough; median {:.1} simulations",
         100.0 * covered as f64 / f64::from(fits.max(1)),
-        crate::median(&mut costs)
+        crate::median(costs)
     );
 }

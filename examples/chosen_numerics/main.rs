@@ -2,15 +2,20 @@
 //! against the requested one, and the work of choosing against that of the chosen run.
 //!
 //! `cargo run --release --example chosen_numerics -- [costs] [SCENES] [FIRST SEED]`; 10 scenes if no number is given. The true
-//! error is the largest distance of eight points along the rod, at 200 times, from a run on a finer mesh with smaller steps.
+//! error is the largest distance of eight points along the rod, at 200 times, from a reference: a run on a finer mesh with
+//! smaller steps. Its own error is estimated by another run; where it is too large to decide whether the request is kept, the
+//! scene counts as undecided.
 //! `costs` also compares the work with the least one of numerics picked by hand, which takes many times as long. `-- schemes
 //! [SCENES] [FIRST SEED]` prints the errors of the step alone, by scheme. `-- fits [SCENES] [FIRST SEED]` fits E to the tip of
 //! each scene, with everything chosen, and counts the intervals that hold.
 
 mod by_hand;
 mod fits;
+mod reference;
 mod scenes;
 
+use rayon::prelude::*;
+use reference::Reference;
 use rodfit::accuracy::simulate_checked;
 use rodfit::{Error, Point, Problem, Scene, Trajectory};
 use scenes::{KINDS, scene};
@@ -20,10 +25,6 @@ const REQUESTED: [f64; 2] = [1e-2, 1e-3];
 /// Times and parts of the rod at which motions are compared.
 const TIMES: usize = 200;
 const PARTS: usize = 8;
-/// Refinement of the reference over the numerics chosen for the smallest request.
-const FINER: usize = 3;
-/// The same of the step of `rodas4`, which is of fourth order.
-const FINER_RODAS4: f64 = 2.0;
 /// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
 const ITERATIONS_OF_RODAS4: [usize; 2] = [5, 3];
 
@@ -95,21 +96,7 @@ fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// What is counted over the scenes of one request.
-#[derive(Default)]
-struct Counts {
-    scenes: usize,
-    within: usize,
-    silent: usize,
-    false_alarms: usize,
-    failed: usize,
-    ratios: Vec<f64>,
-    choosing: Vec<f64>,
-    /// Work of choosing and of the run over the least work by hand.
-    costs: Vec<f64>,
-}
-
-fn median(values: &mut [f64]) -> f64 {
+fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
@@ -127,102 +114,140 @@ fn main() -> Result<(), Error> {
         fits::cover(first..first + count);
         return Ok(());
     }
-    let mut counts = REQUESTED.map(|_| Counts::default());
-    for seed in first..first + count {
-        let text = scene(seed);
-        let kind = KINDS[(seed % KINDS.len() as u64) as usize];
-        let runs = REQUESTED.map(|requested| {
-            let scene = read(&text, &format!("accuracy = {requested}"), "", "")?;
-            let (problem, run) = simulate(&scene)?;
-            let motion = Motion::of(&problem, &run)?;
-            Ok::<_, Error>((problem, motion))
-        });
-        let Some(Ok((finest, _))) = runs.last() else {
-            for (counts, run) in counts.iter_mut().zip(&runs) {
-                counts.scenes += 1;
-                counts.failed += usize::from(run.is_err());
-            }
-            println!(
-                "{seed} {kind}: {:?}",
-                runs.last().and_then(|r| r.as_ref().err()).map(ToString::to_string)
-            );
-            continue;
-        };
-        let segments = format!("segments = {}", FINER * finest.segments());
-        let step = finest.time()?.step_size();
-        let step = match finest.time()?.scheme.name() {
-            "rodas4" => format!("step = {}\nscheme = \"rodas4\"", step / FINER_RODAS4),
-            _ => {
-                let step = step / FINER as f64;
-                format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9")
-            }
-        };
-        let reference = simulate(&read(&text, "", &segments, &step)?);
-        let reference = reference.and_then(|(problem, run)| Motion::of(&problem, &run));
-        let reference = match reference {
-            Ok(reference) => reference.places,
-            Err(error) => {
-                println!("{seed} {kind}: no reference: {error}");
-                continue;
-            }
-        };
-        for ((counts, run), requested) in counts.iter_mut().zip(&runs).zip(REQUESTED) {
-            counts.scenes += 1;
-            let Ok((problem, motion)) = run else {
-                counts.failed += 1;
-                println!("{seed} {kind}, {requested:.0e}: failed");
-                continue;
-            };
-            let error = distance(&motion.places, &reference);
-            let resolution = problem.resolution().expect("chosen numerics");
-            let warned = resolution.bound.is_some();
-            let within = error <= requested;
-            counts.within += usize::from(within);
-            counts.silent += usize::from(!within && !warned);
-            counts.false_alarms += usize::from(within && warned);
-            counts.ratios.push(error / requested);
-            counts.choosing.push(resolution.work / motion.work);
-            let by_hand = is_asked("costs")
-                .then(|| by_hand::cheapest(&text, requested, &reference, motion))
-                .flatten();
-            let cost = by_hand.map(|least| (resolution.work + motion.work) / least);
-            counts.costs.extend(cost);
-            println!(
-                "{seed} {kind}, {requested:.0e}: error {error:.1e}, estimated {:.1e}{}{}; {} segments, {} steps, {}; choosing \
-                 {:.2} runs{}",
-                resolution.error.unwrap_or(f64::NAN),
-                if warned { ", warned" } else { "" },
-                if within { "" } else { ", EXCEEDED" },
-                problem.segments(),
-                problem.time()?.steps(),
-                problem.time()?.scheme.name(),
-                resolution.work / motion.work,
-                cost.map_or(String::new(), |cost| format!(
-                    ", {cost:.1} times the least work by hand"
-                )),
-            );
-        }
-    }
-    for (counts, requested) in counts.iter_mut().zip(REQUESTED) {
-        println!(
-            "requested {requested:.0e}: {} of {} within, {} exceeded without a warning, {} warned although within, {} failed; \
-             median error {:.2} of the requested one, choosing takes {:.2} runs in the median and {:.2} at most",
-            counts.within,
-            counts.scenes,
-            counts.silent,
-            counts.false_alarms,
-            counts.failed,
-            median(&mut counts.ratios),
-            median(&mut counts.choosing),
-            counts.choosing.iter().copied().fold(0.0, f64::max),
-        );
-        if !counts.costs.is_empty() {
-            let number = counts.costs.len();
-            println!(
-                "  {:.2} times the least work by hand in the median of {number}",
-                median(&mut counts.costs)
-            );
-        }
+    let scenes: Vec<Scenes> = (first..first + count)
+        .into_par_iter()
+        .map(|seed| compare(seed, is_asked("costs")))
+        .collect();
+    for (request, requested) in REQUESTED.into_iter().enumerate() {
+        let results: Vec<&Outcome> = scenes.iter().map(|outcomes| &outcomes[request]).collect();
+        summarize(requested, &results);
     }
     Ok(())
+}
+
+/// The results of a scene, one for each request.
+type Scenes = [Outcome; 2];
+
+/// The result of a scene for a request.
+enum Outcome {
+    /// The simulation failed.
+    Failed,
+    /// The error of the reference is too large to decide.
+    Undecided {
+        is_warned: bool,
+    },
+    Compared(Comparison),
+}
+
+/// A run by chosen numerics next to the true motion.
+struct Comparison {
+    /// True error over the requested one.
+    ratio: f64,
+    is_within: bool,
+    is_warned: bool,
+    /// Work of choosing over that of the chosen run.
+    choosing: f64,
+    /// Work of choosing and of the run over the least work by hand.
+    cost: Option<f64>,
+}
+
+/// Simulates a scene for both requests, and compares the runs with its true motion.
+fn compare(seed: u64, with_costs: bool) -> Scenes {
+    let text = scene(seed);
+    let kind = KINDS[(seed % KINDS.len() as u64) as usize];
+    let runs = REQUESTED.map(|requested| {
+        let scene = read(&text, &format!("accuracy = {requested}"), "", "")?;
+        let (problem, run) = simulate(&scene)?;
+        let motion = Motion::of(&problem, &run)?;
+        Ok::<_, Error>((problem, motion))
+    });
+    let finest = runs.iter().rev().find_map(|run| run.as_ref().ok());
+    let reference = finest.map(|(problem, _)| Reference::new(&text, problem));
+    let mut requests = REQUESTED.into_iter();
+    runs.map(|run| {
+        let requested = requests.next().unwrap_or_default();
+        let (problem, motion) = match run {
+            Ok(run) => run,
+            Err(error) => {
+                println!("{seed} {kind}, {requested:.0e}: failed: {error}");
+                return Outcome::Failed;
+            }
+        };
+        let Some(resolution) = problem.resolution() else { return Outcome::Failed };
+        let is_warned = resolution.bound.is_some();
+        let reference = match &reference {
+            Some(Ok(reference)) => reference,
+            Some(Err(error)) => {
+                println!("{seed} {kind}, {requested:.0e}: no reference: {error}");
+                return Outcome::Undecided { is_warned };
+            }
+            None => return Outcome::Undecided { is_warned },
+        };
+        let error = distance(&motion.places, &reference.places);
+        let is_within = reference.is_within(error, requested);
+        let by_hand = (with_costs && is_within.is_some())
+            .then(|| by_hand::cheapest(&text, requested, &reference.places, &motion))
+            .flatten();
+        let cost = by_hand.map(|least| (resolution.work + motion.work) / least);
+        let choosing = resolution.work / motion.work;
+        println!(
+            "{seed} {kind}, {requested:.0e}: error {error:.1e}, estimated {:.1e}{}{}; {} segments, {} steps, {}; choosing \
+             {choosing:.2} runs{}",
+            resolution.error.unwrap_or(f64::NAN),
+            if is_warned { ", warned" } else { "" },
+            match is_within {
+                None => ", UNDECIDED",
+                Some(false) => ", EXCEEDED",
+                Some(true) => "",
+            },
+            problem.segments(),
+            problem.time().map_or(0, rodfit::scene::Time::steps),
+            problem.time().map_or("", |time| time.scheme.name()),
+            cost.map_or(String::new(), |cost| format!(", {cost:.1} times the least work by hand")),
+        );
+        let ratio = error / requested;
+        match is_within {
+            Some(is_within) => Outcome::Compared(Comparison { ratio, is_within, is_warned, choosing, cost }),
+            None => Outcome::Undecided { is_warned },
+        }
+    })
+}
+
+/// Prints the counts of a request over all scenes.
+fn summarize(requested: f64, outcomes: &[&Outcome]) {
+    let compared: Vec<&Comparison> = outcomes
+        .iter()
+        .filter_map(|outcome| match outcome {
+            Outcome::Compared(comparison) => Some(comparison),
+            _ => None,
+        })
+        .collect();
+    let count = |is: &dyn Fn(&Comparison) -> bool| compared.iter().filter(|one| is(one)).count();
+    let undecided: Vec<bool> = outcomes
+        .iter()
+        .filter_map(|outcome| match outcome {
+            Outcome::Undecided { is_warned } => Some(*is_warned),
+            _ => None,
+        })
+        .collect();
+    println!(
+        "requested {requested:.0e}: {} of {} within, {} exceeded without a warning, {} warned although within, {} failed; {} \
+         undecided, {} of them without a warning; median error {:.2} of the requested one, choosing \
+         takes {:.2} runs in the median and {:.2} at most",
+        count(&|one| one.is_within),
+        compared.len(),
+        count(&|one| !one.is_within && !one.is_warned),
+        count(&|one| one.is_within && one.is_warned),
+        outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Failed)).count(),
+        undecided.len(),
+        undecided.iter().filter(|is_warned| !**is_warned).count(),
+        median(compared.iter().map(|one| one.ratio).collect()),
+        median(compared.iter().map(|one| one.choosing).collect()),
+        compared.iter().map(|one| one.choosing).fold(0.0, f64::max),
+    );
+    let costs: Vec<f64> = compared.iter().filter_map(|one| one.cost).collect();
+    if !costs.is_empty() {
+        let number = costs.len();
+        println!("  {:.2} times the least work by hand in the median of {number}", median(costs));
+    }
 }
