@@ -25,6 +25,10 @@ pub(crate) struct Basis {
     pub trial: Trial,
     pub numerics: Numerics,
     pub errors: ErrorModel,
+    /// Whether the errors of all parts that may change were estimated.
+    pub is_known: bool,
+    /// The parts that may change, and whose errors were estimated.
+    pub free: Free,
     pub target: f64,
     /// Most work of a chosen run, and that of the trial run, edges times steps of generalised-alpha.
     pub most_work: f64,
@@ -33,11 +37,11 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// The cheapest refinement that reaches the target, within the growth that is allowed at the end.
-    pub fn refinement(&self, free: Free) -> Refinement {
+    pub fn refinement(&self) -> Refinement {
         let segments = self.numerics.segments as f64;
-        match self.errors.cheapest(self.target, segments, free) {
+        match self.errors.cheapest(self.target, segments, self.free) {
             Some((finer, growth)) if growth <= LAST_GROWTH => finer,
-            _ => self.errors.best_within(LAST_GROWTH, segments, free),
+            _ => self.errors.best_within(LAST_GROWTH, segments, self.free),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use crate::accuracy::aim::{OF_ACCURACY, solved_for};
 use crate::accuracy::basis::Basis;
-use crate::accuracy::refinement::{Free, Refinement};
+use crate::accuracy::refinement::{ErrorModel, Refinement};
 use crate::accuracy::trial::{Cost, Numerics, compared_points, largest_stable_step};
 use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
@@ -27,6 +27,13 @@ const LEAST_GROWTH: f64 = 1.3;
 const LEAST_CHANGE: f64 = 0.3;
 /// Refinement of the step after a run that failed.
 const AFTER_FAILURE: f64 = 3.0;
+/// Part of the requested error that an estimate may take that the run showed to be too small.
+const CORRECTED_PART: f64 = 0.9;
+/// Underestimations of the errors of a trial run that are looked for, at most, the lowest order that explains them, and
+/// bisections for the factor.
+const MOST_UNDERESTIMATED: f64 = 1e3;
+const LOWEST_ORDER: f64 = 0.25;
+const BISECTIONS: usize = 40;
 /// Times at which the run is compared, at most.
 const TIMES: f64 = 200.0;
 
@@ -35,7 +42,8 @@ const TIMES: f64 = 200.0;
 pub struct RunCheck {
     scene: Scene,
     basis: Basis,
-    free: Free,
+    /// Whether the run may be repeated with smaller steps.
+    can_repeat: bool,
     /// Refinement of the run over the numerics of the basis.
     finer: Refinement,
     numerics: Numerics,
@@ -67,10 +75,10 @@ pub enum Assessment {
 }
 
 impl RunCheck {
-    pub(super) fn new(scene: &Scene, basis: Basis, free: Free, work: f64) -> Self {
-        let finer = basis.refinement(free);
+    pub(super) fn new(scene: &Scene, basis: Basis, can_repeat: bool, work: f64) -> Self {
+        let finer = basis.refinement();
         let numerics = basis.refined(finer, scene);
-        Self { scene: scene.clone(), basis, free, finer, numerics, attempts: 0, work }
+        Self { scene: scene.clone(), basis, can_repeat, finer, numerics, attempts: 0, work }
     }
 
     /// A monitor of a run of this problem.
@@ -104,7 +112,7 @@ impl RunCheck {
         outcome: &Result<(), Error>,
         monitor: &RunMonitor,
     ) -> Result<Assessment, Error> {
-        let can_refine = self.free.step && self.attempts < MOST_ATTEMPTS;
+        let can_refine = self.can_repeat && self.attempts < MOST_ATTEMPTS;
         self.work += monitor.work;
         match outcome {
             Ok(()) => {}
@@ -113,33 +121,37 @@ impl RunCheck {
             }
             Err(_) if can_refine => {
                 let finer = Refinement { step: AFTER_FAILURE * self.finer.step, ..self.finer };
-                return self.again(finer, 1.0);
+                return self.again(finer);
             }
             Err(_) => return Ok(Assessment::Accepted(None)),
         }
+        if !self.basis.is_known {
+            return Ok(Assessment::Accepted(None));
+        }
         let expected = self.basis.errors.after(self.finer);
-        let factor = self.underestimation(expected, monitor.difference);
-        let error = factor * expected;
-        if error <= self.scene.asked() || !can_refine {
+        self.basis.errors = self.corrected(monitor.difference);
+        let error = self.basis.errors.after(self.finer);
+        let is_corrected = error > expected;
+        let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.scene.asked();
+        if error <= allowed || !can_refine {
             return Ok(Assessment::Accepted(Some(error)));
         }
-        match self.repeated(expected, factor) {
-            Some(finer) => self.again(finer, factor),
+        match self.repeated(expected) {
+            Some(finer) => self.again(finer),
             None => Ok(Assessment::Accepted(Some(error))),
         }
     }
 
-    /// The refinement of a repeated run after errors were underestimated by a factor: the cheapest that is expected to reach
-    /// the request, or as much of it as one more run may take.
-    fn repeated(&self, expected: f64, factor: f64) -> Option<Refinement> {
-        let same = Refinement { mesh: 1.0, step: 1.0 };
-        let scaled = self.basis.errors.refined(same, factor);
+    /// The refinement of a repeated run after errors were underestimated: the cheapest that is expected to reach the request,
+    /// or as much of it as one more run may take where the request was expected to be reached.
+    fn repeated(&self, expected: f64) -> Option<Refinement> {
+        let Basis { errors, free, .. } = self.basis;
         let segments = self.basis.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
-        let cheapest = scaled.cheapest(target, segments, self.free).map(|(finer, _)| finer);
+        let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
         let was_promised = expected <= self.scene.asked();
         let most = REPEATED_GROWTH * self.basis.growth(self.numerics);
-        let partly = was_promised.then(|| scaled.best_within(most, segments, self.free));
+        let partly = was_promised.then(|| errors.best_within(most, segments, free));
         [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))
     }
 
@@ -152,31 +164,47 @@ impl RunCheck {
             && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
 
-    /// The factor by which the errors of the last trial run were underestimated, as far as the difference of the run shows.
-    fn underestimation(&self, expected: f64, difference: f64) -> f64 {
+    /// The errors of the last trial run whose change by the run is at least the difference between both.
+    fn corrected(&self, difference: f64) -> ErrorModel {
         let errors = self.basis.errors;
-        let trial = errors.mesh + errors.step;
-        if self.basis.growth(self.numerics) < LEAST_GROWTH || trial == 0.0 {
-            return 1.0;
+        let change = |errors: ErrorModel| {
+            let trial = errors.mesh + errors.step;
+            (trial - errors.after(self.finer)).abs().max(LEAST_CHANGE * trial)
+        };
+        let is_alike = self.basis.growth(self.numerics) < LEAST_GROWTH;
+        if is_alike || change(errors) >= difference || errors.mesh + errors.step == 0.0 {
+            return errors;
         }
-        let allowed = (trial - expected).abs().max(LEAST_CHANGE * trial);
-        (difference / allowed).max(1.0)
+        let [mut low, mut high] = [1.0, MOST_UNDERESTIMATED];
+        for _ in 0..BISECTIONS {
+            let middle = (low * high).sqrt();
+            match change(errors.underestimated(middle, LOWEST_ORDER)) < difference {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        errors.underestimated(high, LOWEST_ORDER)
     }
 
     /// The problem with other numerics.
-    fn again(mut self, finer: Refinement, factor: f64) -> Result<Assessment, Error> {
+    fn again(mut self, finer: Refinement) -> Result<Assessment, Error> {
         self.finer = finer;
         self.attempts += 1;
         let numerics = self.basis.refined(finer, &self.scene);
         self.numerics = numerics;
-        let error = factor * self.basis.errors.after(finer);
+        let error = self.basis.is_known.then(|| self.basis.errors.after(finer));
         let problem = numbered(&self.scene, numerics, error, self.work)?;
         Ok(Assessment::Again(Box::new((problem, self))))
     }
 }
 
 /// The problem of a scene with these numerics and an estimated error.
-fn numbered(scene: &Scene, numerics: Numerics, error: f64, work: f64) -> Result<Problem, Error> {
+fn numbered(
+    scene: &Scene,
+    numerics: Numerics,
+    error: Option<f64>,
+    work: f64,
+) -> Result<Problem, Error> {
     let end = scene.time.as_ref().map_or(0.0, |time| time.end);
     let mut step = (end / numerics.steps as f64).min(scene.supports.largest_good_step());
     let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).posed()?;
@@ -185,7 +213,7 @@ fn numbered(scene: &Scene, numerics: Numerics, error: f64, work: f64) -> Result<
     }
     let mut scene = scene.resolved(numerics.segments, step).by(numerics.scheme);
     if let Some(resolution) = &mut scene.resolution {
-        (resolution.error, resolution.work) = (Some(error), work);
+        (resolution.error, resolution.work) = (error, work);
     }
     solved_for(&mut scene, OF_ACCURACY);
     scene.posed()

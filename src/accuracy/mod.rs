@@ -29,7 +29,6 @@ pub(crate) use trial::largest_step;
 use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
 use crate::accuracy::basis::ChosenMotion;
 use crate::accuracy::motion::MotionSearch;
-use crate::accuracy::refinement::Free;
 use crate::accuracy::still::still;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -76,10 +75,9 @@ impl Scene {
             (resolution.bound, resolution.work) = (bound, search.work());
         }
         solved_for(&mut chosen, OF_ACCURACY);
-        let free = Free { mesh: open.segments, step: open.step };
         let check = basis
             .filter(|_| open.any())
-            .map(|basis| RunCheck::new(&scene, basis, free, search.work()));
+            .map(|basis| RunCheck::new(&scene, basis, open.step, search.work()));
         Ok((chosen.posed()?, check))
     }
 

@@ -108,10 +108,15 @@ impl<'a> MotionSearch<'a> {
                 if failures > MOST_FAILURES {
                     return self.conclude(last, now, Some(Bound::Work));
                 }
-                now = match last {
+                now = match &last {
                     // Finer edges need smaller steps, whose error is left to the difference of the mesh.
                     Some(_) if now.scheme == Scheme::Rodas4 => {
                         Numerics { steps: 2 * now.steps, ..now }
+                    }
+                    // The differences so far hold: the step is refined first, on the mesh of the last run.
+                    Some((_, then)) if refined == Part::Mesh && self.given_steps.is_none() => {
+                        refined = Part::Step;
+                        Numerics { steps: RATIO * then.steps, ..*then }
                     }
                     _ => {
                         self.mesh.clear();
@@ -291,7 +296,14 @@ impl<'a> MotionSearch<'a> {
         let within_reach = cheapest.is_some_and(|(finer, growth)| {
             growth <= most && finer.mesh.max(finer.step) <= FARTHEST
         });
-        if within_reach && !unrelated {
+        if let Some((finer, _)) = cheapest.filter(|_| within_reach && !unrelated) {
+            // The difference of a part is taken again where the other one is refined far.
+            if step && self.since_step * finer.mesh > STALE {
+                return Some(Part::Step);
+            }
+            if mesh && self.since_mesh * finer.step > STALE {
+                return Some(Part::Mesh);
+            }
             // What is given is compared before the search ends.
             return match self.free() {
                 Free { mesh: false, .. } if mesh => Some(Part::Mesh),
@@ -337,16 +349,25 @@ impl<'a> MotionSearch<'a> {
             return Ok(ChosenMotion { numerics: tried, step, error: None, bound, basis: None });
         };
         let errors = self.errors();
-        let is_known = self.mesh.count() + self.step.count() > 0;
+        let free = self.free();
+        let free = Free {
+            mesh: free.mesh && self.mesh.count() > 0,
+            step: free.step && self.step.count() > 0,
+        };
+        let is_observed = self.mesh.count() + self.step.count() > 0;
+        let is_known =
+            is_observed && [free.mesh, free.step] == [self.free().mesh, self.free().step];
         let basis = Basis {
             trial,
             numerics,
             errors,
+            is_known,
+            free,
             target: self.target(),
             most_work: LONGER * self.trials.most_work,
             trial_work: self.trials.expected_work(numerics),
         };
-        let finer = basis.refinement(self.free());
+        let finer = basis.refinement();
         let (numerics, step) = self.numerics(&basis, finer)?;
         let error = is_known.then(|| errors.after(finer));
         let given = self.given_segments.is_some() || self.given_steps.is_some();

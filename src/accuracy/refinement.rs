@@ -73,16 +73,31 @@ impl ErrorModel {
 
     /// The error that is left after a refinement.
     pub fn after(&self, finer: Refinement) -> f64 {
-        let Self { mesh, step, .. } = self.refined(finer, 1.0);
+        let Self { mesh, step, .. } = self.refined(finer);
         mesh + step
     }
 
-    /// The errors of a run that is finer, times a factor.
-    pub fn refined(&self, finer: Refinement, factor: f64) -> Self {
+    /// The errors of a run that is finer.
+    fn refined(&self, finer: Refinement) -> Self {
         Self {
-            mesh: factor * self.mesh * trusted(finer.mesh).powf(-self.mesh_order),
-            step: factor * self.step * trusted(finer.step).powf(-self.step_order),
+            mesh: self.mesh * trusted(finer.mesh).powf(-self.mesh_order),
+            step: self.step * trusted(finer.step).powf(-self.step_order),
             ..*self
+        }
+    }
+
+    /// The errors after a finer run showed that they were underestimated by a factor. They were extrapolated from the change
+    /// `d` of a refinement by two, `e = d / (2^p - 1)`: larger errors go with lower orders, down to `lowest`.
+    pub fn underestimated(&self, factor: f64, lowest: f64) -> Self {
+        let lower = |order: f64| {
+            let explained = (1.0 + (order.exp2() - 1.0) / factor).log2();
+            explained.max(lowest.min(order))
+        };
+        Self {
+            mesh: factor * self.mesh,
+            step: factor * self.step,
+            mesh_order: lower(self.mesh_order),
+            step_order: lower(self.step_order),
         }
     }
 

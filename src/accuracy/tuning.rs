@@ -22,7 +22,7 @@ pub(super) struct Tuning {
 const SMOOTH: Tuning = Tuning {
     target: 0.45,
     growth_observed: 16.0,
-    growth_assumed: 8.0,
+    growth_assumed: 6.0,
     orders: OrderBounds { highest: 2.0, at_once: 2.0, lowest: 0.32, assumed: 1.4 },
     doubt: 0.0,
 };
@@ -30,7 +30,7 @@ const SMOOTH: Tuning = Tuning {
 const EXCITED: Tuning = Tuning {
     target: 0.5,
     growth_observed: 16.0,
-    growth_assumed: 8.0,
+    growth_assumed: 6.0,
     orders: OrderBounds { highest: 2.0, at_once: 1.32, lowest: 0.32, assumed: 1.32 },
     doubt: 0.1,
 };
