@@ -3,12 +3,14 @@
 use crate::{Motion, distance, read, simulate};
 use rodfit::{Error, Problem};
 
-/// Refinements of mesh and step of the reference over the finest chosen run, and of the run that it is verified with.
-const REFINEMENTS: [usize; 2] = [3, 2];
+/// Refinements of mesh and step of the reference over the finest chosen run, and of the runs that it is verified with.
+const REFINEMENTS: [f64; 3] = [3.0, 2.0, 1.0];
 /// The same of the step of `rodas4`, which is of fourth order.
-const REFINEMENTS_RODAS4: [f64; 2] = [2.0, 1.5];
-/// Error of the reference over its distance to the coarser run, for errors of first order: `(1/3) / (1/2 - 1/3)`.
-const ERROR_PER_DISTANCE: f64 = 2.0;
+const REFINEMENTS_RODAS4: [f64; 3] = [2.0, 1.5, 1.0];
+/// Orders of the error of the reference, which the distances between the three runs determine.
+const ORDERS: [f64; 2] = [0.5, 2.0];
+const BISECTIONS: usize = 40;
+
 /// Positions over the length at the points and times of comparison.
 pub struct Reference {
     pub places: Vec<[f64; 3]>,
@@ -22,8 +24,9 @@ impl Reference {
     /// # Errors
     /// Those of the finer runs.
     pub fn new(text: &str, finest: &Problem) -> Result<Self, Error> {
-        let [reference, coarser] = [run(text, finest, 0)?, run(text, finest, 1)?];
-        let error = ERROR_PER_DISTANCE * distance(&reference, &coarser);
+        let [reference, finer, coarser] = [0, 1, 2].map(|run| simulate_finer(text, finest, run));
+        let (reference, finer, coarser) = (reference?, finer?, coarser?);
+        let error = error_of_finest(distance(&reference, &finer), distance(&finer, &coarser));
         Ok(Self { places: reference, error })
     }
 
@@ -35,19 +38,33 @@ impl Reference {
     }
 }
 
+/// The error of the finest of three runs from their distances: for errors `C r^-p` after refinements `r` of 3, 2 and 1 these
+/// are `C (2^-p - 3^-p)` and `C (1 - 2^-p)`.
+fn error_of_finest(to_finer: f64, to_coarser: f64) -> f64 {
+    let left = |order: f64| REFINEMENTS.map(|finer| finer.powf(-order));
+    let fall = |order: f64| {
+        let [third, half, one] = left(order);
+        (one - half) / (half - third)
+    };
+    let [mut low, mut high] = ORDERS;
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if to_coarser > fall(middle) * to_finer { low = middle } else { high = middle }
+    }
+    let [third, half, _] = left(0.5 * (low + high));
+    to_finer * third / (half - third)
+}
+
 /// Positions of a run that is finer than the chosen one by one of the refinements.
-fn run(text: &str, finest: &Problem, refinement: usize) -> Result<Vec<[f64; 3]>, Error> {
+fn simulate_finer(text: &str, finest: &Problem, refinement: usize) -> Result<Vec<[f64; 3]>, Error> {
     let finer = REFINEMENTS[refinement];
-    let segments = format!("segments = {}", finer * finest.segments());
+    let segments = format!("segments = {}", (finer * finest.segments() as f64).round());
     let step = finest.time()?.step_size();
     let step = match finest.time()?.scheme.name() {
         "rodas4" => {
             format!("step = {}\nscheme = \"rodas4\"", step / REFINEMENTS_RODAS4[refinement])
         }
-        _ => {
-            let step = step / finer as f64;
-            format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9")
-        }
+        _ => format!("step = {}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9", step / finer),
     };
     let (problem, run) = simulate(&read(text, "", &segments, &step)?)?;
     Ok(Motion::of(&problem, &run)?.places)
