@@ -121,7 +121,7 @@ impl RunCheck {
             }
             Err(_) if can_refine => {
                 let finer = Refinement { step: AFTER_FAILURE * self.finer.step, ..self.finer };
-                return self.again(finer);
+                return self.again(finer, self.basis.is_known.then_some(self.basis.errors));
             }
             Err(_) => return Ok(Assessment::Accepted(None)),
         }
@@ -129,23 +129,23 @@ impl RunCheck {
             return Ok(Assessment::Accepted(None));
         }
         let expected = self.basis.errors.after(self.finer);
-        self.basis.errors = self.corrected(monitor.difference);
-        let error = self.basis.errors.after(self.finer);
+        let errors = self.corrected(monitor.difference);
+        let error = errors.after(self.finer);
         let is_corrected = error > expected;
         let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.scene.asked();
         if error <= allowed || !can_refine {
             return Ok(Assessment::Accepted(Some(error)));
         }
-        match self.repeated(expected) {
-            Some(finer) => self.again(finer),
+        match self.repeated(errors, expected) {
+            Some(finer) => self.again(finer, Some(errors)),
             None => Ok(Assessment::Accepted(Some(error))),
         }
     }
 
     /// The refinement of a repeated run after errors were underestimated: the cheapest that is expected to reach the request,
     /// or as much of it as one more run may take where the request was expected to be reached.
-    fn repeated(&self, expected: f64) -> Option<Refinement> {
-        let Basis { errors, free, .. } = self.basis;
+    fn repeated(&self, errors: ErrorModel, expected: f64) -> Option<Refinement> {
+        let free = self.basis.free;
         let segments = self.basis.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
         let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
@@ -186,13 +186,13 @@ impl RunCheck {
         errors.underestimated(high, LOWEST_ORDER)
     }
 
-    /// The problem with other numerics.
-    fn again(mut self, finer: Refinement) -> Result<Assessment, Error> {
+    /// The problem with other numerics, and its error from those of the last trial run.
+    fn again(mut self, finer: Refinement, errors: Option<ErrorModel>) -> Result<Assessment, Error> {
         self.finer = finer;
         self.attempts += 1;
         let numerics = self.basis.refined(finer, &self.scene);
         self.numerics = numerics;
-        let error = self.basis.is_known.then(|| self.basis.errors.after(finer));
+        let error = errors.map(|errors| errors.after(finer));
         let problem = numbered(&self.scene, numerics, error, self.work)?;
         Ok(Assessment::Again(Box::new((problem, self))))
     }
