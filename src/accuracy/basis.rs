@@ -25,6 +25,8 @@ pub(crate) struct Basis {
     pub trial: Trial,
     pub numerics: Numerics,
     pub errors: ErrorModel,
+    /// Whether every refinement adds modes to the motion.
+    pub has_many_modes: bool,
     /// Whether the errors of all parts that may change were estimated.
     pub is_known: bool,
     /// The parts that may change, and whose errors were estimated.

@@ -121,7 +121,8 @@ impl RunCheck {
             }
             Err(_) if can_refine => {
                 let finer = Refinement { step: AFTER_FAILURE * self.finer.step, ..self.finer };
-                return self.again(finer, self.basis.is_known.then_some(self.basis.errors));
+                let errors = self.basis.is_known.then_some(self.basis.errors);
+                return self.again(finer, errors);
             }
             Err(_) => return Ok(Assessment::Accepted(None)),
         }
@@ -171,6 +172,8 @@ impl RunCheck {
             let trial = errors.mesh + errors.step;
             (trial - errors.after(self.finer)).abs().max(LEAST_CHANGE * trial)
         };
+        // The modes that a finer run adds lower the order; errors of a few modes do not always have the same sign.
+        let lowest = if self.basis.has_many_modes { LOWEST_ORDER } else { f64::INFINITY };
         let is_alike = self.basis.growth(self.numerics) < LEAST_GROWTH;
         if is_alike || change(errors) >= difference || errors.mesh + errors.step == 0.0 {
             return errors;
@@ -178,12 +181,12 @@ impl RunCheck {
         let [mut low, mut high] = [1.0, MOST_UNDERESTIMATED];
         for _ in 0..BISECTIONS {
             let middle = (low * high).sqrt();
-            match change(errors.underestimated(middle, LOWEST_ORDER)) < difference {
+            match change(errors.underestimated(middle, lowest)) < difference {
                 true => low = middle,
                 false => high = middle,
             }
         }
-        errors.underestimated(high, LOWEST_ORDER)
+        errors.underestimated(high, lowest)
     }
 
     /// The problem with other numerics, and its error from those of the last trial run.
@@ -321,5 +324,58 @@ impl RunMonitor {
             }
             self.difference = self.difference.max(self.over * square.sqrt());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "accuracy = 1e-2\n[rod]\nshape = { kind = \"straight\", length = 0.5 }\nsection = { kind = \"circle\", radius = 0.005 }\n\
+        [material]\nyoungs_modulus = 1e8\ndensity = 1200.0\n[supports]\nstart = \"clamped\"\n[loads]\ngravity = [0.0, -9.81, 0.0]\n\
+        [time]\nend = 0.3\n";
+
+    fn checked() -> (Problem, RunCheck) {
+        let scene = Scene::from_toml(SCENE, ".").unwrap();
+        let (problem, check) = scene.checked_problem().unwrap();
+        (problem, check.unwrap())
+    }
+
+    /// A part whose error no difference determined has no error, which is not an error of zero.
+    #[test]
+    fn unknown_error_of_a_trial_run_is_not_reported_as_zero() {
+        let (problem, mut check) = checked();
+        check.basis.errors = ErrorModel { mesh: 0.0, step: 0.0, mesh_order: 2.0, step_order: 2.0 };
+        let monitor = check.monitor(&problem).unwrap();
+        let known = check.clone().assess(&Ok(()), &monitor).unwrap();
+        assert!(matches!(known, Assessment::Accepted(Some(0.0))));
+        check.basis.is_known = false;
+        let unknown = check.assess(&Ok(()), &monitor).unwrap();
+        assert!(matches!(unknown, Assessment::Accepted(None)));
+    }
+
+    /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in every
+    /// refinement the order is lower, and the error of the chosen run grows by more than that of the trial run.
+    #[test]
+    fn corrected_errors_explain_the_difference_of_the_run() {
+        let (_, mut check) = checked();
+        let errors = ErrorModel { mesh: 0.01, step: 0.02, mesh_order: 1.2, step_order: 1.2 };
+        check.basis.errors = errors;
+        check.finer = Refinement { mesh: 3.0, step: 4.0 };
+        let change = |errors: ErrorModel| errors.mesh + errors.step - errors.after(check.finer);
+        let difference = 1.3 * change(errors);
+        let corrected = |has_many_modes: bool| {
+            let mut check = check.clone();
+            check.basis.has_many_modes = has_many_modes;
+            assert_eq!(check.corrected(0.9 * change(errors)).mesh, errors.mesh);
+            check.corrected(difference)
+        };
+        let growth =
+            |corrected: ErrorModel| corrected.after(check.finer) / errors.after(check.finer);
+        let [few, many] = [false, true].map(corrected);
+        for found in [few, many] {
+            assert!((change(found) / difference - 1.0).abs() < 1e-6, "{found:?}");
+        }
+        assert!((growth(few) - 1.3).abs() < 1e-6 && growth(many) > 1.7, "{few:?}, {many:?}");
     }
 }

@@ -361,6 +361,7 @@ impl<'a> MotionSearch<'a> {
             trial,
             numerics,
             errors,
+            has_many_modes: self.tuning.has_many_modes,
             is_known,
             free,
             target: self.target(),

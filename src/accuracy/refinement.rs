@@ -183,6 +183,17 @@ mod tests {
         }
     }
 
+    /// Of a change of 3 by a refinement by two, second order explains an error of 1, first order one of 3.
+    #[test]
+    fn larger_errors_of_the_same_change_have_lower_orders() {
+        let errors = model(1.0, 2.0).underestimated(3.0, 0.25);
+        assert!(
+            (errors.mesh_order - 1.0).abs() < 1e-12 && errors.mesh == 3.0 && errors.step == 6.0
+        );
+        assert_eq!(model(1.0, 2.0).underestimated(1e6, 0.25).mesh_order, 0.25);
+        assert_eq!(model(1.0, 2.0).underestimated(3.0, f64::INFINITY).mesh_order, 2.0);
+    }
+
     #[test]
     fn given_part_is_not_refined() {
         let free = Free { mesh: false, step: true };

@@ -16,6 +16,8 @@ pub(super) struct Tuning {
     pub orders: OrderBounds,
     /// What is taken off an observed order for runs that are finer than those it was observed of.
     pub doubt: f64,
+    /// Whether every refinement adds modes to the motion.
+    pub has_many_modes: bool,
 }
 
 /// Motions of a few low modes.
@@ -25,6 +27,7 @@ const SMOOTH: Tuning = Tuning {
     growth_assumed: 6.0,
     orders: OrderBounds { highest: 2.0, at_once: 2.0, lowest: 0.32, assumed: 1.4 },
     doubt: 0.0,
+    has_many_modes: false,
 };
 /// Motions of many modes: higher ones come in with every refinement.
 const EXCITED: Tuning = Tuning {
@@ -33,6 +36,7 @@ const EXCITED: Tuning = Tuning {
     growth_assumed: 6.0,
     orders: OrderBounds { highest: 2.0, at_once: 1.32, lowest: 0.32, assumed: 1.32 },
     doubt: 0.1,
+    has_many_modes: true,
 };
 /// Deflection under the weight over the length, as of small motions, beyond which a rod is limp.
 const LIMP: f64 = 1.0;
