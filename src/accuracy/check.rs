@@ -331,7 +331,7 @@ impl RunMonitor {
 mod tests {
     use super::*;
 
-    const SCENE: &str = "accuracy = 1e-2\n[rod]\nshape = { kind = \"straight\", length = 0.5 }\nsection = { kind = \"circle\", radius = 0.005 }\n\
+    const SCENE: &str = "accuracy = 1e-2\n[rod]\nshape = { kind = \"straight\", length = 0.5, direction = [1.0, 0.0, 0.0] }\nsection = { kind = \"circle\", radius = 0.005 }\n\
         [material]\nyoungs_modulus = 1e8\ndensity = 1200.0\n[supports]\nstart = \"clamped\"\n[loads]\ngravity = [0.0, -9.81, 0.0]\n\
         [time]\nend = 0.3\n";
 
