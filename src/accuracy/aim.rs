@@ -20,23 +20,23 @@ pub enum Aim {
 /// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
 /// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
 /// to three digits of its error.
-pub(super) const OF_ACCURACY: f64 = 1e-5;
-pub(super) const OF_TRIAL: f64 = 1e-4;
-pub(super) const MOST_LEFT: f64 = 1e-6;
+pub(super) const RUN_TOLERANCE: f64 = 1e-5;
+pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
+pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;
 /// Most edges of a rod at rest, and of one whose modes are looked at: rounding errors of frequencies go with the fourth power
 /// of the edges, and 1e3 of them leave some 1e-5.
-pub(super) const MOST_EDGES: usize = 20_000;
-pub(super) const MOST_OF_MODES: usize = 1_000;
+pub(super) const MAX_SEGMENTS: usize = 20_000;
+pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 
 /// Edges, step, the error that is left over the length, and what kept it from being smaller.
 pub(super) type Found = (usize, f64, Option<f64>, Option<Bound>);
 
 /// The scene with Newton's tolerance at a part of the accuracy that is asked for, where the program chooses the scheme.
-pub(super) fn solved_for(scene: &mut Scene, part: f64) {
+pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (asked, chosen) = (scene.asked(), scene.chosen().scheme);
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
     if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
-        time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
+        time.tolerance = Tolerance::Predicted((part * asked).min(LARGEST_TOLERANCE));
     }
 }
 

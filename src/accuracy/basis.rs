@@ -1,8 +1,8 @@
 //! The last trial run of a search, from whose errors the numerics of a motion follow.
 
 use crate::accuracy::aim::allowed_edges;
-use crate::accuracy::refinement::{ErrorModel, Free, Refinement, work};
-use crate::accuracy::trial::{Numerics, Trial};
+use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
+use crate::accuracy::trial::{Numerics, TrialRun};
 use crate::scene::Scene;
 use crate::scene::resolution::Bound;
 
@@ -22,7 +22,7 @@ pub(crate) struct ChosenMotion {
 /// The last trial run and the errors that were estimated of it.
 #[derive(Clone)]
 pub(crate) struct Basis {
-    pub trial: Trial,
+    pub trial: TrialRun,
     pub numerics: Numerics,
     pub errors: ErrorModel,
     /// Whether every refinement adds modes to the motion.
@@ -39,7 +39,7 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// The cheapest refinement that reaches the target, within the growth that is allowed at the end.
-    pub fn refinement(&self) -> Refinement {
+    pub fn refinement(&self) -> RefinementFactors {
         let segments = self.numerics.segments as f64;
         match self.errors.cheapest(self.target, segments, self.free) {
             Some((finer, growth)) if growth <= LAST_GROWTH => finer,
@@ -48,7 +48,7 @@ impl Basis {
     }
 
     /// Edges and steps of a refinement.
-    pub fn refined(&self, finer: Refinement, scene: &Scene) -> Numerics {
+    pub fn refined(&self, finer: RefinementFactors, scene: &Scene) -> Numerics {
         let from = self.numerics;
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
         let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;

@@ -4,10 +4,10 @@
 //! allow, the errors of the trial run were underestimated by that factor, and so was that of the chosen run. Where it is above
 //! the requested one then, or the run fails, finer numerics are chosen.
 
-use crate::accuracy::aim::{OF_ACCURACY, solved_for};
+use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
-use crate::accuracy::refinement::{ErrorModel, Refinement};
-use crate::accuracy::trial::{Cost, Numerics, compared_points, largest_stable_step};
+use crate::accuracy::refinement::{ErrorModel, RefinementFactors};
+use crate::accuracy::trial::{Numerics, RunCost, comparison_points, largest_stable_step};
 use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -16,8 +16,8 @@ use crate::scene::{Scene, Stencil};
 use std::sync::Arc;
 
 /// Runs that may be chosen after the first.
-const MOST_ATTEMPTS: usize = 3;
-/// Part of the requested error that the estimate of a repeated run may take: it was corrected by a run.
+const MAX_REPETITIONS: usize = 3;
+/// RefinedPart of the requested error that the estimate of a repeated run may take: it was corrected by a run.
 const REPEATED_TARGET: f64 = 0.8;
 /// Growth of the work from a run to the repeated one, at most.
 const REPEATED_GROWTH: f64 = 10.0;
@@ -25,13 +25,13 @@ const REPEATED_GROWTH: f64 = 10.0;
 const LEAST_GROWTH: f64 = 1.3;
 /// The least change of a refined run, over the error of the trial run.
 const LEAST_CHANGE: f64 = 0.3;
-/// Refinement of the step after a run that failed.
+/// RefinementFactors of the step after a run that failed.
 const AFTER_FAILURE: f64 = 3.0;
-/// Part of the requested error that an estimate may take that the run showed to be too small.
+/// RefinedPart of the requested error that an estimate may take that the run showed to be too small.
 const CORRECTED_PART: f64 = 0.9;
 /// Underestimations of the errors of a trial run that are looked for, at most, the lowest order that explains them, and
 /// bisections for the factor.
-const MOST_UNDERESTIMATED: f64 = 1e3;
+const MAX_UNDERESTIMATION: f64 = 1e3;
 const LOWEST_ORDER: f64 = 0.25;
 const BISECTIONS: usize = 40;
 /// Times at which the run is compared, at most.
@@ -44,8 +44,8 @@ pub struct RunCheck {
     basis: Basis,
     /// Whether the run may be repeated with smaller steps.
     can_repeat: bool,
-    /// Refinement of the run over the numerics of the basis.
-    finer: Refinement,
+    /// RefinementFactors of the run over the numerics of the basis.
+    finer: RefinementFactors,
     numerics: Numerics,
     attempts: usize,
     /// Work of the trial runs and of the runs that were repeated, edges times Newton iterations.
@@ -61,17 +61,17 @@ pub struct RunMonitor {
     interval: f64,
     next: f64,
     difference: f64,
-    cost: Cost,
+    cost: RunCost,
     /// Work so far, edges times Newton iterations.
     work: f64,
 }
 
 /// What follows from a run.
-pub enum Assessment {
+pub enum RunAssessment {
     /// Its estimated error over the length, where there is one.
     Accepted(Option<f64>),
     /// Finer numerics are needed.
-    Again(Box<(Problem, RunCheck)>),
+    Repeat(Box<(Problem, RunCheck)>),
 }
 
 impl RunCheck {
@@ -86,7 +86,7 @@ impl RunCheck {
     /// # Errors
     /// None of problems that the check was made for.
     pub fn monitor(&self, problem: &Problem) -> Result<RunMonitor, Error> {
-        let points = compared_points(problem);
+        let points = comparison_points(problem);
         let own = points.iter().map(|point| problem.stencil(*point));
         let of_trial = self.basis.trial.stencils.iter();
         let pair = |(own, other): (Result<Stencil, Error>, &Stencil)| Ok([own?, other.clone()]);
@@ -98,7 +98,7 @@ impl RunCheck {
             interval,
             next: interval,
             difference: 0.0,
-            cost: Cost::of(problem),
+            cost: RunCost::of(problem),
             work: 0.0,
         })
     }
@@ -111,23 +111,24 @@ impl RunCheck {
         mut self,
         outcome: &Result<(), Error>,
         monitor: &RunMonitor,
-    ) -> Result<Assessment, Error> {
-        let can_refine = self.can_repeat && self.attempts < MOST_ATTEMPTS;
+    ) -> Result<RunAssessment, Error> {
+        let can_refine = self.can_repeat && self.attempts < MAX_REPETITIONS;
         self.work += monitor.work;
         match outcome {
             Ok(()) => {}
             Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
-                return Ok(Assessment::Accepted(None));
+                return Ok(RunAssessment::Accepted(None));
             }
             Err(_) if can_refine => {
-                let finer = Refinement { step: AFTER_FAILURE * self.finer.step, ..self.finer };
+                let finer =
+                    RefinementFactors { step: AFTER_FAILURE * self.finer.step, ..self.finer };
                 let errors = self.basis.is_known.then_some(self.basis.errors);
                 return self.again(finer, errors);
             }
-            Err(_) => return Ok(Assessment::Accepted(None)),
+            Err(_) => return Ok(RunAssessment::Accepted(None)),
         }
         if !self.basis.is_known {
-            return Ok(Assessment::Accepted(None));
+            return Ok(RunAssessment::Accepted(None));
         }
         let expected = self.basis.errors.after(self.finer);
         let errors = self.corrected(monitor.difference);
@@ -135,17 +136,17 @@ impl RunCheck {
         let is_corrected = error > expected;
         let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.scene.asked();
         if error <= allowed || !can_refine {
-            return Ok(Assessment::Accepted(Some(error)));
+            return Ok(RunAssessment::Accepted(Some(error)));
         }
         match self.repeated(errors, expected) {
             Some(finer) => self.again(finer, Some(errors)),
-            None => Ok(Assessment::Accepted(Some(error))),
+            None => Ok(RunAssessment::Accepted(Some(error))),
         }
     }
 
     /// The refinement of a repeated run after errors were underestimated: the cheapest that is expected to reach the request,
     /// or as much of it as one more run may take where the request was expected to be reached.
-    fn repeated(&self, errors: ErrorModel, expected: f64) -> Option<Refinement> {
+    fn repeated(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
@@ -157,7 +158,7 @@ impl RunCheck {
     }
 
     /// Whether a run takes no longer than the longest that is chosen, and not much longer than the one before.
-    fn is_affordable(&self, finer: Refinement) -> bool {
+    fn is_affordable(&self, finer: RefinementFactors) -> bool {
         let numerics = self.basis.refined(finer, &self.scene);
         let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
         self.basis.is_affordable(numerics)
@@ -178,7 +179,7 @@ impl RunCheck {
         if is_alike || change(errors) >= difference || errors.mesh + errors.step == 0.0 {
             return errors;
         }
-        let [mut low, mut high] = [1.0, MOST_UNDERESTIMATED];
+        let [mut low, mut high] = [1.0, MAX_UNDERESTIMATION];
         for _ in 0..BISECTIONS {
             let middle = (low * high).sqrt();
             match change(errors.underestimated(middle, lowest)) < difference {
@@ -190,14 +191,18 @@ impl RunCheck {
     }
 
     /// The problem with other numerics, and its error from those of the last trial run.
-    fn again(mut self, finer: Refinement, errors: Option<ErrorModel>) -> Result<Assessment, Error> {
+    fn again(
+        mut self,
+        finer: RefinementFactors,
+        errors: Option<ErrorModel>,
+    ) -> Result<RunAssessment, Error> {
         self.finer = finer;
         self.attempts += 1;
         let numerics = self.basis.refined(finer, &self.scene);
         self.numerics = numerics;
         let error = errors.map(|errors| errors.after(finer));
         let problem = numbered(&self.scene, numerics, error, self.work)?;
-        Ok(Assessment::Again(Box::new((problem, self))))
+        Ok(RunAssessment::Repeat(Box::new((problem, self))))
     }
 }
 
@@ -218,7 +223,7 @@ fn numbered(
     if let Some(resolution) = &mut scene.resolution {
         (resolution.error, resolution.work) = (error, work);
     }
-    solved_for(&mut scene, OF_ACCURACY);
+    set_newton_tolerance(&mut scene, RUN_TOLERANCE);
     scene.posed()
 }
 
@@ -274,11 +279,11 @@ pub fn run_checked<R>(
         })?;
         let Some((own, monitor)) = check.take().zip(monitor) else { return Ok(done) };
         match own.assess(&done.outcome, &monitor)? {
-            Assessment::Again(next) => {
+            RunAssessment::Repeat(next) => {
                 let (finer, next) = *next;
                 (problem, check) = (finer, Some(next));
             }
-            Assessment::Accepted(error) => {
+            RunAssessment::Accepted(error) => {
                 done.problem.set_estimated_error(error);
                 return Ok(done);
             }
@@ -348,10 +353,10 @@ mod tests {
         check.basis.errors = ErrorModel { mesh: 0.0, step: 0.0, mesh_order: 2.0, step_order: 2.0 };
         let monitor = check.monitor(&problem).unwrap();
         let known = check.clone().assess(&Ok(()), &monitor).unwrap();
-        assert!(matches!(known, Assessment::Accepted(Some(0.0))));
+        assert!(matches!(known, RunAssessment::Accepted(Some(0.0))));
         check.basis.is_known = false;
         let unknown = check.assess(&Ok(()), &monitor).unwrap();
-        assert!(matches!(unknown, Assessment::Accepted(None)));
+        assert!(matches!(unknown, RunAssessment::Accepted(None)));
     }
 
     /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in every
@@ -361,7 +366,7 @@ mod tests {
         let (_, mut check) = checked();
         let errors = ErrorModel { mesh: 0.01, step: 0.02, mesh_order: 1.2, step_order: 1.2 };
         check.basis.errors = errors;
-        check.finer = Refinement { mesh: 3.0, step: 4.0 };
+        check.finer = RefinementFactors { mesh: 3.0, step: 4.0 };
         let change = |errors: ErrorModel| errors.mesh + errors.step - errors.after(check.finer);
         let difference = 1.3 * change(errors);
         let corrected = |has_many_modes: bool| {

@@ -1,4 +1,4 @@
-//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
+//! RefinementSequence of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
 //!
 //! For errors `e = C h^p`, a refinement by `r` changes the result by `d = e (r^p - 1)`, where `e` is the error after it
 //! (Richardson's extrapolation). The order `p` is observed from two differences: modes that a coarse mesh does not have, or
@@ -6,7 +6,7 @@
 
 use crate::accuracy::extrapolation::Extrapolation;
 
-/// Differences over the length beyond which two motions are unrelated and determine no error.
+/// RefinementSequence over the length beyond which two motions are unrelated and determine no error.
 pub(super) const UNRELATED: f64 = 0.15;
 /// Bisections for an observed order: 2^-40 of the interval.
 const BISECTIONS: usize = 40;
@@ -36,14 +36,14 @@ pub(super) struct OrderBounds {
 
 /// The change of the result by a refinement.
 #[derive(Clone, Copy, Debug)]
-struct Change {
+struct RefinementChange {
     /// Over the length.
     difference: f64,
     /// Factor by which mesh or step became finer.
     ratio: f64,
 }
 
-impl Change {
+impl RefinementChange {
     /// The order that explains the fall from this difference to the next one, within bounds.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
@@ -69,19 +69,19 @@ impl Change {
 
 /// Successive differences, over the length.
 #[derive(Clone, Debug)]
-pub(super) struct Differences {
-    changes: Vec<Change>,
+pub(super) struct RefinementSequence {
+    changes: Vec<RefinementChange>,
     bounds: OrderBounds,
 }
 
-impl Differences {
+impl RefinementSequence {
     pub fn new(bounds: OrderBounds) -> Self {
         Self { changes: Vec::new(), bounds }
     }
 
     /// Adds the difference that a refinement by `ratio` made.
     pub fn push(&mut self, difference: f64, ratio: f64) {
-        self.changes.push(Change { difference, ratio });
+        self.changes.push(RefinementChange { difference, ratio });
     }
 
     pub fn clear(&mut self) {
@@ -98,7 +98,7 @@ impl Differences {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
             let difference = last.difference * last.ratio.powf(order);
-            self.changes = vec![Change { difference, ..last }];
+            self.changes = vec![RefinementChange { difference, ..last }];
         }
         self
     }
@@ -133,7 +133,7 @@ impl Differences {
     /// The order: the power of the edge length or the step that the error falls with.
     pub fn order(&self) -> f64 {
         let OrderBounds { highest, at_once, lowest, assumed } = self.bounds;
-        let order = |a: Change, b: Change| a.order_to(b, lowest, highest);
+        let order = |a: RefinementChange, b: RefinementChange| a.order_to(b, lowest, highest);
         match self.changes[..] {
             [.., first, before, last] => {
                 let observed = order(before, last);
@@ -146,7 +146,7 @@ impl Differences {
 
     /// The error of the last run, over the length; zero without a difference.
     pub fn error(&self) -> f64 {
-        self.changes.last().map_or(0.0, |Change { difference, ratio }| {
+        self.changes.last().map_or(0.0, |RefinementChange { difference, ratio }| {
             difference * Extrapolation { ratio: *ratio, order: self.order() }.error_after()
         })
     }
@@ -159,8 +159,8 @@ mod tests {
     const BOUNDS: OrderBounds =
         OrderBounds { highest: 2.0, at_once: 1.5, lowest: 0.4, assumed: 1.0 };
 
-    fn differences(errors: &[f64], ratios: &[f64]) -> Differences {
-        let mut found = Differences::new(BOUNDS);
+    fn differences(errors: &[f64], ratios: &[f64]) -> RefinementSequence {
+        let mut found = RefinementSequence::new(BOUNDS);
         errors.windows(2).zip(ratios).for_each(|(e, ratio)| found.push(e[0] - e[1], *ratio));
         found
     }
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn sequence_converges_where_differences_fall_fast_enough() {
         let of = |values: &[f64]| {
-            let mut found = Differences::new(BOUNDS);
+            let mut found = RefinementSequence::new(BOUNDS);
             values.iter().for_each(|value| found.push(*value, 2.0));
             found
         };

@@ -4,7 +4,7 @@
 //! differences (`difference`) between successive runs over the whole rod estimate both errors (`motion`). The cheapest
 //! numerics that reach the requested error are chosen (`refinement`, `rodas4`); the chosen run is compared with the last
 //! trial run and repeated with finer numerics where it disagrees or fails (`check`). What does not move has a mesh only
-//! (`still`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
+//! (`static_mesh`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
 mod basis;
@@ -14,22 +14,22 @@ mod extrapolation;
 mod motion;
 mod refinement;
 mod rodas4;
-mod still;
+mod static_mesh;
 mod trial;
 mod tuning;
 
 pub use aim::Aim;
-pub use check::{Assessment, Attempt, RunCheck, RunMonitor, run_checked, simulate_checked};
+pub use check::{Attempt, RunAssessment, RunCheck, RunMonitor, run_checked, simulate_checked};
 
 pub(crate) use difference::{Positions, largest_distance};
 pub(crate) use extrapolation::{Extrapolation, smooth_mesh_order, step_order};
 pub(crate) use refinement::ErrorModel;
 pub(crate) use trial::largest_step;
 
-use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
+use crate::accuracy::aim::{MAX_SEGMENTS, RUN_TOLERANCE, allowed_edges, set_newton_tolerance};
 use crate::accuracy::basis::ChosenMotion;
 use crate::accuracy::motion::MotionSearch;
-use crate::accuracy::still::still;
+use crate::accuracy::static_mesh::choose_static_mesh;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::problem::natural_turn::turning;
@@ -66,7 +66,7 @@ impl Scene {
         if self.time.is_none() || !open.any() && self.accuracy.is_none() {
             return Ok((self.problem()?, None));
         }
-        let Start { scene, step, guess, .. } = Start::of(self, Aim::Motion)?;
+        let InitialNumerics { scene, step, guess, .. } = InitialNumerics::of(self, Aim::Motion)?;
         let mut search = MotionSearch::new(&scene, guess)?;
         let ChosenMotion { numerics, step, error, bound, basis } = search.choose(step)?;
         let mut chosen = scene.resolved(numerics.segments, step).by(numerics.scheme);
@@ -74,7 +74,7 @@ impl Scene {
             resolution.error = error.filter(|error| error.is_finite());
             (resolution.bound, resolution.work) = (bound, search.work());
         }
-        solved_for(&mut chosen, OF_ACCURACY);
+        set_newton_tolerance(&mut chosen, RUN_TOLERANCE);
         let check = basis
             .filter(|_| open.any())
             .map(|basis| RunCheck::new(&scene, basis, open.step, search.work()));
@@ -95,9 +95,11 @@ impl Scene {
         if aim == Aim::Motion {
             return Ok(self.checked_problem()?.0);
         }
-        let Start { scene, edges, step, .. } = Start::of(self, aim)?;
+        let InitialNumerics { scene, edges, step, .. } = InitialNumerics::of(self, aim)?;
         let (segments, step, error, bound) = match aim {
-            Aim::Rest | Aim::Modes(_) if open.segments => still(&scene, aim, (edges, step))?,
+            Aim::Rest | Aim::Modes(_) if open.segments => {
+                choose_static_mesh(&scene, aim, (edges, step))?
+            }
             _ => (edges, step, None, None),
         };
         let mut scene = scene.resolved(segments, step);
@@ -110,7 +112,7 @@ impl Scene {
 }
 
 /// A scene with its files read, and its first mesh and step, s.
-struct Start {
+struct InitialNumerics {
     scene: Scene,
     edges: usize,
     step: f64,
@@ -118,7 +120,7 @@ struct Start {
     guess: Scene,
 }
 
-impl Start {
+impl InitialNumerics {
     fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
         let mut scene = scene.clone();
         let path = scene.path.clone();
@@ -140,9 +142,9 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     };
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
-    if edges > MOST_EDGES {
+    if edges > MAX_SEGMENTS {
         let found = format!("left out for a rod that needs {edges}");
-        let allowed = format!("left out where {MOST_EDGES} are enough, or a number");
+        let allowed = format!("left out where {MAX_SEGMENTS} are enough, or a number");
         return Err(Error::invalid("rod.segments", found, allowed));
     }
     Ok(allowed_edges(scene, edges))

@@ -7,37 +7,37 @@
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
-use crate::accuracy::difference::{Differences, Positions, UNRELATED, largest_distance};
-use crate::accuracy::refinement::{ErrorModel, FARTHEST, Free, Refinement};
+use crate::accuracy::difference::{Positions, RefinementSequence, UNRELATED, largest_distance};
+use crate::accuracy::refinement::{ErrorModel, FARTHEST, Free, RefinementFactors};
 use crate::accuracy::rodas4::{self, Alternative};
-use crate::accuracy::trial::{Numerics, Trial, Trials, largest_stable_step};
+use crate::accuracy::trial::{Numerics, TrialRun, TrialRuns, largest_stable_step};
 use crate::accuracy::tuning::Tuning;
 use crate::error::Error;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
-/// Refinement of one part after which the difference of the other is taken again.
-const STALE: f64 = 8.0;
-/// Refinement of one part after which earlier differences of the other determine no order.
-const FORGOTTEN: f64 = 8.0;
+/// RefinementFactors of one part after which the difference of the other is taken again.
+const MAX_SHIFT: f64 = 8.0;
+/// RefinementFactors of one part after which earlier differences of the other determine no order.
+const MAX_SHIFT_OF_ORDERS: f64 = 8.0;
 /// Runs that may fail before the search ends.
-const MOST_FAILURES: usize = 10;
-/// Refinement of a part, and the one where it is expected to need as much.
-const RATIO: usize = 2;
+const MAX_FAILURES: usize = 10;
+/// RefinementFactors of a part, and the one where it is expected to need as much.
+const SMALL_RATIO: usize = 2;
 const LARGE_RATIO: usize = 4;
-/// Refinement that a part is expected to need beyond the large one.
-const BEYOND: f64 = 1.5;
-/// Refinement of the step that generalised-alpha is expected to need where another scheme is tried, and that of the last
+/// RefinementFactors that a part is expected to need beyond the large one.
+const LARGE_RATIO_MARGIN: f64 = 1.5;
+/// RefinementFactors of the step that generalised-alpha is expected to need where another scheme is tried, and that of the last
 /// trial run after which it is tried again.
-const STEP_NEED: f64 = 4.0;
-const TRIED_AGAIN: usize = 3;
+const MIN_STEP_REFINEMENT: f64 = 4.0;
+const RETRY_REFINEMENT: usize = 3;
 /// Work of a longer search over that of others, where it is expected to reach the target.
-const LONGER: f64 = 20.0;
-/// Part of the target that the step may leave.
+const EXTENDED_SEARCH: f64 = 20.0;
+/// RefinedPart of the target that the step may leave.
 const STEP_PART: f64 = 0.5;
 /// The part that a run refined.
 #[derive(Clone, Copy, PartialEq)]
-enum Part {
+enum RefinedPart {
     Mesh,
     Step,
 }
@@ -45,11 +45,11 @@ enum Part {
 /// A search for the numerics of a motion.
 pub(super) struct MotionSearch<'a> {
     scene: &'a Scene,
-    trials: Trials<'a>,
+    trials: TrialRuns<'a>,
     tuning: &'static Tuning,
-    mesh: Differences,
-    step: Differences,
-    /// Refinement of the other part since the last difference of mesh and of step.
+    mesh: RefinementSequence,
+    step: RefinementSequence,
+    /// RefinementFactors of the other part since the last difference of mesh and of step.
     since_mesh: f64,
     since_step: f64,
     /// Steps of the last trial run when another scheme was tried.
@@ -61,7 +61,7 @@ pub(super) struct MotionSearch<'a> {
 
 impl<'a> MotionSearch<'a> {
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
-        let trials = Trials::new(scene, guess)?;
+        let trials = TrialRuns::new(scene, guess)?;
         let tuning = Tuning::of(scene, &trials.guess);
         let time = trials.guess.time()?;
         let given_segments = (!trials.open.segments).then(|| trials.guess.segments());
@@ -69,8 +69,8 @@ impl<'a> MotionSearch<'a> {
             (!trials.open.step).then(|| (time.end / time.step_size()).round().max(1.0) as usize);
         Ok(Self {
             scene,
-            mesh: Differences::new(tuning.orders),
-            step: Differences::new(tuning.orders),
+            mesh: RefinementSequence::new(tuning.orders),
+            step: RefinementSequence::new(tuning.orders),
             tuning,
             trials,
             since_mesh: 1.0,
@@ -95,8 +95,8 @@ impl<'a> MotionSearch<'a> {
             steps: self.given_steps.map_or(first_steps, |given| (given / 2).max(1)),
             scheme,
         };
-        let mut last: Option<(Trial, Numerics)> = None;
-        let mut refined = Part::Step;
+        let mut last: Option<(TrialRun, Numerics)> = None;
+        let mut refined = RefinedPart::Step;
         let mut failures = 0;
         loop {
             let is_long = self.trials.expected_work(now) > self.trials.most_work;
@@ -105,7 +105,7 @@ impl<'a> MotionSearch<'a> {
             }
             let Some(trial) = self.trials.run(now)? else {
                 failures += 1;
-                if failures > MOST_FAILURES {
+                if failures > MAX_FAILURES {
                     return self.conclude(last, now, Some(Bound::Work));
                 }
                 now = match &last {
@@ -114,9 +114,11 @@ impl<'a> MotionSearch<'a> {
                         Numerics { steps: 2 * now.steps, ..now }
                     }
                     // The differences so far hold: the step is refined first, on the mesh of the last run.
-                    Some((_, then)) if refined == Part::Mesh && self.given_steps.is_none() => {
-                        refined = Part::Step;
-                        Numerics { steps: RATIO * then.steps, ..*then }
+                    Some((_, then))
+                        if refined == RefinedPart::Mesh && self.given_steps.is_none() =>
+                    {
+                        refined = RefinedPart::Step;
+                        Numerics { steps: SMALL_RATIO * then.steps, ..*then }
                     }
                     _ => {
                         self.mesh.clear();
@@ -129,8 +131,8 @@ impl<'a> MotionSearch<'a> {
             };
             if let Some((before, then)) = &last {
                 let ratio = match refined {
-                    Part::Mesh => now.segments as f64 / then.segments as f64,
-                    Part::Step => now.steps as f64 / then.steps as f64,
+                    RefinedPart::Mesh => now.segments as f64 / then.segments as f64,
+                    RefinedPart::Step => now.steps as f64 / then.steps as f64,
                 };
                 self.compare(&before.positions, &trial.positions, refined, ratio);
             }
@@ -153,12 +155,12 @@ impl<'a> MotionSearch<'a> {
 
     /// Whether a longer search is expected to reach the target, from the last trial run.
     fn is_promising(&self, at: Numerics) -> bool {
-        let is_falling = |d: &Differences| d.count() > 1 && d.is_converging();
+        let is_falling = |d: &RefinementSequence| d.count() > 1 && d.is_converging();
         let growth = self.errors().cheapest(self.target(), at.segments as f64, self.free());
         let work = growth.map(|(_, growth)| growth * self.trials.expected_work(at));
         is_falling(&self.mesh)
             && is_falling(&self.step)
-            && work.is_some_and(|work| work <= LONGER * self.trials.most_work)
+            && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
     /// Another scheme where generalised-alpha is expected to need many steps, tried on a coarser mesh.
@@ -167,13 +169,13 @@ impl<'a> MotionSearch<'a> {
             && self.given_segments.is_none()
             && now.scheme != Scheme::Rodas4
             && self.scene.is_taken_by(Scheme::Rodas4);
-        let is_time = now.steps >= TRIED_AGAIN * self.tried_at;
+        let is_time = now.steps >= RETRY_REFINEMENT * self.tried_at;
         if !can || !is_time || self.step.count() < 2 || self.mesh.count() == 0 {
             return Ok(None);
         }
         let target = STEP_PART * self.target();
         let need = (self.step.error() / target).powf(self.step.order().recip());
-        if need < STEP_NEED {
+        if need < MIN_STEP_REFINEMENT {
             return Ok(None);
         }
         self.tried_at = now.steps;
@@ -202,18 +204,18 @@ impl<'a> MotionSearch<'a> {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
-    fn compare(&mut self, before: &Positions, after: &Positions, refined: Part, ratio: f64) {
+    fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
-            Part::Mesh => {
-                if self.since_mesh > FORGOTTEN {
+            RefinedPart::Mesh => {
+                if self.since_mesh > MAX_SHIFT_OF_ORDERS {
                     self.mesh.clear();
                 }
                 self.mesh.push(difference, ratio);
                 (self.since_mesh, self.since_step) = (1.0, ratio * self.since_step);
             }
-            Part::Step => {
-                if self.since_step > FORGOTTEN {
+            RefinedPart::Step => {
+                if self.since_step > MAX_SHIFT_OF_ORDERS {
                     self.step.clear();
                 }
                 self.step.push(difference, ratio);
@@ -230,36 +232,43 @@ impl<'a> MotionSearch<'a> {
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }
     }
 
-    fn refine(&self, now: Numerics, part: Part) -> Numerics {
+    fn refine(&self, now: Numerics, part: RefinedPart) -> Numerics {
         let ratio = self.ratio(now, part);
         match part {
-            Part::Mesh => {
+            RefinedPart::Mesh => {
                 let finer = allowed_edges(self.scene, ratio * now.segments);
                 Numerics { segments: self.given_segments.unwrap_or(finer), ..now }
             }
-            Part::Step => Numerics { steps: self.given_steps.unwrap_or(ratio * now.steps), ..now },
+            RefinedPart::Step => {
+                Numerics { steps: self.given_steps.unwrap_or(ratio * now.steps), ..now }
+            }
         }
     }
 
     /// The factor by which a part is refined: large where the target is far.
-    fn ratio(&self, now: Numerics, part: Part) -> usize {
+    fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
-            Part::Mesh => (&self.mesh, self.since_step <= 1.0),
-            Part::Step => (&self.step, self.since_mesh <= 1.0),
+            RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
+            RefinedPart::Step => (&self.step, self.since_mesh <= 1.0),
         };
         let cheapest = self.errors().cheapest(self.target(), now.segments as f64, self.free());
         let need = cheapest.map_or(f64::INFINITY, |(finer, _)| match part {
-            Part::Mesh => finer.mesh,
-            Part::Step => finer.step,
+            RefinedPart::Mesh => finer.mesh,
+            RefinedPart::Step => finer.step,
         });
-        let is_far = own.count() > 1 && other_is_fresh && need > BEYOND * LARGE_RATIO as f64;
-        if is_far && own.last().is_some_and(|last| last < UNRELATED) { LARGE_RATIO } else { RATIO }
+        let is_far =
+            own.count() > 1 && other_is_fresh && need > LARGE_RATIO_MARGIN * LARGE_RATIO as f64;
+        if is_far && own.last().is_some_and(|last| last < UNRELATED) {
+            LARGE_RATIO
+        } else {
+            SMALL_RATIO
+        }
     }
 
-    fn can_refine(&self, now: Numerics, part: Part) -> bool {
+    fn can_refine(&self, now: Numerics, part: RefinedPart) -> bool {
         match part {
-            Part::Mesh => self.given_segments.is_none_or(|given| now.segments < given),
-            Part::Step => self.given_steps.is_none_or(|given| now.steps < given),
+            RefinedPart::Mesh => self.given_segments.is_none_or(|given| now.segments < given),
+            RefinedPart::Step => self.given_steps.is_none_or(|given| now.steps < given),
         }
     }
 
@@ -268,23 +277,23 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// The part to be refined next; none where the chosen numerics are within reach.
-    fn next_part(&self, now: Numerics) -> Option<Part> {
+    fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
-        let (mesh, step) = (can(Part::Mesh), can(Part::Step));
+        let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
         if self.step.count() == 0 && step {
-            return Some(Part::Step);
+            return Some(RefinedPart::Step);
         }
         if self.mesh.count() == 0 && mesh {
-            return Some(Part::Mesh);
+            return Some(RefinedPart::Mesh);
         }
         if !mesh && !step {
             return None;
         }
-        if self.since_mesh > STALE && mesh {
-            return Some(Part::Mesh);
+        if self.since_mesh > MAX_SHIFT && mesh {
+            return Some(RefinedPart::Mesh);
         }
-        if self.since_step > STALE && step {
-            return Some(Part::Step);
+        if self.since_step > MAX_SHIFT && step {
+            return Some(RefinedPart::Step);
         }
         let unrelated =
             [&self.mesh, &self.step].iter().any(|d| d.last().is_some_and(|d| d > UNRELATED));
@@ -298,28 +307,28 @@ impl<'a> MotionSearch<'a> {
         });
         if let Some((finer, _)) = cheapest.filter(|_| within_reach && !unrelated) {
             // The difference of a part is taken again where the other one is refined far.
-            if step && self.since_step * finer.mesh > STALE {
-                return Some(Part::Step);
+            if step && self.since_step * finer.mesh > MAX_SHIFT {
+                return Some(RefinedPart::Step);
             }
-            if mesh && self.since_mesh * finer.step > STALE {
-                return Some(Part::Mesh);
+            if mesh && self.since_mesh * finer.step > MAX_SHIFT {
+                return Some(RefinedPart::Mesh);
             }
             // What is given is compared before the search ends.
             return match self.free() {
-                Free { mesh: false, .. } if mesh => Some(Part::Mesh),
-                Free { step: false, .. } if step => Some(Part::Step),
+                Free { mesh: false, .. } if mesh => Some(RefinedPart::Mesh),
+                Free { step: false, .. } if step => Some(RefinedPart::Step),
                 _ => None,
             };
         }
         match (mesh, step) {
-            (true, false) => Some(Part::Mesh),
+            (true, false) => Some(RefinedPart::Mesh),
             (false, true) => {
                 // A given mesh that leaves too much is not made better by smaller steps.
                 let hopeless = errors.mesh >= self.target() && errors.step < 0.1 * errors.mesh;
-                (!hopeless).then_some(Part::Step)
+                (!hopeless).then_some(RefinedPart::Step)
             }
-            _ if errors.mesh > errors.step => Some(Part::Mesh),
-            _ => Some(Part::Step),
+            _ if errors.mesh > errors.step => Some(RefinedPart::Mesh),
+            _ => Some(RefinedPart::Step),
         }
     }
 
@@ -339,7 +348,7 @@ impl<'a> MotionSearch<'a> {
     /// The chosen numerics after the last trial run.
     fn conclude(
         &self,
-        last: Option<(Trial, Numerics)>,
+        last: Option<(TrialRun, Numerics)>,
         tried: Numerics,
         bound: Option<Bound>,
     ) -> Result<ChosenMotion, Error> {
@@ -365,7 +374,7 @@ impl<'a> MotionSearch<'a> {
             is_known,
             free,
             target: self.target(),
-            most_work: LONGER * self.trials.most_work,
+            most_work: EXTENDED_SEARCH * self.trials.most_work,
             trial_work: self.trials.expected_work(numerics),
         };
         let finer = basis.refinement();
@@ -382,7 +391,7 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// Edges, steps and step size, s, of a refinement.
-    fn numerics(&self, basis: &Basis, finer: Refinement) -> Result<(Numerics, f64), Error> {
+    fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {
             segments: self.given_segments.unwrap_or(numerics.segments),

@@ -11,7 +11,7 @@ pub(crate) struct ErrorModel {
 
 /// Factors by which mesh and step are finer than those of a run; below one they are coarser.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Refinement {
+pub(crate) struct RefinementFactors {
     pub mesh: f64,
     pub step: f64,
 }
@@ -28,7 +28,7 @@ const COARSEST: f64 = 0.5;
 const FINEST: f64 = 64.0;
 const CANDIDATES: i32 = 140;
 
-/// Refinement of a part up to which its observed order is trusted; of what is beyond, the root counts.
+/// RefinementFactors of a part up to which its observed order is trusted; of what is beyond, the root counts.
 pub(super) const FARTHEST: f64 = 7.0;
 
 /// The refinement that the error falls with.
@@ -49,7 +49,7 @@ pub(super) fn work(segments: f64, steps: f64) -> f64 {
     (segments + EDGES_OF_STEP) * steps
 }
 
-/// Part of an allowed error that a refinement aims at where only the order of the method is known.
+/// RefinedPart of an allowed error that a refinement aims at where only the order of the method is known.
 const AIMED_AT: f64 = 0.8;
 
 impl ErrorModel {
@@ -59,26 +59,26 @@ impl ErrorModel {
     }
 
     /// The cheapest refinement of a run with so many edges for at most an allowed error, none of the two coarser.
-    pub fn finer_for(&self, allowed: f64, segments: usize) -> Refinement {
-        let same = Refinement { mesh: 1.0, step: 1.0 };
+    pub fn finer_for(&self, allowed: f64, segments: usize) -> RefinementFactors {
+        let same = RefinementFactors { mesh: 1.0, step: 1.0 };
         if self.after(same) <= allowed {
             return same;
         }
         let (target, both) = (AIMED_AT * allowed, Free { mesh: true, step: true });
-        let Refinement { mesh, step } = self
+        let RefinementFactors { mesh, step } = self
             .cheapest(target, segments as f64, both)
-            .map_or(Refinement { mesh: FINEST, step: FINEST }, |(finer, _)| finer);
-        Refinement { mesh: mesh.max(1.0), step: step.max(1.0) }
+            .map_or(RefinementFactors { mesh: FINEST, step: FINEST }, |(finer, _)| finer);
+        RefinementFactors { mesh: mesh.max(1.0), step: step.max(1.0) }
     }
 
     /// The error that is left after a refinement.
-    pub fn after(&self, finer: Refinement) -> f64 {
+    pub fn after(&self, finer: RefinementFactors) -> f64 {
         let Self { mesh, step, .. } = self.refined(finer);
         mesh + step
     }
 
     /// The errors of a run that is finer.
-    fn refined(&self, finer: Refinement) -> Self {
+    fn refined(&self, finer: RefinementFactors) -> Self {
         Self {
             mesh: self.mesh * trusted(finer.mesh).powf(-self.mesh_order),
             step: self.step * trusted(finer.step).powf(-self.step_order),
@@ -103,7 +103,12 @@ impl ErrorModel {
 
     /// The cheapest refinement of a run with so many edges that leaves at most `target`, and the factor by which it multiplies
     /// the work; none where a part that cannot change leaves more.
-    pub fn cheapest(&self, target: f64, segments: f64, free: Free) -> Option<(Refinement, f64)> {
+    pub fn cheapest(
+        &self,
+        target: f64,
+        segments: f64,
+        free: Free,
+    ) -> Option<(RefinementFactors, f64)> {
         let factor =
             |k: i32| COARSEST * (FINEST / COARSEST).powf(f64::from(k) / f64::from(CANDIDATES));
         let meshes: Vec<f64> = match free.mesh {
@@ -114,7 +119,7 @@ impl ErrorModel {
             let left = target - self.mesh * trusted(mesh).powf(-self.mesh_order);
             let step = needed((self.step / left).powf(self.step_order.recip())).max(COARSEST);
             let step = if free.step { step } else { 1.0 };
-            let finer = Refinement { mesh, step };
+            let finer = RefinementFactors { mesh, step };
             let is_enough = left > 0.0 && self.after(finer) <= target * (1.0 + 1e-9);
             is_enough.then(|| (finer, work(mesh * segments, step) / work(segments, 1.0)))
         });
@@ -122,7 +127,7 @@ impl ErrorModel {
     }
 
     /// The refinement that leaves the least error for at most so many times the work.
-    pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> Refinement {
+    pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> RefinementFactors {
         let [mut low, mut high] =
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));
         let within =
@@ -134,7 +139,7 @@ impl ErrorModel {
                 None => low = middle,
             }
         }
-        within(high).map_or(Refinement { mesh: 1.0, step: 1.0 }, |(finer, _)| finer)
+        within(high).map_or(RefinementFactors { mesh: 1.0, step: 1.0 }, |(finer, _)| finer)
     }
 }
 
@@ -165,7 +170,7 @@ mod tests {
     /// Beyond the trusted refinement the error falls with half the order, and as much more is needed.
     #[test]
     fn far_extrapolations_are_not_trusted() {
-        let left = model(1.0, 0.0).after(Refinement { mesh: 4.0 * FARTHEST, step: 1.0 });
+        let left = model(1.0, 0.0).after(RefinementFactors { mesh: 4.0 * FARTHEST, step: 1.0 });
         assert!((left * (2.0 * FARTHEST).powi(2) - 1.0).abs() < 1e-12, "{left}");
         for finer in [0.5, 3.0, FARTHEST, 50.0] {
             assert!((needed(trusted(finer)) / finer - 1.0).abs() < 1e-12);
@@ -209,6 +214,6 @@ mod tests {
         let finer = model.best_within(6.0, 50.0, BOTH);
         let cost = work(50.0 * finer.mesh, finer.step) / work(50.0, 1.0);
         assert!(cost <= 6.0 && cost > 5.0, "{cost}");
-        assert!(model.after(finer) < model.after(Refinement { mesh: 2.0, step: 2.0 }));
+        assert!(model.after(finer) < model.after(RefinementFactors { mesh: 2.0, step: 2.0 }));
     }
 }

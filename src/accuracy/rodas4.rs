@@ -3,8 +3,8 @@
 //! Its error falls abruptly at some number of steps, which is the same on coarse and on fine meshes to a factor of 1.4. It is
 //! tried on a coarse mesh.
 
-use crate::accuracy::difference::{Differences, OrderBounds, UNRELATED, largest_distance};
-use crate::accuracy::trial::{ITERATIONS, Numerics, Trial, Trials};
+use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
+use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};
 use crate::error::Error;
 use crate::scene::Scheme;
 
@@ -21,15 +21,15 @@ const RUNS: usize = 4;
 
 /// A trial run with `rodas4` and the differences of its step.
 pub(super) struct Alternative {
-    pub trial: Trial,
+    pub trial: TrialRun,
     pub numerics: Numerics,
-    pub step: Differences,
+    pub step: RefinementSequence,
 }
 
 /// The scheme on the mesh of `segments`, where it leaves `target` with less work than generalised-alpha with `needed` steps;
 /// it is tried with the work of about `tried` steps of the latter.
 pub(super) fn cheaper(
-    trials: &Trials<'_>,
+    trials: &TrialRuns<'_>,
     segments: usize,
     tried: usize,
     needed: f64,
@@ -38,8 +38,8 @@ pub(super) fn cheaper(
     let iterations = trials.iterations_of_rodas4;
     let is_worthwhile = |steps: f64| iterations * steps < WORTHWHILE * ITERATIONS * needed;
     let mut steps = ((FIRST * tried as f64 * ITERATIONS / iterations).ceil() as usize).max(4);
-    let mut step = Differences::new(ORDERS);
-    let mut before: Option<Trial> = None;
+    let mut step = RefinementSequence::new(ORDERS);
+    let mut before: Option<TrialRun> = None;
     for _ in 0..RUNS {
         // The run after this one determines its error.
         if !is_worthwhile(steps as f64) {

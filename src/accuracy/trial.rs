@@ -1,6 +1,6 @@
-//! Trial runs, by whose differences mesh and step are chosen.
+//! TrialRun runs, by whose differences mesh and step are chosen.
 
-use crate::accuracy::aim::{OF_TRIAL, solved_for};
+use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
 use crate::dynamics::record::Record;
 use crate::dynamics::{Trajectory, Work};
@@ -15,12 +15,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const TIMES: usize = 100;
 const PARTS: usize = 8;
 /// Most work of a trial run, steps times edges, in a plane and in space: a few seconds.
-const MOST_WORK: [f64; 2] = [2e6, 5e5];
+const MAX_TRIAL_WORK: [f64; 2] = [2e6, 5e5];
 /// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
 const ITERATIONS_OF_RODAS4: [f64; 2] = [5.0, 3.0];
 /// Newton iterations of a step of generalised-alpha.
 pub(super) const ITERATIONS: f64 = 2.1;
-/// Part of the largest stable step of an explicit scheme that is used.
+/// RefinedPart of the largest stable step of an explicit scheme that is used.
 const OF_STABLE_STEP: f64 = 0.95;
 
 /// Numerics of a run.
@@ -34,7 +34,7 @@ pub(super) struct Numerics {
 
 /// A run whose steps did not fail.
 #[derive(Clone)]
-pub(super) struct Trial {
+pub(super) struct TrialRun {
     pub positions: Arc<Positions>,
     pub record: Arc<Record>,
     /// Of the compared points on the mesh of the run.
@@ -42,7 +42,7 @@ pub(super) struct Trial {
 }
 
 /// The trial runs of a scene.
-pub(super) struct Trials<'a> {
+pub(super) struct TrialRuns<'a> {
     pub scene: &'a Scene,
     pub open: Chosen,
     /// The scene with its first mesh and step.
@@ -51,20 +51,20 @@ pub(super) struct Trials<'a> {
     pub most_work: f64,
     /// Newton iterations that take as long as a step of `rodas4`.
     pub iterations_of_rodas4: f64,
-    known: RefCell<Vec<(Numerics, Option<Trial>)>>,
+    known: RefCell<Vec<(Numerics, Option<TrialRun>)>>,
     /// Work so far, edges times Newton iterations.
     pub work: Cell<f64>,
 }
 
-impl<'a> Trials<'a> {
+impl<'a> TrialRuns<'a> {
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let guess = guess.posed()?;
         let dimension = usize::from(guess.planar().is_none());
         Ok(Self {
-            points: compared_points(&guess),
+            points: comparison_points(&guess),
             open: scene.left_open(),
             scene,
-            most_work: MOST_WORK[dimension],
+            most_work: MAX_TRIAL_WORK[dimension],
             iterations_of_rodas4: iterations_of_rodas4(&guess),
             guess,
             known: RefCell::default(),
@@ -82,7 +82,7 @@ impl<'a> Trials<'a> {
     }
 
     /// A run; none where its steps fail. The same run is not made twice.
-    pub fn run(&self, numerics: Numerics) -> Result<Option<Trial>, Error> {
+    pub fn run(&self, numerics: Numerics) -> Result<Option<TrialRun>, Error> {
         if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
             return Ok(trial.clone());
         }
@@ -94,7 +94,7 @@ impl<'a> Trials<'a> {
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,
-    ) -> Result<Option<Trial>, Error> {
+    ) -> Result<Option<TrialRun>, Error> {
         let end = self.guess.time()?.end;
         let step = end / steps as f64;
         let mut scene = self.scene.resolved(segments, step).by(scheme);
@@ -104,7 +104,7 @@ impl<'a> Trials<'a> {
         if let Some(time) = &mut scene.time {
             time.step = Some(step);
         }
-        solved_for(&mut scene, OF_TRIAL);
+        set_newton_tolerance(&mut scene, TRIAL_TOLERANCE);
         let stop = Arc::new(AtomicBool::new(false));
         let mut problem = scene.posed()?.stop_when(stop.clone());
         if let Some(largest) = largest_stable_step(&problem)?
@@ -130,7 +130,7 @@ impl<'a> Trials<'a> {
             }
             taken += 1;
         });
-        self.work.set(self.work.get() + Cost::of(&problem).work(run.work()));
+        self.work.set(self.work.get() + RunCost::of(&problem).work(run.work()));
         match outcome {
             Ok(()) => {}
             Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => return Err(error),
@@ -140,18 +140,18 @@ impl<'a> Trials<'a> {
         let stencils = self.points.iter().map(|point| problem.stencil(*point));
         let stencils: Arc<[Stencil]> = stencils.collect::<Result<_, _>>()?;
         let positions = Arc::new(positions(&problem, &stencils, &record)?);
-        Ok(Some(Trial { positions, record: Arc::new(record), stencils }))
+        Ok(Some(TrialRun { positions, record: Arc::new(record), stencils }))
     }
 }
 
 /// What a step and an iteration of a run cost.
-pub(super) struct Cost {
+pub(super) struct RunCost {
     segments: f64,
     /// Newton iterations that take as long as a step of a scheme without any.
     of_step: f64,
 }
 
-impl Cost {
+impl RunCost {
     pub fn of(problem: &Problem) -> Self {
         let of_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
             Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
@@ -197,13 +197,13 @@ pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
 }
 
 /// Points at equal distances along the rod, and its free ends.
-pub(super) fn compared_points(problem: &Problem) -> Vec<Point> {
+pub(super) fn comparison_points(problem: &Problem) -> Vec<Point> {
     let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
     inner.chain(free_ends(problem)).collect()
 }
 
 /// The free ends of a rod, or its middle.
-pub(super) fn looked_at(problem: &Problem) -> Vec<Point> {
+pub(super) fn free_ends_or_middle(problem: &Problem) -> Vec<Point> {
     let points: Vec<Point> = free_ends(problem).collect();
     if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
 }

@@ -7,7 +7,7 @@ use crate::scene::{InitialState, Scene};
 
 /// Constants of the search, chosen on the scenes of `cargo run --release --example chosen_numerics`.
 pub(super) struct Tuning {
-    /// Part of the requested error that the estimate may take: estimates are off by a factor of up to two.
+    /// RefinedPart of the requested error that the estimate may take: estimates are off by a factor of up to two.
     pub target: f64,
     /// Growth of the work from the last trial run to the chosen one at most, where both orders are observed, and where one is
     /// assumed: the trial runs together take about twice the last one.

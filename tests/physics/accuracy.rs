@@ -1,6 +1,6 @@
 //! Mesh, step and scheme that the program chooses.
 
-use rodfit::accuracy::{Aim, Assessment, simulate_checked};
+use rodfit::accuracy::{Aim, RunAssessment, simulate_checked};
 use rodfit::scene::{Resolution, Scheme, Time, Tolerance};
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
@@ -219,20 +219,20 @@ fn run_check_asks_for_finer_numerics_where_the_run_disagrees_or_fails() {
         (steps, check.assess(&outcome, &monitor).unwrap())
     };
     match assessed(1e8, Ok(())).1 {
-        Assessment::Accepted(error) => assert!(error.unwrap() <= 1e-2),
-        Assessment::Again(_) => panic!("the run of the scene itself is repeated"),
+        RunAssessment::Accepted(error) => assert!(error.unwrap() <= 1e-2),
+        RunAssessment::Repeat(_) => panic!("the run of the scene itself is repeated"),
     }
     for (modulus, outcome) in [(5e7, Ok(())), (1e8, Err(Error::SingularEquilibrium))] {
         match assessed(modulus, outcome) {
-            (steps, Assessment::Again(next)) => {
+            (steps, RunAssessment::Repeat(next)) => {
                 assert!(next.0.time().unwrap().steps() > steps);
                 assert!(next.0.resolution().unwrap().work > 0.0);
             }
-            (_, Assessment::Accepted(error)) => panic!("{modulus}: accepted with {error:?}"),
+            (_, RunAssessment::Accepted(error)) => panic!("{modulus}: accepted with {error:?}"),
         }
     }
     let stopped = assessed(1e8, Err(Error::Interrupted)).1;
-    assert!(matches!(stopped, Assessment::Accepted(None)));
+    assert!(matches!(stopped, RunAssessment::Accepted(None)));
 }
 
 /// The first run is that of a rod of half the modulus, as by wrong numerics: a second one follows, of the problem of the check.

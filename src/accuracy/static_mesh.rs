@@ -1,16 +1,16 @@
 //! A mesh for what does not move.
 
-use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges};
-use crate::accuracy::difference::{Differences, OrderBounds, Positions, largest_distance};
+use crate::accuracy::aim::{Aim, Found, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
+use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
 use crate::accuracy::extrapolation::order_of_mesh;
-use crate::accuracy::trial::looked_at;
+use crate::accuracy::trial::free_ends_or_middle;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::LinearizationPoint;
 
-/// Part of the accuracy that the mesh may take: the estimate of its error has an error itself.
+/// RefinedPart of the accuracy that the mesh may take: the estimate of its error has an error itself.
 const MOST: f64 = 0.78;
 /// The error after a single difference, over that of the theoretical order.
 const UNSURE: f64 = 1.5;
@@ -19,9 +19,9 @@ const LOWEST: [f64; 2] = [1.32, 0.486];
 /// The chosen mesh is at most so many times as fine as the finest of three meshes, of two, and of two after one without a
 /// solution.
 const FAR: [f64; 3] = [2.0, 1.3, 1.0];
-/// Differences below this are rounding errors where they do not fall.
+/// RefinementSequence below this are rounding errors where they do not fall.
 const ROUNDING: f64 = 1e-4;
-/// Differences below this are none.
+/// RefinementSequence below this are none.
 const NO_DIFFERENCE: f64 = 1e-12;
 
 /// Orders of a method of first or second order.
@@ -32,13 +32,17 @@ fn order_bounds(order: f64) -> OrderBounds {
 }
 
 /// A mesh for what does not move.
-pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Result<Found, Error> {
+pub(super) fn choose_static_mesh(
+    scene: &Scene,
+    aim: Aim,
+    (edges, step): (usize, f64),
+) -> Result<Found, Error> {
     let (order, allowed) = (order_of_mesh(scene), MOST * scene.asked());
-    let mut differences = Differences::new(order_bounds(order));
+    let mut differences = RefinementSequence::new(order_bounds(order));
     let (mut segments, mut before, mut has_failed) = (edges, None, false);
     let (most, least) = match aim {
-        Aim::Modes(count) => (MOST_OF_MODES.max(edges), 2 * count),
-        _ => (MOST_EDGES, 2),
+        Aim::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(edges), 2 * count),
+        _ => (MAX_SEGMENTS, 2),
     };
     loop {
         let now = match compared(&scene.resolved(segments, step).posed()?, aim) {
@@ -109,5 +113,5 @@ fn compared(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
         }
         Ok(place)
     };
-    looked_at(problem).iter().map(place).collect()
+    free_ends_or_middle(problem).iter().map(place).collect()
 }
