@@ -1,8 +1,8 @@
 //! The chosen run as the check of its own numerics.
 //!
-//! While the chosen run goes on it is compared with the last trial run. Where they differ by more than the estimated errors
-//! allow, the errors of the trial run were underestimated by that factor, and so was that of the chosen run. Where it is above
-//! the requested one then, or the run fails, finer numerics are chosen.
+//! The chosen run is compared with the last trial run at 200 times. Where they differ by more than the estimated change, the
+//! errors of both were underestimated, and are corrected to explain the difference. Where the corrected error is above the
+//! requested one, or the run fails, it is repeated with finer numerics.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
@@ -15,26 +15,25 @@ use crate::problem::Problem;
 use crate::scene::{Scene, Stencil};
 use std::sync::Arc;
 
-/// Runs that may be chosen after the first.
+/// Most repetitions of the chosen run.
 const MAX_REPETITIONS: usize = 3;
-/// RefinedPart of the requested error that the estimate of a repeated run may take: it was corrected by a run.
+/// Error that a repeated run is chosen for over the requested one: its estimate was corrected by a run.
 const REPEATED_TARGET: f64 = 0.8;
 /// Growth of the work from a run to the repeated one, at most.
 const REPEATED_GROWTH: f64 = 10.0;
-/// Growth of the work from the last trial run below which a difference determines nothing: both runs are alike.
+/// Growth of the work from the last trial run below which both runs are too similar to check one by the other.
 const LEAST_GROWTH: f64 = 1.3;
-/// The least change of a refined run, over the error of the trial run.
+/// Smallest expected change of the chosen run over the error of the trial run.
 const LEAST_CHANGE: f64 = 0.3;
-/// RefinementFactors of the step after a run that failed.
+/// Refinement of the step after a run that failed.
 const AFTER_FAILURE: f64 = 3.0;
-/// RefinedPart of the requested error that an estimate may take that the run showed to be too small.
+/// Largest accepted error over the requested one, where the estimate was corrected.
 const CORRECTED_PART: f64 = 0.9;
-/// Underestimations of the errors of a trial run that are looked for, at most, the lowest order that explains them, and
-/// bisections for the factor.
+/// Largest factor of a correction, the lowest order that is used with it, and the bisections for the factor.
 const MAX_UNDERESTIMATION: f64 = 1e3;
 const LOWEST_ORDER: f64 = 0.25;
 const BISECTIONS: usize = 40;
-/// Times at which the run is compared, at most.
+/// Number of times at which the run is compared.
 const TIMES: f64 = 200.0;
 
 /// The check of a run by numerics that the program chose.
@@ -44,7 +43,7 @@ pub struct RunCheck {
     basis: Basis,
     /// Whether the run may be repeated with smaller steps.
     can_repeat: bool,
-    /// RefinementFactors of the run over the numerics of the basis.
+    /// Refinement of the run over the numerics of the basis.
     finer: RefinementFactors,
     numerics: Numerics,
     attempts: usize,
@@ -66,11 +65,11 @@ pub struct RunMonitor {
     work: f64,
 }
 
-/// What follows from a run.
+/// Result of the check of a run.
 pub enum RunAssessment {
-    /// Its estimated error over the length, where there is one.
+    /// The run is kept; its estimated error over the length, where there is one.
     Accepted(Option<f64>),
-    /// Finer numerics are needed.
+    /// The run is to be repeated: the problem with finer numerics, and its check.
     Repeat(Box<(Problem, RunCheck)>),
 }
 
@@ -84,7 +83,7 @@ impl RunCheck {
     /// A monitor of a run of this problem.
     ///
     /// # Errors
-    /// None of problems that the check was made for.
+    /// None for the problem that the check was made for; for another one, points that it does not have.
     pub fn monitor(&self, problem: &Problem) -> Result<RunMonitor, Error> {
         let points = comparison_points(problem);
         let own = points.iter().map(|point| problem.stencil(*point));
@@ -103,7 +102,7 @@ impl RunCheck {
         })
     }
 
-    /// Assesses a run from how it ended and its difference from the last trial run.
+    /// Assesses a run from its outcome and its largest difference from the last trial run.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -148,7 +147,7 @@ impl RunCheck {
     /// or as much of it as one more run may take where the request was expected to be reached.
     fn repeated(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
-        let segments = self.basis.numerics.segments as f64;
+        let segments = self.basis.trial.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
         let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
         let was_promised = expected <= self.scene.asked();

@@ -1,4 +1,4 @@
-//! RefinementSequence of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
 //!
 //! For errors `e = C h^p`, a refinement by `r` changes the result by `d = e (r^p - 1)`, where `e` is the error after it
 //! (Richardson's extrapolation). The order `p` is observed from two differences: modes that a coarse mesh does not have, or
@@ -6,7 +6,7 @@
 
 use crate::accuracy::extrapolation::Extrapolation;
 
-/// RefinementSequence over the length beyond which two motions are unrelated and determine no error.
+/// Difference over the length beyond which two motions are unrelated and determine no error.
 pub(super) const UNRELATED: f64 = 0.15;
 /// Bisections for an observed order: 2^-40 of the interval.
 const BISECTIONS: usize = 40;
@@ -21,12 +21,12 @@ pub(crate) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
     a.iter().zip(b).map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// Bounds of the order with which differences are continued.
+/// Bounds of the observed order, and the order that is assumed before one is observed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OrderBounds {
     /// The highest order that is used: that of the method.
     pub highest: f64,
-    /// The highest order that two differences determine; more of it needs a third one.
+    /// The highest order that is accepted from two differences; a higher one needs a third difference.
     pub at_once: f64,
     /// The lowest order with which the sequence is extrapolated.
     pub lowest: f64,
@@ -34,7 +34,7 @@ pub(super) struct OrderBounds {
     pub assumed: f64,
 }
 
-/// The change of the result by a refinement.
+/// The change of the result by one refinement.
 #[derive(Clone, Copy, Debug)]
 struct RefinementChange {
     /// Over the length.
@@ -67,7 +67,7 @@ impl RefinementChange {
     }
 }
 
-/// Successive differences, over the length.
+/// The differences of a sequence of successively refined runs, over the length, and the error of the last run.
 #[derive(Clone, Debug)]
 pub(super) struct RefinementSequence {
     changes: Vec<RefinementChange>,
@@ -88,12 +88,12 @@ impl RefinementSequence {
         self.changes.clear();
     }
 
-    /// Takes the last difference back, and returns the refinement that made it.
+    /// Removes the last difference, and returns its refinement; one without a difference.
     pub fn pop(&mut self) -> f64 {
         self.changes.pop().map_or(1.0, |change| change.ratio)
     }
 
-    /// The differences as of a run that is coarser than the last by the last refinement.
+    /// The sequence of the run before the last one, whose difference is extrapolated from the last one.
     pub fn coarsened(mut self) -> Self {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
@@ -125,7 +125,7 @@ impl RefinementSequence {
         }
     }
 
-    /// The observed order, or another one after a single difference.
+    /// The observed order, or `other` after a single difference.
     pub fn order_or(&self, other: f64) -> f64 {
         if self.changes.len() > 1 { self.order() } else { other }
     }

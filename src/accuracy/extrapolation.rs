@@ -1,14 +1,14 @@
-//! Richardson's extrapolation, and the orders that errors of mesh and step are known to have.
+//! Richardson extrapolation of an error from the change by a refinement, and the theoretical orders of mesh and step errors.
 
 use crate::accuracy::aim::is_struck;
 use crate::scene::{Scene, Time};
 
-/// A refinement by a factor of mesh or step, whose error falls with a power of it; below one it is a coarser run.
+/// A refinement of mesh or step by a factor `r`, whose error falls with `r^p`; a factor below one is a coarser run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extrapolation {
     /// Edges or steps over those of the other run.
     pub ratio: f64,
-    /// The power.
+    /// The order `p`.
     pub order: f64,
 }
 
@@ -24,19 +24,20 @@ impl Extrapolation {
     }
 }
 
-/// The order of the errors of a mesh: what walls at nodes cut off, or hold, goes with the length of an edge, all else with
-/// its square.
+/// The order of the mesh error of smooth motions: one with walls at nodes, whose position is exact to an edge length, two
+/// otherwise.
 pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }
 
-/// The same of motions that begin with a jump of velocities: mode `k` moves by `k^-3`, and is out of phase from the root of the
-/// number of edges on: what those move by in all goes with the length of an edge.
+/// The order of the mesh error: one for motions that begin with a jump of velocities, otherwise that of smooth motions. After
+/// a jump mode `k` has an amplitude of order `k^-3`, and the modes above the root of the number of edges have a wrong phase: the
+/// sum of their amplitudes falls with the edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if is_struck(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }
 
-/// The order of the errors of a step.
+/// The order of the step error of a scheme: one for Newmark with numerical damping, otherwise that of the method.
 pub(crate) fn step_order(time: &Time) -> f64 {
     let dissipates = time.scheme.takes_beta() && time.beta > 0.5;
     if dissipates { 1.0 } else { time.scheme.traits().order as f64 }

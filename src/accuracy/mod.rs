@@ -1,9 +1,9 @@
-//! Mesh, step and scheme where a scene leaves them to the program.
+//! Choice of mesh, step and scheme for a requested error, where a scene leaves them out.
 //!
 //! For a motion, trial runs refine the mesh and the step, whichever leaves the larger error, and the
 //! differences (`difference`) between successive runs over the whole rod estimate both errors (`motion`). The cheapest
 //! numerics that reach the requested error are chosen (`refinement`, `rodas4`); the chosen run is compared with the last
-//! trial run and repeated with finer numerics where it disagrees or fails (`check`). What does not move has a mesh only
+//! trial run and repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only
 //! (`static_mesh`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
@@ -29,20 +29,20 @@ pub(crate) use trial::largest_step;
 use crate::accuracy::aim::{MAX_SEGMENTS, RUN_TOLERANCE, allowed_edges, set_newton_tolerance};
 use crate::accuracy::basis::ChosenMotion;
 use crate::accuracy::motion::MotionSearch;
-use crate::accuracy::static_mesh::choose_static_mesh;
+use crate::accuracy::static_mesh::{StaticMesh, choose_static_mesh};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::problem::natural_turn::turning;
 use crate::scene::Scene;
 use std::f64::consts::FRAC_PI_2;
 
-/// Fewest edges of a first mesh: those of a motion are refined as it takes.
+/// Edges of the first trial mesh of a straight rod in motion; coarse ones are cheap, and later runs refine it.
 const FIRST_EDGES: f64 = 4.0;
-/// The same for what does not move, at an accuracy of 1 %; the number goes with the fourth root of the accuracy.
+/// The same of equilibria and modes at an accuracy of 1 %; the number grows with the fourth root of 1 % over the accuracy.
 const FIRST_EDGES_STILL: f64 = 6.0;
-/// Largest turn of an edge of a first mesh, rad.
+/// Largest turning angle of an edge of the first mesh, rad.
 const FIRST_TURN: f64 = 1.5;
-/// Steps of the first trial run in the shortest of the times that a scene is made of.
+/// Steps of the first trial run in the shortest time scale of the scene.
 const FIRST_STEPS: f64 = 5.0;
 
 impl Scene {
@@ -56,7 +56,7 @@ impl Scene {
         self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
     }
 
-    /// The same for a simulation, with the check of a run by chosen numerics; none where nothing was chosen.
+    /// The problem of a simulation, and the check of its run; none where nothing was chosen and no accuracy requested.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem).
@@ -81,10 +81,10 @@ impl Scene {
         Ok((chosen.posed()?, check))
     }
 
-    /// The same, chosen for another aim.
+    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium, modes, or a first guess.
     ///
     /// # Errors
-    /// Those of [`problem`](Self::problem), and of what is aimed at.
+    /// Those of [`problem`](Self::problem), and of the trial solutions.
     pub fn problem_for(&self, aim: Aim) -> Result<Problem, Error> {
         self.validate()?;
         let open = self.left_open();
@@ -96,11 +96,11 @@ impl Scene {
             return Ok(self.checked_problem()?.0);
         }
         let InitialNumerics { scene, edges, step, .. } = InitialNumerics::of(self, aim)?;
-        let (segments, step, error, bound) = match aim {
+        let StaticMesh { segments, error, bound } = match aim {
             Aim::Rest | Aim::Modes(_) if open.segments => {
-                choose_static_mesh(&scene, aim, (edges, step))?
+                choose_static_mesh(&scene, aim, edges, step)?
             }
-            _ => (edges, step, None, None),
+            _ => StaticMesh { segments: edges, error: None, bound: None },
         };
         let mut scene = scene.resolved(segments, step);
         if let Some(resolution) = &mut scene.resolution {
@@ -132,7 +132,7 @@ impl InitialNumerics {
     }
 }
 
-/// Edges of a first mesh.
+/// Edges of the first trial mesh: enough for the curvature of the shape and for the number of modes.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
@@ -150,13 +150,13 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     Ok(allowed_edges(scene, edges))
 }
 
-/// How much finer first runs are than for an accuracy of 1 %.
+/// Refinement of the first mesh over that of an accuracy of 1 %.
 fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }
 
-/// The lowest angular frequency of torsion of a twisted rod that is held at one end, rad/s: larger steps damp torsion and
-/// what couples with it, on every mesh and at every step above it, so that differences between them show nothing of it.
+/// The lowest angular frequency of torsion of a twisted rod that is held at one end, rad/s; zero of other rods. Larger steps
+/// damp torsion and the bending that couples with it on every mesh, so that differences between runs do not contain it.
 fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     let is_twisted = !scene.rod.natural_twist.is_zero();
     let (_, material) = scene.at(0.5);
@@ -168,7 +168,8 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     shear.filter(|_| is_twisted).map_or(0.0, rate)
 }
 
-/// A first step, s: a part of the shortest of the times that the scene is made of.
+/// The first trial step, s: a fifth of the shortest time scale of the scene (first bending mode, loads, torsion, initial
+/// velocities), and no longer than a frame of a recorded path.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

@@ -8,7 +8,7 @@
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
 use crate::accuracy::difference::{Positions, RefinementSequence, UNRELATED, largest_distance};
-use crate::accuracy::refinement::{ErrorModel, FARTHEST, Free, RefinementFactors};
+use crate::accuracy::refinement::{ErrorModel, Free, MAX_EXTRAPOLATION, RefinementFactors};
 use crate::accuracy::rodas4::{self, Alternative};
 use crate::accuracy::trial::{Numerics, TrialRun, TrialRuns, largest_stable_step};
 use crate::accuracy::tuning::Tuning;
@@ -16,40 +16,40 @@ use crate::error::Error;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
-/// RefinementFactors of one part after which the difference of the other is taken again.
+/// Refinement of mesh or step after which the difference of the other one is computed again: the two interact.
 const MAX_SHIFT: f64 = 8.0;
-/// RefinementFactors of one part after which earlier differences of the other determine no order.
+/// Refinement of mesh or step after which earlier differences of the other one determine no order.
 const MAX_SHIFT_OF_ORDERS: f64 = 8.0;
-/// Runs that may fail before the search ends.
+/// Failed runs after which the search ends.
 const MAX_FAILURES: usize = 10;
-/// RefinementFactors of a part, and the one where it is expected to need as much.
+/// Refinement of mesh or step from one trial run to the next, and the larger one where the target is far.
 const SMALL_RATIO: usize = 2;
 const LARGE_RATIO: usize = 4;
-/// RefinementFactors that a part is expected to need beyond the large one.
+/// Expected refinement over the large ratio from which on the large ratio is used.
 const LARGE_RATIO_MARGIN: f64 = 1.5;
-/// RefinementFactors of the step that generalised-alpha is expected to need where another scheme is tried, and that of the last
-/// trial run after which it is tried again.
+/// Expected refinement of the step of generalised-alpha from which on `rodas4` is tried, and the refinement after which it is
+/// tried again.
 const MIN_STEP_REFINEMENT: f64 = 4.0;
 const RETRY_REFINEMENT: usize = 3;
-/// Work of a longer search over that of others, where it is expected to reach the target.
+/// Factor on the largest work of the trial runs where the search is expected to reach the target.
 const EXTENDED_SEARCH: f64 = 20.0;
-/// RefinedPart of the target that the step may leave.
+/// Part of the target error that is allowed for the step.
 const STEP_PART: f64 = 0.5;
-/// The part that a run refined.
+/// The numerical setting that is refined from one trial run to the next.
 #[derive(Clone, Copy, PartialEq)]
 enum RefinedPart {
     Mesh,
     Step,
 }
 
-/// A search for the numerics of a motion.
+/// The search for mesh, step and scheme of a motion.
 pub(super) struct MotionSearch<'a> {
     scene: &'a Scene,
     trials: TrialRuns<'a>,
     tuning: &'static Tuning,
     mesh: RefinementSequence,
     step: RefinementSequence,
-    /// RefinementFactors of the other part since the last difference of mesh and of step.
+    /// Refinement of the step since the last difference of the mesh, and of the mesh since that of the step.
     since_mesh: f64,
     since_step: f64,
     /// Steps of the last trial run when another scheme was tried.
@@ -86,7 +86,7 @@ impl<'a> MotionSearch<'a> {
         self.trials.work.get()
     }
 
-    /// Chooses what the scene leaves open, beginning with a step, s.
+    /// The chosen mesh, step and scheme, from trial runs that begin with a step of `first_step`, s.
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
@@ -95,14 +95,15 @@ impl<'a> MotionSearch<'a> {
             steps: self.given_steps.map_or(first_steps, |given| (given / 2).max(1)),
             scheme,
         };
-        let mut last: Option<(TrialRun, Numerics)> = None;
+        let mut last: Option<TrialRun> = None;
         let mut refined = RefinedPart::Step;
         let mut failures = 0;
         loop {
             let is_long = self.trials.expected_work(now) > self.trials.most_work;
-            if is_long && !last.as_ref().is_some_and(|(_, at)| self.is_promising(*at)) {
+            if is_long && !last.as_ref().is_some_and(|last| self.is_promising(last.numerics)) {
                 return self.conclude(last, now, Some(Bound::Work));
             }
+            // A run that fails is followed by one with smaller steps.
             let Some(trial) = self.trials.run(now)? else {
                 failures += 1;
                 if failures > MAX_FAILURES {
@@ -114,11 +115,9 @@ impl<'a> MotionSearch<'a> {
                         Numerics { steps: 2 * now.steps, ..now }
                     }
                     // The differences so far hold: the step is refined first, on the mesh of the last run.
-                    Some((_, then))
-                        if refined == RefinedPart::Mesh && self.given_steps.is_none() =>
-                    {
+                    Some(last) if refined == RefinedPart::Mesh && self.given_steps.is_none() => {
                         refined = RefinedPart::Step;
-                        Numerics { steps: SMALL_RATIO * then.steps, ..*then }
+                        Numerics { steps: SMALL_RATIO * last.numerics.steps, ..last.numerics }
                     }
                     _ => {
                         self.mesh.clear();
@@ -129,31 +128,36 @@ impl<'a> MotionSearch<'a> {
                 };
                 continue;
             };
-            if let Some((before, then)) = &last {
+            // The change from the run before estimates the error of the mesh or of the step.
+            if let Some(before) = &last {
+                let then = before.numerics;
                 let ratio = match refined {
                     RefinedPart::Mesh => now.segments as f64 / then.segments as f64,
                     RefinedPart::Step => now.steps as f64 / then.steps as f64,
                 };
                 self.compare(&before.positions, &trial.positions, refined, ratio);
             }
-            last = Some((trial, now));
-            if let Some(alternative) = self.alternative(now)? {
-                last = Some((alternative.trial, alternative.numerics));
-                let mut coarser = now.segments as f64 / alternative.numerics.segments as f64;
+            last = Some(trial);
+            // Another scheme may reach the target with less work.
+            if let Some(alternative) = self.cheaper_alternative(now)? {
+                let coarse = alternative.trial.numerics;
+                let mut coarser = now.segments as f64 / coarse.segments as f64;
                 while coarser > 1.0 && self.mesh.count() > 0 {
                     coarser /= self.mesh.pop();
                 }
-                now = alternative.numerics;
+                now = coarse;
+                last = Some(alternative.trial);
                 self.step = alternative.step;
                 (self.since_mesh, self.since_step) = (1.0, 1.0);
             }
+            // The larger of both errors is reduced, until an extrapolation reaches the target.
             let Some(next) = self.next_part(now) else { return self.conclude(last, now, None) };
             now = self.refine(now, next);
             refined = next;
         }
     }
 
-    /// Whether a longer search is expected to reach the target, from the last trial run.
+    /// Whether finer trial runs than the usual limit allows are expected to reach the target error.
     fn is_promising(&self, at: Numerics) -> bool {
         let is_falling = |d: &RefinementSequence| d.count() > 1 && d.is_converging();
         let growth = self.errors().cheapest(self.target(), at.segments as f64, self.free());
@@ -163,8 +167,8 @@ impl<'a> MotionSearch<'a> {
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
-    /// Another scheme where generalised-alpha is expected to need many steps, tried on a coarser mesh.
-    fn alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
+    /// A trial run of `rodas4` on a coarser mesh, where generalised-alpha is expected to need many more steps.
+    fn cheaper_alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
             && now.scheme != Scheme::Rodas4
@@ -184,7 +188,13 @@ impl<'a> MotionSearch<'a> {
             (now.segments / LARGE_RATIO).max(self.trials.guess.segments()),
         );
         let segments = coarse.min(now.segments);
-        rodas4::cheaper(&self.trials, segments, now.steps, need * now.steps as f64, target)
+        rodas4::cheaper_alternative(
+            &self.trials,
+            segments,
+            now.steps,
+            need * now.steps as f64,
+            target,
+        )
     }
 
     /// Edges of the first trial run: half of those that the scene gives, as far as markers at nodes allow it.
@@ -224,7 +234,7 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Smaller steps after a run that failed, and after every second failure more edges.
+    /// The numerics after a run that failed: half the step, and after every second failure more edges.
     fn after_failure(&self, now: Numerics, failures: usize) -> Numerics {
         let steps = self.given_steps.unwrap_or(2 * now.steps);
         let more = allowed_edges(self.scene, (1.5 * now.segments as f64).ceil() as usize);
@@ -245,7 +255,7 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The factor by which a part is refined: large where the target is far.
+    /// The factor by which mesh or step is refined next: the large one where the target is far.
     fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
             RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
@@ -276,7 +286,7 @@ impl<'a> MotionSearch<'a> {
         Free { mesh: self.given_segments.is_none(), step: self.given_steps.is_none() }
     }
 
-    /// The part to be refined next; none where the chosen numerics are within reach.
+    /// Whether mesh or step is refined next; none where the requested error is within reach of an extrapolation.
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
@@ -303,17 +313,17 @@ impl<'a> MotionSearch<'a> {
         let errors = self.errors();
         let cheapest = errors.cheapest(self.target(), now.segments as f64, self.free());
         let within_reach = cheapest.is_some_and(|(finer, growth)| {
-            growth <= most && finer.mesh.max(finer.step) <= FARTHEST
+            growth <= most && finer.mesh.max(finer.step) <= MAX_EXTRAPOLATION
         });
         if let Some((finer, _)) = cheapest.filter(|_| within_reach && !unrelated) {
-            // The difference of a part is taken again where the other one is refined far.
+            // The difference of the step is computed again before the mesh is refined far, and the other way round.
             if step && self.since_step * finer.mesh > MAX_SHIFT {
                 return Some(RefinedPart::Step);
             }
             if mesh && self.since_mesh * finer.step > MAX_SHIFT {
                 return Some(RefinedPart::Mesh);
             }
-            // What is given is compared before the search ends.
+            // A given mesh or step is compared with a coarser one before the search ends.
             return match self.free() {
                 Free { mesh: false, .. } if mesh => Some(RefinedPart::Mesh),
                 Free { step: false, .. } if step => Some(RefinedPart::Step),
@@ -323,9 +333,9 @@ impl<'a> MotionSearch<'a> {
         match (mesh, step) {
             (true, false) => Some(RefinedPart::Mesh),
             (false, true) => {
-                // A given mesh that leaves too much is not made better by smaller steps.
-                let hopeless = errors.mesh >= self.target() && errors.step < 0.1 * errors.mesh;
-                (!hopeless).then_some(RefinedPart::Step)
+                // Smaller steps do not reduce the error of a given mesh.
+                let is_hopeless = errors.mesh >= self.target() && errors.step < 0.1 * errors.mesh;
+                (!is_hopeless).then_some(RefinedPart::Step)
             }
             _ if errors.mesh > errors.step => Some(RefinedPart::Mesh),
             _ => Some(RefinedPart::Step),
@@ -345,15 +355,15 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The chosen numerics after the last trial run.
+    /// The chosen numerics: the cheapest whose extrapolated error is the target, or the best within the allowed work.
     fn conclude(
         &self,
-        last: Option<(TrialRun, Numerics)>,
+        last: Option<TrialRun>,
         tried: Numerics,
         bound: Option<Bound>,
     ) -> Result<ChosenMotion, Error> {
         let end = self.trials.guess.time()?.end;
-        let Some((trial, numerics)) = last else {
+        let Some(trial) = last else {
             let step = end / tried.steps as f64;
             return Ok(ChosenMotion { numerics: tried, step, error: None, bound, basis: None });
         };
@@ -367,15 +377,14 @@ impl<'a> MotionSearch<'a> {
         let is_known =
             is_observed && [free.mesh, free.step] == [self.free().mesh, self.free().step];
         let basis = Basis {
+            trial_work: self.trials.expected_work(trial.numerics),
             trial,
-            numerics,
             errors,
             has_many_modes: self.tuning.has_many_modes,
             is_known,
             free,
             target: self.target(),
             most_work: EXTENDED_SEARCH * self.trials.most_work,
-            trial_work: self.trials.expected_work(numerics),
         };
         let finer = basis.refinement();
         let (numerics, step) = self.numerics(&basis, finer)?;
@@ -390,7 +399,7 @@ impl<'a> MotionSearch<'a> {
         Ok(ChosenMotion { numerics, step, error, bound, basis: Some(basis) })
     }
 
-    /// Edges, steps and step size, s, of a refinement.
+    /// The numerics of a refinement of the last trial run, and their step, s, which is stable and follows moved supports.
     fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {

@@ -1,4 +1,5 @@
-//! How much finer mesh and step must be for a requested error, at the least work.
+//! Errors of mesh and step as powers of their refinements, and the refinement that reaches a requested error with the least
+//! work.
 
 /// Errors of mesh and step of a run, over the length, and the powers that they fall with.
 #[derive(Clone, Copy, Debug)]
@@ -16,72 +17,73 @@ pub(crate) struct RefinementFactors {
     pub step: f64,
 }
 
-/// Which of the two may change.
+/// Whether the mesh and the step may change.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Free {
     pub mesh: bool,
     pub step: bool,
 }
 
-/// Coarsest and finest factor for the mesh, and the number of candidates between them.
+/// Smallest and largest refinement of the mesh that is considered, and the number of candidates between them.
 const COARSEST: f64 = 0.5;
 const FINEST: f64 = 64.0;
 const CANDIDATES: i32 = 140;
 
-/// RefinementFactors of a part up to which its observed order is trusted; of what is beyond, the root counts.
-pub(super) const FARTHEST: f64 = 7.0;
+/// Refinement up to which the observed order is used; beyond it the error falls with half the order.
+pub(super) const MAX_EXTRAPOLATION: f64 = 7.0;
 
-/// The refinement that the error falls with.
-fn trusted(finer: f64) -> f64 {
-    finer.min(FARTHEST) * (finer / FARTHEST).max(1.0).sqrt()
+/// The refinement whose power the error falls with: the root of the part beyond the largest extrapolation.
+fn effective(finer: f64) -> f64 {
+    finer.min(MAX_EXTRAPOLATION) * (finer / MAX_EXTRAPOLATION).max(1.0).sqrt()
 }
 
-/// The refinement whose trusted part is this.
-fn needed(trusted: f64) -> f64 {
-    trusted * (trusted / FARTHEST).max(1.0)
+/// The inverse of [`effective`]: the refinement that has this effective one.
+fn needed(effective: f64) -> f64 {
+    effective * (effective / MAX_EXTRAPOLATION).max(1.0)
 }
 
-/// A step takes as long as so many edges more would.
-const EDGES_OF_STEP: f64 = 8.0;
+/// Work of a step that does not depend on the mesh, in edges (measured).
+const EDGES_PER_STEP: f64 = 8.0;
 
-/// Work of a run with so many edges and steps, up to a factor.
+/// Work of a run, edges times steps, with the part of a step that does not depend on the mesh.
 pub(super) fn work(segments: f64, steps: f64) -> f64 {
-    (segments + EDGES_OF_STEP) * steps
+    (segments + EDGES_PER_STEP) * steps
 }
 
-/// RefinedPart of an allowed error that a refinement aims at where only the order of the method is known.
-const AIMED_AT: f64 = 0.8;
+/// Error that a refinement is chosen for over the allowed one, where the order is that of the method and not observed.
+const TARGET_PART: f64 = 0.8;
 
 impl ErrorModel {
-    /// Errors of mesh and step that are of second order both.
+    /// The model of given errors of mesh and step, both of second order.
     pub fn of_second_order([mesh, step]: [f64; 2]) -> Self {
         Self { mesh: mesh.abs(), step: step.abs(), mesh_order: 2.0, step_order: 2.0 }
     }
 
-    /// The cheapest refinement of a run with so many edges for at most an allowed error, none of the two coarser.
+    /// The cheapest refinement of a run with `segments` edges whose error is at most `allowed`; neither mesh nor step is
+    /// coarsened.
     pub fn finer_for(&self, allowed: f64, segments: usize) -> RefinementFactors {
         let same = RefinementFactors { mesh: 1.0, step: 1.0 };
         if self.after(same) <= allowed {
             return same;
         }
-        let (target, both) = (AIMED_AT * allowed, Free { mesh: true, step: true });
+        let (target, both) = (TARGET_PART * allowed, Free { mesh: true, step: true });
         let RefinementFactors { mesh, step } = self
             .cheapest(target, segments as f64, both)
             .map_or(RefinementFactors { mesh: FINEST, step: FINEST }, |(finer, _)| finer);
         RefinementFactors { mesh: mesh.max(1.0), step: step.max(1.0) }
     }
 
-    /// The error that is left after a refinement.
+    /// The error after a refinement, of mesh and step together.
     pub fn after(&self, finer: RefinementFactors) -> f64 {
         let Self { mesh, step, .. } = self.refined(finer);
         mesh + step
     }
 
-    /// The errors of a run that is finer.
+    /// The errors after a refinement, of mesh and step.
     fn refined(&self, finer: RefinementFactors) -> Self {
         Self {
-            mesh: self.mesh * trusted(finer.mesh).powf(-self.mesh_order),
-            step: self.step * trusted(finer.step).powf(-self.step_order),
+            mesh: self.mesh * effective(finer.mesh).powf(-self.mesh_order),
+            step: self.step * effective(finer.step).powf(-self.step_order),
             ..*self
         }
     }
@@ -101,8 +103,8 @@ impl ErrorModel {
         }
     }
 
-    /// The cheapest refinement of a run with so many edges that leaves at most `target`, and the factor by which it multiplies
-    /// the work; none where a part that cannot change leaves more.
+    /// The cheapest refinement of a run with `segments` edges whose error is at most `target`, and the factor by which it
+    /// multiplies the work; none where a mesh or step that may not change has a larger error.
     pub fn cheapest(
         &self,
         target: f64,
@@ -116,7 +118,7 @@ impl ErrorModel {
             false => vec![1.0],
         };
         let candidates = meshes.into_iter().filter_map(|mesh| {
-            let left = target - self.mesh * trusted(mesh).powf(-self.mesh_order);
+            let left = target - self.mesh * effective(mesh).powf(-self.mesh_order);
             let step = needed((self.step / left).powf(self.step_order.recip())).max(COARSEST);
             let step = if free.step { step } else { 1.0 };
             let finer = RefinementFactors { mesh, step };
@@ -126,7 +128,7 @@ impl ErrorModel {
         candidates.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The refinement that leaves the least error for at most so many times the work.
+    /// The refinement with the least error whose work is at most `growth` times that of the run with `segments` edges.
     pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> RefinementFactors {
         let [mut low, mut high] =
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));
@@ -167,13 +169,14 @@ mod tests {
         assert!((cost / 4.0 - 1.0).abs() < 0.01, "{cost}");
     }
 
-    /// Beyond the trusted refinement the error falls with half the order, and as much more is needed.
+    /// Beyond the largest extrapolation the error falls with half the order.
     #[test]
-    fn far_extrapolations_are_not_trusted() {
-        let left = model(1.0, 0.0).after(RefinementFactors { mesh: 4.0 * FARTHEST, step: 1.0 });
-        assert!((left * (2.0 * FARTHEST).powi(2) - 1.0).abs() < 1e-12, "{left}");
-        for finer in [0.5, 3.0, FARTHEST, 50.0] {
-            assert!((needed(trusted(finer)) / finer - 1.0).abs() < 1e-12);
+    fn far_extrapolation_halves_the_order() {
+        let left =
+            model(1.0, 0.0).after(RefinementFactors { mesh: 4.0 * MAX_EXTRAPOLATION, step: 1.0 });
+        assert!((left * (2.0 * MAX_EXTRAPOLATION).powi(2) - 1.0).abs() < 1e-12, "{left}");
+        for finer in [0.5, 3.0, MAX_EXTRAPOLATION, 50.0] {
+            assert!((needed(effective(finer)) / finer - 1.0).abs() < 1e-12);
         }
     }
 

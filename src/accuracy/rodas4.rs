@@ -1,34 +1,34 @@
-//! `rodas4` as the alternative to generalised-alpha: fourth order, at the cost of several Newton iterations a step.
+//! `rodas4` (a Rosenbrock method of fourth order) as the alternative to generalised-alpha: trial runs on a coarse mesh, whose
+//! steps are halved until the observed order predicts the work for the target error.
 //!
-//! Its error falls abruptly at some number of steps, which is the same on coarse and on fine meshes to a factor of 1.4. It is
-//! tried on a coarse mesh.
+//! The error falls abruptly at a number of steps that is the same on coarse and on fine meshes to a factor of 1.4; a step takes
+//! as long as several Newton iterations of generalised-alpha.
 
 use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};
 use crate::error::Error;
 use crate::scene::Scheme;
 
-/// It is chosen where it takes at most this part of the work: on finer meshes its errors fall later.
-const WORTHWHILE: f64 = 0.7;
-/// Orders of its step errors.
+/// Largest work over that of generalised-alpha with which it is chosen: on finer meshes its error falls at smaller steps.
+const MAX_WORK_RATIO: f64 = 0.7;
+/// Bounds of the observed order of its step error.
 const ORDERS: OrderBounds = OrderBounds { highest: 3.0, at_once: 3.0, lowest: 0.32, assumed: 2.0 };
-/// Steps that it may need over those that were tried.
-const FURTHER: f64 = 3.0;
+/// Largest extrapolation, steps over those of the last run.
+const MAX_EXTRAPOLATION: f64 = 3.0;
 /// Work of its first run over that of the last run by generalised-alpha on the same mesh.
-const FIRST: f64 = 0.5;
-/// Runs, each with twice the steps.
-const RUNS: usize = 4;
+const FIRST_WORK_RATIO: f64 = 0.5;
+/// Most trial runs, each with twice the steps of the one before.
+const MAX_RUNS: usize = 4;
 
-/// A trial run with `rodas4` and the differences of its step.
+/// A trial run with `rodas4`, and the sequence of differences that its step error is estimated from.
 pub(super) struct Alternative {
     pub trial: TrialRun,
-    pub numerics: Numerics,
     pub step: RefinementSequence,
 }
 
-/// The scheme on the mesh of `segments`, where it leaves `target` with less work than generalised-alpha with `needed` steps;
-/// it is tried with the work of about `tried` steps of the latter.
-pub(super) fn cheaper(
+/// A trial run of `rodas4` on `segments` edges, where it is expected to reach the step error `target` with less work than
+/// generalised-alpha with `needed` steps; the first run takes half the work of `tried` steps of generalised-alpha.
+pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,
     tried: usize,
@@ -36,12 +36,13 @@ pub(super) fn cheaper(
     target: f64,
 ) -> Result<Option<Alternative>, Error> {
     let iterations = trials.iterations_of_rodas4;
-    let is_worthwhile = |steps: f64| iterations * steps < WORTHWHILE * ITERATIONS * needed;
-    let mut steps = ((FIRST * tried as f64 * ITERATIONS / iterations).ceil() as usize).max(4);
+    let is_worthwhile = |steps: f64| iterations * steps < MAX_WORK_RATIO * ITERATIONS * needed;
+    let mut steps =
+        ((FIRST_WORK_RATIO * tried as f64 * ITERATIONS / iterations).ceil() as usize).max(4);
     let mut step = RefinementSequence::new(ORDERS);
     let mut before: Option<TrialRun> = None;
-    for _ in 0..RUNS {
-        // The run after this one determines its error.
+    for _ in 0..MAX_RUNS {
+        // Two runs are needed for an estimate of the error.
         if !is_worthwhile(steps as f64) {
             return Ok(None);
         }
@@ -51,16 +52,12 @@ pub(super) fn cheaper(
             let difference = largest_distance(&before.positions, &now.positions);
             step.push(difference, 2.0);
             let further = (step.error() / target).powf(step.order().recip());
-            let is_known = difference < UNRELATED && further <= FURTHER;
+            let is_known = difference < UNRELATED && further <= MAX_EXTRAPOLATION;
             if is_known && is_worthwhile(steps as f64 * further.max(0.5)) {
                 let is_fine = step.clone().coarsened().error() <= target;
                 return Ok(Some(match is_fine {
-                    true => Alternative {
-                        trial: before.clone(),
-                        numerics: Numerics { steps: steps / 2, ..numerics },
-                        step: step.coarsened(),
-                    },
-                    false => Alternative { trial: now, numerics, step },
+                    true => Alternative { trial: before.clone(), step: step.coarsened() },
+                    false => Alternative { trial: now, step },
                 }));
             }
         }

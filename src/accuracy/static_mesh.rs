@@ -1,6 +1,8 @@
-//! A mesh for what does not move.
+//! The mesh of an equilibrium or of vibration modes: meshes are doubled until the extrapolated error is the requested one.
+//!
+//! Compared are the positions of the free ends, or the logarithms of frequencies and growth rates (`difference`).
 
-use crate::accuracy::aim::{Aim, Found, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
+use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
 use crate::accuracy::extrapolation::order_of_mesh;
 use crate::accuracy::trial::free_ends_or_middle;
@@ -10,38 +12,50 @@ use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::LinearizationPoint;
 
-/// RefinedPart of the accuracy that the mesh may take: the estimate of its error has an error itself.
-const MOST: f64 = 0.78;
-/// The error after a single difference, over that of the theoretical order.
-const UNSURE: f64 = 1.5;
-/// The lowest order that belongs to a converging sequence, of second and of first order.
-const LOWEST: [f64; 2] = [1.32, 0.486];
-/// The chosen mesh is at most so many times as fine as the finest of three meshes, of two, and of two after one without a
-/// solution.
-const FAR: [f64; 3] = [2.0, 1.3, 1.0];
-/// RefinementSequence below this are rounding errors where they do not fall.
-const ROUNDING: f64 = 1e-4;
-/// RefinementSequence below this are none.
+/// Allowed error of the mesh over the requested one: the estimate has an error itself.
+const TARGET_PART: f64 = 0.78;
+/// Error that is assumed after a single difference, over that of the theoretical order.
+const SINGLE_DIFFERENCE_SAFETY: f64 = 1.5;
+/// Lowest observed order of a converging sequence, for methods of second and of first order.
+const LOWEST_ORDERS: [f64; 2] = [1.32, 0.486];
+/// Largest refinement of the chosen mesh over the finest compared one: after three meshes, after two, and after two of which
+/// a coarser one had no equilibrium.
+const MAX_EXTRAPOLATION: [f64; 3] = [2.0, 1.3, 1.0];
+/// Differences below this that do not fall are rounding errors.
+const MAX_ROUNDING: f64 = 1e-4;
+/// Differences below this count as zero.
 const NO_DIFFERENCE: f64 = 1e-12;
 
-/// Orders of a method of first or second order.
+/// Bounds of the observed order, for a method of this order.
 fn order_bounds(order: f64) -> OrderBounds {
-    let assumed = (1.0 + (order.exp2() - 1.0) / UNSURE).log2();
-    let lowest = if order > 1.0 { LOWEST[0] } else { LOWEST[1] };
+    let assumed = (1.0 + (order.exp2() - 1.0) / SINGLE_DIFFERENCE_SAFETY).log2();
+    let lowest = if order > 1.0 { LOWEST_ORDERS[0] } else { LOWEST_ORDERS[1] };
     OrderBounds { highest: order, at_once: order, lowest, assumed }
 }
 
-/// A mesh for what does not move.
+/// A mesh whose error is below the requested one, its estimated error over the length or the frequency, and the reason where
+/// that is larger.
+pub(super) struct StaticMesh {
+    pub segments: usize,
+    pub error: Option<f64>,
+    pub bound: Option<Bound>,
+}
+
+/// Chooses the mesh of an equilibrium or of modes, beginning with `first` edges; `step`, s, is that of the scene.
+///
+/// # Errors
+/// Those of the solutions, and of building a problem.
 pub(super) fn choose_static_mesh(
     scene: &Scene,
     aim: Aim,
-    (edges, step): (usize, f64),
-) -> Result<Found, Error> {
-    let (order, allowed) = (order_of_mesh(scene), MOST * scene.asked());
+    first: usize,
+    step: f64,
+) -> Result<StaticMesh, Error> {
+    let (order, allowed) = (order_of_mesh(scene), TARGET_PART * scene.asked());
     let mut differences = RefinementSequence::new(order_bounds(order));
-    let (mut segments, mut before, mut has_failed) = (edges, None, false);
+    let (mut segments, mut before, mut has_failed) = (first, None, false);
     let (most, least) = match aim {
-        Aim::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(edges), 2 * count),
+        Aim::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(first), 2 * count),
         _ => (MAX_SEGMENTS, 2),
     };
     loop {
@@ -62,9 +76,9 @@ pub(super) fn choose_static_mesh(
         let error = known.then(|| if is_none { last.unwrap_or(0.0) } else { differences.error() });
         if let Some(error) = error {
             let far = match (differences.count(), has_failed) {
-                (1, true) => FAR[2],
-                (1, false) => FAR[1],
-                _ => FAR[0],
+                (1, true) => MAX_EXTRAPOLATION[2],
+                (1, false) => MAX_EXTRAPOLATION[1],
+                _ => MAX_EXTRAPOLATION[0],
             };
             let power = if is_none { order } else { differences.order_or(order) };
             let finer = (error / allowed).powf(power.recip());
@@ -72,22 +86,24 @@ pub(super) fn choose_static_mesh(
                 let chosen = (segments as f64 * finer.max(0.5)).ceil() as usize;
                 let chosen = allowed_edges(scene, chosen.max(least));
                 let error = error * (chosen as f64 / segments as f64).powf(-power);
-                return Ok((chosen, step, Some(error), None));
+                return Ok(StaticMesh { segments: chosen, error: Some(error), bound: None });
             }
         }
-        if differences.count() > 2 && !differences.is_falling() && last < Some(ROUNDING) {
-            // Finer meshes leave more rounding errors.
-            return Ok((segments / 2, step, last, Some(Bound::Work)));
+        if differences.count() > 2 && !differences.is_falling() && last < Some(MAX_ROUNDING) {
+            // Finer meshes have larger rounding errors.
+            let bound = Some(Bound::Work);
+            return Ok(StaticMesh { segments: segments / 2, error: last, bound });
         }
         if 2 * segments > most {
-            return Ok((segments, step, error.or(last), Some(Bound::Work)));
+            let bound = Some(Bound::Work);
+            return Ok(StaticMesh { segments, error: error.or(last), bound });
         }
         segments *= 2;
     }
 }
 
-/// The logarithm of a frequency or of a growth rate (negative), with its sign: two meshes differ by the relative error of
-/// the mode, or by more than all of it where one of them has an unstable mode and the other a stable one.
+/// The logarithm of a frequency or, negative, of a growth rate, and its sign: the difference of two meshes is the relative
+/// error of the mode, and above one where the mode is stable on one mesh only.
 fn logarithm(frequency: f64) -> [f64; 3] {
     match frequency == 0.0 {
         true => [0.0; 3],
@@ -95,10 +111,10 @@ fn logarithm(frequency: f64) -> [f64; 3] {
     }
 }
 
-/// Places over the length, or logarithms of frequencies and growth rates.
+/// The compared quantities of a mesh: positions over the length, or logarithms of frequencies and growth rates.
 fn compared(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
-        // What has no equilibrium may still be looked at about its rest shape.
+        // A rod without an equilibrium has modes about its unstressed shape.
         let found = problem
             .modes(count, LinearizationPoint::Equilibrium)
             .or_else(|_| problem.modes(count, LinearizationPoint::Rest))?;

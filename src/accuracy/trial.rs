@@ -1,4 +1,4 @@
-//! TrialRun runs, by whose differences mesh and step are chosen.
+//! Trial runs: simulations with given numerics that record the positions at nine points and 100 times, and their work.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -11,16 +11,16 @@ use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Times at which runs are compared, and parts of the rod between the points.
+/// Number of times at which runs are compared, and of parts of the rod between the compared points.
 const TIMES: usize = 100;
 const PARTS: usize = 8;
-/// Most work of a trial run, steps times edges, in a plane and in space: a few seconds.
+/// Largest work of a trial run, steps times edges, in the plane and in space: about a second.
 const MAX_TRIAL_WORK: [f64; 2] = [2e6, 5e5];
-/// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
+/// Newton iterations that take as long as a step of `rodas4`, in the plane and in space (measured).
 const ITERATIONS_OF_RODAS4: [f64; 2] = [5.0, 3.0];
-/// Newton iterations of a step of generalised-alpha.
+/// Newton iterations of a step of generalised-alpha in the mean (measured).
 pub(super) const ITERATIONS: f64 = 2.1;
-/// RefinedPart of the largest stable step of an explicit scheme that is used.
+/// Part of the largest stable step of an explicit scheme that is used.
 const OF_STABLE_STEP: f64 = 0.95;
 
 /// Numerics of a run.
@@ -32,9 +32,11 @@ pub(super) struct Numerics {
     pub scheme: Scheme,
 }
 
-/// A run whose steps did not fail.
+/// A trial run that reached the end of the scene.
 #[derive(Clone)]
 pub(super) struct TrialRun {
+    pub numerics: Numerics,
+    /// Of the compared points at the times of comparison.
     pub positions: Arc<Positions>,
     pub record: Arc<Record>,
     /// Of the compared points on the mesh of the run.
@@ -81,7 +83,7 @@ impl<'a> TrialRuns<'a> {
         one * segments as f64 * steps as f64
     }
 
-    /// A run; none where its steps fail. The same run is not made twice.
+    /// The trial run with these numerics; none where its steps fail. Runs are kept: the same one is not computed twice.
     pub fn run(&self, numerics: Numerics) -> Result<Option<TrialRun>, Error> {
         if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
             return Ok(trial.clone());
@@ -124,7 +126,7 @@ impl<'a> TrialRuns<'a> {
         let mut run = Trajectory::new(&problem, &tracked, &[])?;
         let mut taken = 0;
         let outcome = run.run(&problem, problem.time()?.steps(), |run| {
-            // Steps of rodas4 that fail are far too large.
+            // A rejected step of rodas4 is far too large: such a run is not continued.
             if scheme == Scheme::Rodas4 && run.work().steps > taken {
                 stop.store(true, Ordering::Relaxed);
             }
@@ -140,29 +142,35 @@ impl<'a> TrialRuns<'a> {
         let stencils = self.points.iter().map(|point| problem.stencil(*point));
         let stencils: Arc<[Stencil]> = stencils.collect::<Result<_, _>>()?;
         let positions = Arc::new(positions(&problem, &stencils, &record)?);
-        Ok(Some(TrialRun { positions, record: Arc::new(record), stencils }))
+        Ok(Some(TrialRun {
+            numerics: Numerics { segments, steps, scheme },
+            positions,
+            record: Arc::new(record),
+            stencils,
+        }))
     }
 }
 
-/// What a step and an iteration of a run cost.
+/// Work of a step and of a Newton iteration of a run.
 pub(super) struct RunCost {
     segments: f64,
-    /// Newton iterations that take as long as a step of a scheme without any.
-    of_step: f64,
+    /// Newton iterations that take as long as a step of a scheme that has none.
+    iterations_per_step: f64,
 }
 
 impl RunCost {
     pub fn of(problem: &Problem) -> Self {
-        let of_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
+        let iterations_per_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
             Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
             _ => 1.0,
         };
-        Self { segments: problem.segments() as f64, of_step }
+        Self { segments: problem.segments() as f64, iterations_per_step }
     }
 
     /// The work of a run, edges times Newton iterations.
     pub fn work(&self, done: Work) -> f64 {
-        self.segments * (done.newton_iterations as f64).max(self.of_step * done.steps as f64)
+        self.segments
+            * (done.newton_iterations as f64).max(self.iterations_per_step * done.steps as f64)
     }
 }
 
@@ -171,7 +179,7 @@ fn iterations_of_rodas4(problem: &Problem) -> f64 {
     ITERATIONS_OF_RODAS4[usize::from(problem.planar().is_none())]
 }
 
-/// Positions of the compared points over the length, at all times of comparison.
+/// Positions of the compared points over the length, at all times of comparison, point after point.
 fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
     let (end, over) = (problem.time()?.end, problem.length().recip());
     let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
@@ -196,13 +204,13 @@ pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     }
 }
 
-/// Points at equal distances along the rod, and its free ends.
+/// The compared points: seven at equal distances along the rod, and its free ends.
 pub(super) fn comparison_points(problem: &Problem) -> Vec<Point> {
     let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
     inner.chain(free_ends(problem)).collect()
 }
 
-/// The free ends of a rod, or its middle.
+/// The free ends of a rod, or its middle where it has none.
 pub(super) fn free_ends_or_middle(problem: &Problem) -> Vec<Point> {
     let points: Vec<Point> = free_ends(problem).collect();
     if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }

@@ -1,4 +1,4 @@
-//! Constants of the search for the numerics of a motion, for motions of few and of many modes.
+//! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
 
 use crate::accuracy::aim::is_struck;
 use crate::accuracy::difference::OrderBounds;
@@ -7,20 +7,20 @@ use crate::scene::{InitialState, Scene};
 
 /// Constants of the search, chosen on the scenes of `cargo run --release --example chosen_numerics`.
 pub(super) struct Tuning {
-    /// RefinedPart of the requested error that the estimate may take: estimates are off by a factor of up to two.
+    /// Estimated error that the numerics are chosen for over the requested one: estimates are wrong by up to a factor of two.
     pub target: f64,
-    /// Growth of the work from the last trial run to the chosen one at most, where both orders are observed, and where one is
-    /// assumed: the trial runs together take about twice the last one.
+    /// Largest growth of the work from the last trial run to the chosen run where both orders were observed, and where one is
+    /// assumed. All trial runs together take about twice the work of the last one.
     pub growth_observed: f64,
     pub growth_assumed: f64,
     pub orders: OrderBounds,
-    /// What is taken off an observed order for runs that are finer than those it was observed of.
+    /// Subtracted from the orders for extrapolation, as further modes lower the order.
     pub doubt: f64,
     /// Whether every refinement adds modes to the motion.
     pub has_many_modes: bool,
 }
 
-/// Motions of a few low modes.
+/// Constants of motions of a few low modes.
 const SMOOTH: Tuning = Tuning {
     target: 0.45,
     growth_observed: 16.0,
@@ -29,7 +29,7 @@ const SMOOTH: Tuning = Tuning {
     doubt: 0.0,
     has_many_modes: false,
 };
-/// Motions of many modes: higher ones come in with every refinement.
+/// Constants of motions of many modes: every refinement adds higher ones.
 const EXCITED: Tuning = Tuning {
     target: 0.5,
     growth_observed: 16.0,
@@ -38,17 +38,17 @@ const EXCITED: Tuning = Tuning {
     doubt: 0.1,
     has_many_modes: true,
 };
-/// Deflection under the weight over the length, as of small motions, beyond which a rod is limp.
+/// Deflection over the length that linear beam theory gives under the weight, beyond which a rod is limp.
 const LIMP: f64 = 1.0;
 
 impl Tuning {
-    /// The constants for a scene, whose first trial problem is `guess`.
+    /// The constants for a scene; `guess` is its problem with the first trial numerics.
     pub fn of(scene: &Scene, guess: &Problem) -> &'static Self {
         if has_many_modes(scene, guess) { &EXCITED } else { &SMOOTH }
     }
 }
 
-/// Whether the weight of a rod bends it by more than its length.
+/// Whether a rod is limp: a clamped rod of its stiffness deflects by more than its length under its weight, `w L^3 / (8 E I)`.
 pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     let (section, material) = scene.at(0.5);
     let moments = section.moments();
@@ -59,8 +59,8 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     deflection > LIMP
 }
 
-/// Whether higher modes of a motion matter: supports move or strike the rod, it is released from another shape, it twists, or
-/// it is limp.
+/// Whether the motion has many modes: a support moves, the rod has an initial velocity or another initial shape, it is not
+/// planar, or it is limp.
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     is_struck(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)
