@@ -1,7 +1,7 @@
 //! Fits with chosen numerics: does the 95 % interval of E hold where discretization errors and noise are alike?
 
-use crate::read;
 use crate::scenes::{KINDS, scene};
+use crate::{read, simulate};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -32,7 +32,7 @@ enum Outcome {
 
 fn fitted(seed: u64) -> Result<Outcome, Error> {
     let text = scene(seed);
-    let (problem, run) = read(&text, &format!("accuracy = {TRUTH}"), "", "")?.simulate()?;
+    let (problem, run) = simulate(&read(&text, &format!("accuracy = {TRUTH}"), "", "")?)?;
     if problem.resolution().is_none_or(|resolution| resolution.bound.is_some()) {
         return Ok(Outcome::LeftOut);
     }
