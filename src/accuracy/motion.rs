@@ -33,6 +33,8 @@ const MIN_STEP_REFINEMENT: f64 = 4.0;
 const RETRY_REFINEMENT: usize = 3;
 /// Factor on the largest work of the trial runs where the search is expected to reach the target.
 const EXTENDED_SEARCH: f64 = 20.0;
+/// The same where the errors of mesh or step are not estimated yet, because coarser runs failed.
+const WITHOUT_ESTIMATE: f64 = 5.0;
 /// Part of the target error that is allowed for the step.
 const STEP_PART: f64 = 0.5;
 /// The numerical setting that is refined from one trial run to the next.
@@ -99,7 +101,9 @@ impl<'a> MotionSearch<'a> {
         let mut refined = RefinedPart::Step;
         let mut failures = 0;
         loop {
-            let is_long = self.trials.expected_work(now) > self.trials.most_work;
+            // Longer runs are allowed as long as the errors are not estimated at all.
+            let factor = if self.is_estimated() { 1.0 } else { WITHOUT_ESTIMATE };
+            let is_long = self.trials.expected_work(now) > factor * self.trials.most_work;
             if is_long && !last.as_ref().is_some_and(|last| self.is_promising(last.numerics)) {
                 return self.conclude(last, now, Some(Bound::Work));
             }
@@ -284,6 +288,17 @@ impl<'a> MotionSearch<'a> {
 
     fn free(&self) -> Free {
         Free { mesh: self.given_segments.is_none(), step: self.given_steps.is_none() }
+    }
+
+    /// The mesh and the step where they may change and an error was estimated.
+    fn estimated(&self) -> Free {
+        let Free { mesh, step } = self.free();
+        Free { mesh: mesh && self.mesh.count() > 0, step: step && self.step.count() > 0 }
+    }
+
+    /// Whether the errors of mesh and step were estimated, as far as they may change.
+    fn is_estimated(&self) -> bool {
+        self.mesh.count() + self.step.count() > 0 && self.estimated() == self.free()
     }
 
     /// Whether mesh or step is refined next; none where the requested error is within reach of an extrapolation.

@@ -18,7 +18,7 @@ pub(crate) struct RefinementFactors {
 }
 
 /// Whether the mesh and the step may change.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Free {
     pub mesh: bool,
     pub step: bool,
