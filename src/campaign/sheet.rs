@@ -148,7 +148,9 @@ impl Collected<'_> {
 /// The cells of a parameter.
 fn numbers(found: Option<(&Estimate, &Vec<f64>)>, columns: usize) -> Vec<String> {
     let Some((e, replicates)) = found else { return vec![String::new(); columns] };
-    let pooled = e.value.and_then(|value| Bootstrap::of(&Unknown::new(e.name), value, replicates));
+    let pooled = e
+        .value
+        .and_then(|value| Bootstrap::from_estimates(&Unknown::new(e.name), value, replicates));
     let [low, high] = e.interval95.map_or([e.lower95, None], |ends| ends.map(Some));
     let all = [
         e.value,

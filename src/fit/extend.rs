@@ -4,7 +4,8 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::file::FitFile;
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::discrepancy::omitted_terms::{EXTENSIONS, Extension, Sizes};
+use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
+use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
@@ -63,16 +64,16 @@ impl FitFile {
                 (*place, format!("{place}, whose motion resembles {}", test.effect), None)
             });
             for (place, term, estimate) in own.into_iter().chain(alike) {
-                let Some(extension) = EXTENSIONS.iter().find(|e| e.place == place) else {
+                let Some(extension) = OMITTED_EFFECTS.iter().find(|e| e.path == place) else {
                     continue;
                 };
-                let is_new = !tried.contains(&extension.place)
+                let is_new = !tried.contains(&extension.path)
                     && self.unknowns.iter().all(|u| u.parameter != extension.parameter());
                 if is_new
                     && found.len() < MOST_TERMS
                     && let Some(file) = self.with_term(extension, estimate, report)?
                 {
-                    tried.push(extension.place);
+                    tried.push(extension.path);
                     found.push(ExtendedFit { file, term });
                 }
             }
@@ -84,7 +85,7 @@ impl FitFile {
     /// it.
     fn with_term(
         &self,
-        extension: &Extension,
+        extension: &OmittedEffect,
         estimate: Option<f64>,
         report: &FitReport,
     ) -> Result<Option<Self>, Error> {
@@ -92,7 +93,7 @@ impl FitFile {
         let (mut names, mut start) = (Vec::new(), None);
         for experiment in &mut file.experiments {
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
-            let sizes = Sizes::of(experiment, &problem);
+            let sizes = RodSizes::new(experiment, &problem);
             if let Some(problem) = extension.added(&experiment.problem, &sizes) {
                 let there = parameter.of(problem.scene()).unwrap_or(0.0);
                 let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);

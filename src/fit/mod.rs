@@ -84,7 +84,7 @@ pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
 pub use uncertainty::discrepancy::prediction::Prediction;
-pub use uncertainty::discretization::DiscretizationError;
+pub use uncertainty::discretization::errors::DiscretizationError;
 pub use uncertainty::estimate::{ClusterJackknife, Estimate};
 pub use uncertainty::grade::Grade;
 pub use uncertainty::noise::noise_scale::NoiseScale;
@@ -110,10 +110,11 @@ use crate::fit::search::data_precheck::DataPrecheck;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::minimum_comparison::{MinimumComparison, better_elsewhere};
-use crate::fit::uncertainty::assessment::{AssessmentInputs, assess, shifts_of};
+use crate::fit::uncertainty::assessment::{AssessmentInputs, assess};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
-use crate::fit::uncertainty::warnings::{constant_axes, repeated_frames};
+use crate::fit::uncertainty::discretization::limit::estimate_bias;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use crate::fit::uncertainty::warnings::data::{constant_axes, repeated_frames};
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::{check, recorded};
 use crate::problem::Problem;
@@ -346,11 +347,11 @@ impl Fit {
         }
         let mut warnings = Warnings::default();
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
-        let shifts = match open {
-            true => shifts_of(fitted, &local, &self.analysis, &mut warnings)?,
+        let bias = match open {
+            true => estimate_bias(fitted, &local, &self.analysis, &mut warnings)?,
             false => None,
         };
-        let finer = refined(experiments, fitted, &local, shifts.as_ref(), state.round)?;
+        let finer = refined(experiments, fitted, &local, bias.as_ref(), state.round)?;
         if let Some(RefinedStart { experiments, x: start }) = finer {
             let measured = measured(&experiments);
             let mut next = search.on(&measured)?;
@@ -388,7 +389,7 @@ impl Fit {
             }
         }
         if !state.is_compared {
-            let compared = search.compare_minima(optimum, local.noise.rise)?;
+            let compared = search.compare_minima(optimum, local.noise.misfit_scale)?;
             let MinimumComparison { search: follower, lower, mut unreached } = compared;
             if let Some(lower) = lower {
                 let state = Refinements { first_fit: None, is_compared: true, ..state };
@@ -406,7 +407,7 @@ impl Fit {
         }
         repeated_frames(&state.precheck.repeated_frames, &mut warnings);
         let suspicions = &state.precheck.suspicions;
-        let inputs = AssessmentInputs { local, shifts, warnings, suspicions, experiments };
+        let inputs = AssessmentInputs { local, bias, warnings, suspicions, experiments };
         let mut assessment = assess(fitted, inputs, &self.analysis, &self.knowns)?;
         constant_axes(&state.precheck.constant_axes, &mut assessment.warnings);
         let outcome = FitOutcome::assessed(fitted, assessment, experiments, self.keep_plot_data);

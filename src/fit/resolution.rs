@@ -12,7 +12,7 @@ use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::shifts::{OPEN, Shifts};
+use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAINING_FRACTION};
 use crate::fit::unknown::Unknown;
 use crate::scene::Tolerance;
 
@@ -85,13 +85,13 @@ pub(crate) struct RefinedStart {
     pub x: Vec<f64>,
 }
 
-/// The experiments as finely as an optimum needs them, whose unknowns are by `shifts` from those of the continuum;
+/// The experiments as finely as an optimum needs them, whose unknowns have this `bias` by mesh and step;
 /// none where they are fine enough, cannot be finer, or have been refined often enough.
 pub(crate) fn refined(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
-    shifts: Option<&Shifts>,
+    bias: Option<&DiscretizationBias>,
     round: usize,
 ) -> Result<Option<RefinedStart>, Error> {
     let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
@@ -100,25 +100,17 @@ pub(crate) fn refined(
     }
     let [mut mesh, mut step] = [1.0_f64; 2];
     let segments = experiments.iter().map(|e| e.problem.segments()).max().unwrap_or(0);
-    let of = |part: &Option<Vec<Option<f64>>>, chosen: bool, i: usize| {
-        part.as_ref().filter(|_| chosen).and_then(|part| part[i]).unwrap_or(0.0)
-    };
-    let both = |i: usize| {
-        shifts.map_or([0.0; 2], |shifts| {
-            [of(&shifts.mesh, shifts.chosen[0], i), of(&shifts.step, shifts.chosen[1], i)]
-        })
-    };
+    let corrections = |i: usize| bias.map_or([0.0; 2], |bias| bias.corrections(i));
     for (i, unknown) in search.unknowns.iter().enumerate() {
         let Some(sd) = local.covariance.deviation[i] else { continue };
         let exact = OF_VALUE * size(unknown, optimum.x[i], search);
-        let allowed = (OF_ERROR * sd).max(exact) / OPEN;
-        let finer = ErrorModel::of_second_order(both(i)).finer_for(allowed, segments);
+        let allowed = (OF_ERROR * sd).max(exact) / REMAINING_FRACTION;
+        let finer = ErrorModel::of_second_order(corrections(i)).finer_for(allowed, segments);
         (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
     }
-    for (combination, shifts) in local.covariance.combinations.iter().zip(shifts.iter().cycle()) {
-        let along = shifts.along(&combination.exponents);
-        let errors = along.map(|(shift, is_chosen)| if is_chosen { shift } else { 0.0 });
-        let allowed = (OF_ERROR * combination.deviation).max(OF_VALUE) / OPEN;
+    for combination in &local.covariance.combinations {
+        let errors = bias.map_or([0.0; 2], |bias| bias.corrections_along(&combination.exponents));
+        let allowed = (OF_ERROR * combination.deviation).max(OF_VALUE) / REMAINING_FRACTION;
         let finer = ErrorModel::of_second_order(errors).finer_for(allowed, segments);
         (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
     }
@@ -143,7 +135,7 @@ pub(crate) fn refined(
     let experiments = experiments.iter().map(finer).collect::<Result<_, _>>()?;
     let expected = optimum.x.iter().enumerate().zip(search.unknowns).map(|((i, x), unknown)| {
         let [low, high] = unknown.scaled_bounds();
-        let [by_mesh, by_step] = both(i);
+        let [by_mesh, by_step] = corrections(i);
         let there = by_mesh * (1.0 - mesh.powi(-2)) + by_step * (1.0 - step.powi(-2));
         (x + there).clamp(low, high)
     });

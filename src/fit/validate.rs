@@ -8,7 +8,7 @@ use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::discrepancy::omitted_terms::EXTENSIONS;
+use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Support;
 use crate::scene::validate::positive;
@@ -63,8 +63,8 @@ pub(crate) fn check(
     }
     for (place, size) in &analysis.plausible {
         let key = format!("analysis.plausible.{place:?}");
-        if !EXTENSIONS.iter().any(|e| e.place == place) {
-            let places: Vec<&str> = EXTENSIONS.iter().map(|e| e.place).collect();
+        if !OMITTED_EFFECTS.iter().any(|e| e.path == place) {
+            let places: Vec<&str> = OMITTED_EFFECTS.iter().map(|e| e.path).collect();
             return Err(Error::invalid(key, "no term that is looked for", places.join(", ")));
         }
         positive(&key, *size)?;

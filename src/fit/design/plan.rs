@@ -15,7 +15,8 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::assessment::{Assessment, expected};
+use crate::fit::uncertainty::assessment::{FitAssessment, expected};
+use crate::fit::uncertainty::warning_list::ReportedWarnings;
 use crate::fit::unknown::Unknown;
 use crate::fit::validate::key;
 use std::time::Instant;
@@ -65,7 +66,7 @@ impl Plan<'_> {
         };
         let planned_fit = Fitted { search: &search, optimum: &optimum };
         let assessment = expected(planned_fit, analysis, knowns)?;
-        let Assessment { estimates, covariance, discrepancy, mut warnings, .. } = assessment;
+        let FitAssessment { estimates, covariance, discrepancy, mut warnings, .. } = assessment;
         usable.warn(&mut warnings);
         let mut advice = choices.advice(&planned, (unknowns, &optimum.x), &rows)?;
         usable.withdraw_marks(&planned, &mut advice);
@@ -80,7 +81,7 @@ impl Plan<'_> {
             Some(c) => (c.correlation, c.singular_values, c.findings),
             None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
         };
-        let (warnings, warning_codes) = warnings.into_words();
+        let ReportedWarnings { texts: warnings, codes: warning_codes } = warnings.into_report();
         Ok(Design {
             never_identifiable: never.collect(),
             budget: estimates.iter().flat_map(|e| e.budget.clone()).collect(),

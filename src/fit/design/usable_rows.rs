@@ -5,7 +5,7 @@ use crate::fit::design::candidate_designs::CandidateDesigns;
 use crate::fit::design::report::{Advice, DesignVariable};
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::sensitivity_growth::{SensitivityGrowth, growths, leverage_weights};
-use crate::fit::uncertainty::grade::{Severity, Warnings};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 
 /// The growth of the sensitivities in a plan, and the rows that it spoils.

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::fit::measurement::loss::{Loss, typical};
 use crate::fit::measurement::quantity::Shown;
 use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::numerics::total_order;
 use crate::problem::Problem;
 use marker_files::{Dropped, Recording};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,16 @@ pub(crate) struct Coordinate {
     pub axis: &'static str,
     /// Index among the measurement's values, and abscissa.
     pub places: Vec<(usize, f64)>,
+}
+
+impl Coordinate {
+    /// Index and abscissa of the values below index `count`, ascending by the abscissa.
+    pub fn ascending(&self, count: usize) -> Vec<(usize, f64)> {
+        let mut places = self.places.clone();
+        places.retain(|(k, _)| *k < count);
+        places.sort_by_cached_key(|(_, abscissa)| total_order(*abscissa));
+        places
+    }
 }
 
 /// The properties that all kinds of measurements have.

@@ -96,18 +96,19 @@ impl Experiment {
 
     /// What the name adds to the label of a measurement.
     pub(crate) fn label(&self, measurement: &Measurement) -> String {
-        match self.name.is_empty() {
-            true => measurement.label(),
-            false => format!("{}: {}", self.name, measurement.label()),
-        }
+        self.with_name(measurement.label())
+    }
+
+    /// A text after the name and a colon; the text alone without a name.
+    pub(crate) fn with_name(&self, text: String) -> String {
+        if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
     /// What tells a measurement from others: all markers of a recording are one.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
-        match (measurement.marker(), self.name.is_empty()) {
-            (None, _) => self.label(measurement),
-            (Some(_), true) => "the markers".into(),
-            (Some(_), false) => format!("{}: the markers", self.name),
+        match measurement.marker() {
+            None => self.label(measurement),
+            Some(_) => self.with_name("the markers".into()),
         }
     }
 

@@ -4,7 +4,7 @@ use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, interval_headin
 use crate::fit::report::{FitReport, digits};
 use crate::fit::uncertainty::discrepancy::findings::{UndetectedBias, biases_beyond_interval};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::percent;
+use crate::fit::uncertainty::warning_list::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 

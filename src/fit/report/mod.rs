@@ -31,11 +31,12 @@ use crate::fit::uncertainty::discrepancy::findings::{
 };
 use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;
-use crate::fit::uncertainty::discretization::DiscretizationError;
+use crate::fit::uncertainty::discretization::errors::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
+use crate::fit::uncertainty::warning_list::ReportedWarnings;
 use crate::numerics::simd::simd_level;
 use crate::scene::{Parameter, Resolution};
 use marker_files::Dropped;
@@ -157,7 +158,7 @@ impl FitReport {
             Some(c) => (c.correlation, c.singular_values, c.findings),
             None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
         };
-        let (warnings, warning_codes) = conclusion.warnings;
+        let ReportedWarnings { texts: warnings, codes: warning_codes } = conclusion.warnings;
         Self {
             converged,
             budget: assessment.estimates.iter().flat_map(|e| e.budget.clone()).collect(),

@@ -11,17 +11,18 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::search::journal::Stage;
 use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::assessment::Assessment;
+use crate::fit::uncertainty::assessment::FitAssessment;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::{Conclusion, End, Grade, Severity, conclude};
+use crate::fit::uncertainty::grade::{Conclusion, FitEnd, Grade};
 use crate::fit::uncertainty::noise::residual_noise::residual_rms;
 use crate::fit::uncertainty::resampling::cluster_jackknife::compares_experiments;
+use crate::fit::uncertainty::warning_list::{ReportedWarnings, Severity};
 
 /// All that a report says of a result.
 pub(crate) struct FitOutcome {
     pub converged: bool,
     pub interrupted: bool,
-    pub assessment: Assessment,
+    pub assessment: FitAssessment,
     pub conclusion: Conclusion,
     pub local_minima: LocalMinima,
     pub plot_data: Option<PlotData>,
@@ -32,7 +33,7 @@ impl FitOutcome {
     /// held out too.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
-        mut assessment: Assessment,
+        mut assessment: FitAssessment,
         experiments: &[Experiment],
         kept: bool,
     ) -> Self {
@@ -49,7 +50,7 @@ impl FitOutcome {
             plots
         });
         let interrupted = search.is_stopped();
-        let end = End {
+        let end = FitEnd {
             converged: optimum.converged,
             identified: assessment.estimates.iter().all(|e| e.identifiable),
             interrupted,
@@ -60,7 +61,7 @@ impl FitOutcome {
         Self {
             converged: optimum.converged,
             interrupted,
-            conclusion: conclude(end, findings, warnings),
+            conclusion: Conclusion::new(end, findings, warnings),
             local_minima: search.local_minima(Some(optimum)),
             plot_data,
             assessment,
@@ -98,11 +99,11 @@ impl FitOutcome {
             },
             local_minima: search.local_minima(None),
             plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
-            assessment: Assessment {
+            assessment: FitAssessment {
                 estimates: estimates.collect(),
                 residual_rms: residual_rms(Fitted { search, optimum: &optimum }),
                 sigma,
-                ..Assessment::default()
+                ..FitAssessment::default()
             },
         })
     }
@@ -119,15 +120,18 @@ impl FitOutcome {
                 grade: Grade::NotUsable,
                 status: format!("unusable: {words}"),
                 verdict: words.into(),
-                warnings: (vec![Code::NoMotion.behind(words)], vec![Code::NoMotion]),
+                warnings: ReportedWarnings {
+                    texts: vec![Code::NoMotion.behind(words)],
+                    codes: vec![Code::NoMotion],
+                },
             },
             local_minima: search.local_minima(None),
             plot_data: kept.then(|| still(search, None, &search.sigmas)),
-            assessment: Assessment {
+            assessment: FitAssessment {
                 estimates: estimates.collect(),
                 residual_rms: left.iter().copied().fold(0.0, f64::max),
                 sigma: left,
-                ..Assessment::default()
+                ..FitAssessment::default()
             },
         }
     }

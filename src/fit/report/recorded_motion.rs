@@ -4,7 +4,9 @@
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
-use crate::fit::uncertainty::discrepancy::free_run::{Followed, STARTING, led};
+use crate::fit::uncertainty::discrepancy::free_run::{
+    FreeRun, MarkerError, START_FRAMES, driven_experiments,
+};
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use rayon::prelude::*;
@@ -118,16 +120,16 @@ struct One {
     speeds: Vec<(f64, f64)>,
 }
 
-/// Of all experiments whose ends are led by a recording, at `x`; none where there are none. Those that cannot
+/// Of all experiments whose ends are driven by a recording, at `x`; none where there are none. Those that cannot
 /// be simulated are left out: the report names them.
 pub(crate) fn recorded(
     experiments: &[Experiment],
     search: &Search,
     x: &[f64],
 ) -> Option<RecordingPlots> {
-    let led = led(experiments);
+    let driven = driven_experiments(experiments);
     let one = |experiment: &&Experiment| one(experiment, search, x).ok();
-    let all: Vec<One> = led.par_iter().filter_map(one).collect();
+    let all: Vec<One> = driven.par_iter().filter_map(one).collect();
     if all.is_empty() {
         return None;
     }
@@ -138,7 +140,7 @@ pub(crate) fn recorded(
 fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error> {
     let problem = search.problem_at(x, experiment)?;
     let all = problem.nodes() * problem.time()?.steps() <= MOST_PLACES;
-    let followed = Followed::new(&problem, all, search)?;
+    let followed = FreeRun::new(&problem, all, search)?;
     let mean_error = followed.mean_error();
     let mut windows = Vec::new();
     for length in LENGTHS.into_iter().filter(|l| *l <= followed.end * (1.0 + SHORTER)) {
@@ -169,10 +171,10 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
     for k in 0..count {
         let first = last * k / (count - 1).max(1);
         let starts = |m: &crate::scene::track::Marker| {
-            let mut frames = first..first + STARTING;
+            let mut frames = first..first + START_FRAMES;
             frames.all(|frame| m.seen[frame].is_some() && !track.is_spoiled(m, frame))
         };
-        if end_of(first) < first + STARTING + 2 || !track.markers().iter().all(starts) {
+        if end_of(first) < first + START_FRAMES + 2 || !track.markers().iter().all(starts) {
             continue;
         }
         let followed = track.window(first..end_of(first)).ok().and_then(|window| {
@@ -180,7 +182,7 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
             scene.time.as_mut()?.end = window.end();
             scene.supports.path.as_mut()?.track = Some(window.into());
             let own = problem.like_it(scene).ok()?;
-            Followed::new(&own, false, search).ok()
+            FreeRun::new(&own, false, search).ok()
         });
         errors.push(followed.map(|followed| followed.mean_error()));
     }
@@ -188,17 +190,17 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
 }
 
 /// The rod at frames evenly spread over the time that is predicted.
-fn snapshots(followed: &Followed) -> Result<Vec<RecordedSnapshot>, Error> {
-    let Followed { track, run, end, .. } = followed;
+fn snapshots(followed: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
+    let FreeRun { track, run, end, .. } = followed;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
     let (mut sums, mut counts) = (vec![0.0; frames], vec![0.0_f64; frames]);
-    for compared in followed.compared() {
+    for compared in followed.errors() {
         sums[compared.frame] += compared.error;
         counts[compared.frame] += 1.0;
     }
-    let last = frames.saturating_sub(STARTING + 1);
+    let last = frames.saturating_sub(START_FRAMES + 1);
     let mut chosen: Vec<usize> =
-        (0..MOMENTS).map(|k| STARTING + last * k / (MOMENTS - 1)).collect();
+        (0..MOMENTS).map(|k| START_FRAMES + last * k / (MOMENTS - 1)).collect();
     chosen.dedup();
     let at = |frame: &usize| {
         let time = track.times()[*frame].min(*end);
@@ -214,12 +216,12 @@ fn snapshots(followed: &Followed) -> Result<Vec<RecordedSnapshot>, Error> {
 }
 
 /// Speed, from the frames before and after, and error of every free marker; not where it jumps.
-fn by_speed(problem: &Problem, followed: &Followed) -> Vec<(f64, f64)> {
+fn by_speed(problem: &Problem, followed: &FreeRun) -> Vec<(f64, f64)> {
     let (track, supports) = (&followed.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
     let free = path.free_markers([supports.start, supports.end]);
-    let compared = followed.compared().filter(|c| free.contains(&c.marker));
-    let with_speed = |c: crate::fit::uncertainty::discrepancy::free_run::Compared| {
+    let compared = followed.errors().filter(|c| free.contains(&c.marker));
+    let with_speed = |c: MarkerError| {
         let marker = &track.markers()[c.marker];
         let (before, after) = (marker.seen[c.frame - 1]?, (*marker.seen.get(c.frame + 1)?)?);
         if track.is_spoiled(marker, c.frame) {

@@ -2,8 +2,8 @@
 
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::percent;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
+use crate::fit::uncertainty::warning_list::percent;
 use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;

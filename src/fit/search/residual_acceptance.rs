@@ -119,10 +119,8 @@ pub(crate) fn residual_tests(
         return tests.into_iter().collect();
     }
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
-        let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
-        let mut places: Vec<(f64, f64)> = seen.map(|(k, t)| (*t, residuals[*k])).collect();
-        places.sort_by_cached_key(|x| total_order(x.0));
-        let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
+        let places = coordinate.ascending(residuals.len()).into_iter();
+        let (times, values): (Vec<f64>, Vec<f64>) = places.map(|(k, t)| (t, residuals[k])).unzip();
         let (label, axis) = (experiment.label(measurement), coordinate.axis);
         let (loss, correlation) = (measurement.loss(), correlation(axis));
         ResidualTests::new((label, axis), (&times, &values), loss, correlation, significance)

@@ -1,4 +1,4 @@
-//! What a fit does beyond finding the parameters.
+//! Options of a fit for computations in addition to the estimate.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub struct Analysis {
     pub tolerance: f64,
 }
 
-/// A thousandth of a standard error is nothing that anybody sees.
+/// Default convergence criterion, in standard errors: a thousandth does not change a reported digit.
 pub(crate) const TOLERANCE: f64 = 1e-3;
 
 impl Default for Analysis {

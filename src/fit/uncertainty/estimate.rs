@@ -1,11 +1,12 @@
-//! What a fit says of a parameter.
+//! Estimate of a parameter in a report, with its uncertainty by all methods.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::covariance::zero_bound::OneSidedBound;
+use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
-use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -98,12 +99,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The name, with the experiments if it is of some only.
+    /// The name, with the experiments if the parameter does not belong to all.
     pub fn label(&self) -> String {
         named(&self.name, &self.experiments)
     }
 
-    /// Of an unknown of which nothing is known but this `value`.
+    /// Estimate of an unknown without any uncertainty; not identifiable.
     pub(crate) fn without_error(unknown: &Unknown, value: Option<f64>) -> Self {
         Self {
             name: unknown.parameter,
@@ -130,52 +131,65 @@ impl Estimate {
     }
 }
 
-/// The estimate of every unknown by the local analysis of an optimum. Values are corrected for a mesh and a step that the
-/// program chose, and intervals hold the error of the correction.
-pub(crate) fn estimates(
+/// Bias of an estimate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ParameterBias {
+    /// In the parameter's unit.
+    pub change: f64,
+    /// As a fraction of the true value, of positive parameters.
+    pub relative: Option<f64>,
+}
+
+impl ParameterBias {
+    /// Bias of an estimate `value` that differs from the true one by `shift` on the unknown's scale.
+    pub fn new(unknown: &Unknown, value: f64, shift: f64) -> Self {
+        match unknown.parameter.is_positive() {
+            true => Self { change: -value * (-shift).exp_m1(), relative: Some(shift.exp_m1()) },
+            false => Self { change: shift * unknown.slope(value), relative: None },
+        }
+    }
+}
+
+/// Estimates of all unknowns by the local analysis of an optimum. Values are corrected for chosen numerics, and intervals
+/// contain the remaining discretization error.
+pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
-    LocalAnalysis { covariance, correlations, bounds: vanishing, .. }: &LocalAnalysis,
-    shifts: &Shifts,
+    LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,
+    bias: &DiscretizationBias,
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
-        let [low, high] = unknown.scaled_bounds();
-        let correction = shifts.correction(i);
-        let x = if correction == 0.0 {
-            optimum.x[i]
-        } else {
-            (optimum.x[i] + correction).clamp(low, high)
+        let x = bias.corrected(unknown, i, optimum.x[i]);
+        let remaining = bias.remaining(i);
+        let deviation = covariance.deviation[i];
+        let known = deviation.is_some();
+        let deviation = deviation.filter(|_| optimum.converged);
+        let corrected = unknown.from_scale(x);
+        let [low, high] = unknown.parameter.limits();
+        let half = |sd: f64| (correlations.coverage_factors[i] * sd).hypot(remaining);
+        // The misfit is a parabola over a poorly determined damping itself, not over its logarithm.
+        let ends = |sd: f64| match bounds[i] {
+            Some(_) => [1.0 - half(sd), 1.0 + half(sd)].map(|factor| factor * corrected),
+            None => [x - half(sd), x + half(sd)].map(|x| unknown.from_scale(x)),
         };
-        let open = shifts.open(i);
-        let value = unknown.from_scale(x);
-        let deviation = covariance.deviation[i].filter(|_| optimum.converged);
-        // Mesh and step shift a bound by as much as the value.
-        let zero = vanishing[i].and_then(|v| Some((v, v.upper95?))).map(|(v, upper)| {
-            let shift = v.value * correction;
-            let corrected = (upper - v.value).hypot(v.value * open) + v.value + shift;
-            ((v.value + shift).max(0.0), if corrected > 0.0 { corrected } else { upper })
-        });
-        let lower95 = vanishing[i].and_then(|bound| bound.lower95);
-        let known = covariance.deviation[i].is_some() || zero.is_some() || lower95.is_some();
-        let ends = |sd: f64| {
-            let [low, high] = unknown.parameter.limits();
-            let reach = (correlations.reach[i] * sd).hypot(open);
-            // The misfit is a parabola over a poorly known damping itself, not over its logarithm.
-            let ends = match vanishing[i] {
-                Some(_) => [1.0 - reach, 1.0 + reach].map(|part| part * value),
-                None => [x - reach, x + reach].map(|x| unknown.from_scale(x)),
-            };
-            ends.map(|end| end.clamp(low, high))
-        };
-        let bounded = vanishing[i].filter(|bound| bound.lower95.is_some()).map(|bound| bound.value);
-        let value = known.then_some(zero.map_or(value, |(value, _)| value));
-        let value = bounded.or(value);
-        Estimate {
-            std_error: deviation.map(|sd| sd * unknown.slope(unknown.from_scale(x))),
-            interval95: zero.map(|(_, upper)| [0.0, upper]).or(deviation.map(ends)),
-            upper95: zero.map(|(_, upper)| upper),
-            lower95,
-            identifiable: known,
+        let interval95 = deviation.map(|sd| ends(sd).map(|end| end.clamp(low, high)));
+        let own = |value: Option<f64>| Estimate {
+            std_error: deviation.map(|sd| sd * unknown.slope(corrected)),
+            identifiable: value.is_some(),
             ..Estimate::without_error(unknown, value)
+        };
+        match bounds[i] {
+            // Mesh and step shift an upper bound by as much as the value.
+            Some(OneSidedBound { value, upper95: Some(upper), .. }) => {
+                let shifted = value + value * bias.correction(i);
+                let bound = (upper - value).hypot(value * remaining) + shifted;
+                let upper = if bound > 0.0 { bound } else { upper };
+                let interval95 = Some([0.0, upper]);
+                Estimate { interval95, upper95: Some(upper), ..own(Some(shifted.max(0.0))) }
+            }
+            Some(OneSidedBound { value, lower95: Some(lower), .. }) => {
+                Estimate { interval95, lower95: Some(lower), ..own(Some(value)) }
+            }
+            _ => Estimate { interval95, ..own(known.then_some(corrected)) },
         }
     };
     search.unknowns.iter().enumerate().map(estimate).collect()

@@ -81,7 +81,7 @@ pub(super) fn compared(
     Ok(ValidationReport {
         summary: summaries(&errors),
         errors,
-        recordings: RecordingErrors::of(
+        recordings: RecordingErrors::new(
             &predicted,
             Fitted { search: &search, optimum: &nothing_fitted },
         ),

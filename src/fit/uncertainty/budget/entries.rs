@@ -33,6 +33,29 @@ pub struct BudgetLine {
     pub degrees_of_freedom: Option<f64>,
 }
 
+impl BudgetLine {
+    /// A source without a unit, of this contribution; its share is the squared contribution until it is divided by the
+    /// combined variance.
+    pub(crate) fn new(
+        parameter: Parameter,
+        source: impl Into<String>,
+        contribution: f64,
+        degrees_of_freedom: Option<f64>,
+    ) -> Self {
+        Self {
+            source: source.into(),
+            parameter,
+            std: None,
+            unit: String::new(),
+            sensitivity: None,
+            relative_sensitivity: None,
+            contribution,
+            share: contribution * contribution,
+            degrees_of_freedom,
+        }
+    }
+}
+
 /// Spread of the estimates over fits with random inputs and noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

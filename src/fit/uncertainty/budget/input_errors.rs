@@ -1,125 +1,119 @@
-//! What numbers that are known with an error do to a fit that takes them for exact: how far they move the estimates,
-//! and what they leave in the residuals.
+//! Effect of the errors of known inputs on a fit that takes them for exact: on the estimates, and on the residuals.
 //!
-//! A number that is off by `dk` leaves `u dk` in the residuals, `u` being what of `dr/dk` the unknowns cannot follow. Its
-//! error has a distribution, as the noise has: the most probable `dk` of all known numbers, with their correlations `R`
-//! in units of their standard uncertainties and the variance `v` of the noise, is
+//! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot follow. The
+//! most probable errors of all known inputs, with their correlations `R` in units of their standard uncertainties and the
+//! variance `v` of the noise, are
 //!
 //! ```text
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
 //! ```
 //!
-//! The estimates stay where they are, since `U` is across all that the unknowns can do.
+//! The estimates do not change, as `U` is orthogonal to the Jacobian.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{Known, correlations};
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::budget::input_changes::InputChange;
 use crate::fit::uncertainty::budget::input_sensitivities::InputSensitivities;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
-use crate::fit::uncertainty::noise::residual_noise::{Noise, weighted_residuals};
+use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, weighted_residuals};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::{DMatrix, DVector};
 
-/// The variance of the noise follows from what the known numbers explain, and that from the variance.
+/// Rounds in which the variance of the noise and the errors of the inputs are computed from each other.
 const ROUNDS: usize = 10;
-/// A known number is not farther off than so many standard uncertainties by chance.
-const FAR: f64 = 4.0;
+/// Standard uncertainties beyond which an error of an input is no chance.
+const IMPROBABLE: f64 = 4.0;
 
-/// What the known numbers do to the unknowns, on their scales.
+/// Known inputs, and the responses of the fit to their errors.
+#[derive(Default)]
 pub(crate) struct InputErrors<'a> {
     pub knowns: &'a [Known],
-    /// Of every known number, the value that its experiments share, if they do.
+    /// Value of every known input, if all its experiments have the same one.
     pub values: Vec<Option<f64>>,
     pub correlations: DMatrix<f64>,
-    /// Answers of every unknown to one standard uncertainty of every known number.
-    answers: Vec<Vec<Option<f64>>>,
-    /// What one standard uncertainty of each leaves in the weighted residuals, whatever the unknowns do.
-    unfollowed: DMatrix<f64>,
+    /// Responses of every unknown, on its scale, to one standard uncertainty of every known input.
+    responses: Vec<Vec<Option<f64>>>,
+    /// Change of the weighted residuals by one standard uncertainty of each, orthogonal to the Jacobian.
+    orthogonal: DMatrix<f64>,
 }
 
 impl<'a> InputErrors<'a> {
-    /// By the sensitivities to the known numbers.
-    pub fn of(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
-        let values = sensitivities.known_values();
-        let answers = sensitivities.known_responses().to_vec();
-        let unfollowed = sensitivities.known_unfollowed();
-        Ok(Self { knowns, values, correlations: correlations(knowns)?, answers, unfollowed })
+    /// From the sensitivities to the known inputs.
+    pub fn new(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
+        let count = knowns.len();
+        Ok(Self {
+            knowns,
+            values: sensitivities.known.iter().map(InputChange::value).collect(),
+            correlations: correlations(knowns)?,
+            responses: sensitivities.responses[..count].to_vec(),
+            orthogonal: sensitivities.orthogonal.columns(0, count).into_owned(),
+        })
     }
 
-    /// No known numbers at all.
-    pub fn none() -> Self {
-        Self {
-            knowns: &[],
-            values: Vec::new(),
-            correlations: DMatrix::zeros(0, 0),
-            answers: Vec::new(),
-            unfollowed: DMatrix::zeros(0, 0),
-        }
+    /// Responses of unknown `j`, on its scale, to one standard uncertainty of each known input.
+    pub fn responses_of(&self, j: usize) -> DVector<f64> {
+        let own = self.responses.iter().map(|responses| responses[j].unwrap_or(0.0));
+        DVector::from_iterator(self.knowns.len(), own)
     }
 
-    /// Answers of an unknown to one standard uncertainty of each.
-    pub fn of_unknown(&self, j: usize) -> DVector<f64> {
-        let answers = self.answers.iter().map(|answers| answers[j].unwrap_or(0.0));
-        DVector::from_iterator(self.knowns.len(), answers)
-    }
-
-    /// Variance of an unknown, on its scale, by all of them.
+    /// Variance of unknown `j`, on its scale, by all known inputs.
     pub fn variance(&self, j: usize) -> f64 {
-        let by = self.of_unknown(j);
-        by.dot(&(&self.correlations * &by)).max(0.0)
+        let own = self.responses_of(j);
+        own.dot(&(&self.correlations * &own)).max(0.0)
     }
 
-    /// How far off, in their standard uncertainties, the residuals at an optimum say that the known numbers are: no
-    /// farther than it takes, as their uncertainties count as those of the data do.
-    fn off(&self, left: &DVector<f64>, noise: &Noise) -> DVector<f64> {
+    /// Most probable errors of the known inputs, in standard uncertainties, for weighted residuals.
+    fn probable_errors(&self, residuals: &DVector<f64>, noise: &ResidualNoise) -> DVector<f64> {
         let k = self.knowns.len();
-        let (square, along) =
-            (self.unfollowed.tr_mul(&self.unfollowed), self.unfollowed.tr_mul(left));
-        let mut off = DVector::zeros(k);
+        let square = self.orthogonal.tr_mul(&self.orthogonal);
+        let product = self.orthogonal.tr_mul(residuals);
+        let mut errors = DVector::zeros(k);
         let mut variance = noise.variance;
         for _ in 0..ROUNDS {
-            // R (A R + 1)^-1, which is (A + R^-1)^-1 where R has an inverse, and is there where it has none.
+            // R (A R + 1)^-1 is (A + R^-1)^-1 where R has an inverse, and is defined where it has none.
             let system = &square * &self.correlations / variance + DMatrix::identity(k, k);
-            let Some(solved) = system.lu().solve(&(&along / -variance)) else { break };
-            off = &self.correlations * solved;
-            let Some(freedom) = noise.freedom.filter(|_| noise.is_estimated) else { break };
-            variance = (left + &self.unfollowed * &off).norm_squared() / freedom;
+            let Some(solved) = system.lu().solve(&(&product / -variance)) else { break };
+            errors = &self.correlations * solved;
+            let freedom = noise.degrees_of_freedom.filter(|_| noise.is_estimated);
+            let Some(freedom) = freedom else { break };
+            variance = (residuals + &self.orthogonal * &errors).norm_squared() / freedom;
         }
-        off
+        errors
     }
 
-    /// The optimum with the residuals that would be left if the known numbers were what the data say that they are
-    /// within their uncertainties: what they explain is no noise, and no fault of the model. Numbers that would have to be
-    /// farther off than chance has them are a warning, and explain nothing.
+    /// The optimum with the residuals that remain after the most probable errors of the known inputs; none without any. An
+    /// improbable error is a warning, and explains no residuals.
     pub fn without_explained(
         &self,
         fitted: Fitted,
-        noise: &Noise,
+        noise: &ResidualNoise,
         warnings: &mut Warnings,
     ) -> Option<Optimum> {
         let Fitted { search, optimum } = fitted;
         if self.knowns.is_empty() || search.is_rounding(optimum) || !noise.variance.is_normal() {
             return None;
         }
-        let off = self.off(&weighted_residuals(fitted, noise), noise);
-        let farthest = off.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        if let Some((i, far)) = farthest.filter(|(_, off)| off.abs() > FAR) {
+        let errors = self.probable_errors(&weighted_residuals(fitted, noise), noise);
+        let largest = errors.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        if let Some((i, error)) = largest.filter(|(_, error)| error.abs() > IMPROBABLE) {
+            let known = &self.knowns[i];
             let words = format!(
                 "the data contradict the stated {} by {:.1} standard uncertainties ({:+.1e} {}). Its value is \
                  wrong, or the model lacks a similar effect. Measure it again",
-                self.knowns[i].label(),
-                far.abs(),
-                far * self.knowns[i].sigma,
-                self.knowns[i].parameter.unit()
+                known.label(),
+                error.abs(),
+                error * known.sigma,
+                known.parameter.unit()
             );
             warnings.add(Severity::Misfit, Code::InconsistentInput, words);
             return None;
         }
-        let explained = &self.unfollowed * off;
+        let explained = &self.orthogonal * errors;
         let mut optimum = optimum.clone();
-        let told = explained.iter().zip(&noise.weights).filter(|(_, weight)| **weight > 0.0);
-        optimum.residuals.iter_mut().zip(told).for_each(|(r, (by, weight))| *r += by / weight);
+        let weighted = explained.iter().zip(&noise.weights).filter(|(_, weight)| **weight > 0.0);
+        optimum.residuals.iter_mut().zip(weighted).for_each(|(r, (by, weight))| *r += by / weight);
         Some(optimum)
     }
 }

@@ -1,49 +1,53 @@
 //! Sensitivities of the estimates to inputs: numbers of the scenes that the fit does not identify.
 //!
-//! The budget of uncertainty and the lines "1 % of" are one computation, so an input has one sensitivity. It is the
-//! derivative of a refit, by the implicit function theorem with the Gauss-Newton Hessian,
+//! The uncertainty budget and the sensitivities to +1 % are one computation. It is the derivative of a refit, by the implicit
+//! function theorem with the Gauss-Newton Hessian,
 //!
 //! ```text
 //! dp/dk = -(J'WJ)^-1 J'W dr/dk
 //! ```
 //!
-//! at the optimum, with the weights, mesh and step of the fit. A coarse mesh will not do: where a long record has fixed
-//! the phase of a vibration, the errors of coarse derivatives are as large as the sensitivities themselves.
+//! at the optimum, with the weights, mesh and step of the fit. A coarse mesh is not accurate enough: where a long record
+//! determines the phase of a vibration, the errors of coarse derivatives are as large as the sensitivities themselves.
 
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::budget::input_changes::{
-    Change, InputDirections, per_cents, unstated_inputs,
-};
+use crate::fit::uncertainty::budget::entries::InputSensitivity;
+use crate::fit::uncertainty::budget::input_changes::{InputChange, unstated_inputs};
+use crate::fit::uncertainty::budget::input_directions::InputDirections;
 use crate::fit::uncertainty::covariance::gauss_newton::LinearFit;
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::numerics::total_order;
 use nalgebra::DMatrix;
+use std::cmp::Reverse;
 
 /// Instructions of a derivative by one parameter over those of the run that it belongs to (measured on the shipped
 /// cantilever, 200 elements).
 const COST_OF_DERIVATIVE: f64 = 0.25;
-/// The sensitivities to unstated inputs are skipped where they would cost more than so many times the simulations of
-/// the search, unless the fit asks for them. A search with derivatives costs about twice its count of simulations.
+/// Cost of the sensitivities to unstated inputs, over the simulations of the search, above which they are skipped unless
+/// requested. A search with derivatives costs about twice its count of simulations.
 const MAX_RELATIVE_COST: f64 = 1.5;
+/// Change of an estimate, over 1 % of it (of its size, where it may be negative), below which a sensitivity is not listed.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// Responses of the unknowns, on their scales, to changes of the inputs.
 pub(crate) struct InputSensitivities {
     /// One standard uncertainty of every known input.
-    known: Vec<Change>,
+    pub known: Vec<InputChange>,
     /// One per cent of every other input.
-    unstated: Vec<Change>,
-    /// Responses to all of them, the known ones first.
-    responses: Vec<Vec<Option<f64>>>,
+    unstated: Vec<InputChange>,
+    /// Responses to all changes, to the known inputs first.
+    pub responses: Vec<Vec<Option<f64>>>,
     /// The part of each change of the weighted residuals that the unknowns cannot follow.
-    unfollowed: DMatrix<f64>,
+    pub orthogonal: DMatrix<f64>,
 }
 
 impl InputSensitivities {
-    /// By one run of the full model with derivatives by the unknowns, the known inputs, and the unstated ones
-    /// if `with_unstated`.
+    /// From one run of the full model with derivatives by the unknowns and the inputs, the unstated ones included if
+    /// `with_unstated`.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,
@@ -52,55 +56,58 @@ impl InputSensitivities {
     ) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         let experiments = search.experiments;
-        let known: Vec<Change> =
-            knowns.iter().map(|known| Change::of_known(experiments, known)).collect();
+        let known: Vec<InputChange> =
+            knowns.iter().map(|known| InputChange::of_known(experiments, known)).collect();
         let unstated = if with_unstated { unstated_inputs(search, knowns) } else { Vec::new() };
-        let changes: Vec<&Change> = known.iter().chain(&unstated).collect();
-        if changes.is_empty() {
-            let unfollowed = DMatrix::zeros(optimum.residuals.len(), 0);
-            return Ok(Self { known, unstated, responses: Vec::new(), unfollowed });
-        }
-        let directions = InputDirections::of(fitted, experiments, fit, &changes)?;
-        let [_, unfollowed] = directions.unfollowed();
-        let responses = directions.answers();
-        Ok(Self { known, unstated, responses, unfollowed })
+        let changes: Vec<&InputChange> = known.iter().chain(&unstated).collect();
+        let (responses, orthogonal) = match changes.is_empty() {
+            true => (Vec::new(), DMatrix::zeros(optimum.residuals.len(), 0)),
+            false => {
+                let directions = InputDirections::new(fitted, experiments, fit, &changes)?;
+                (directions.responses(), directions.orthogonal_changes())
+            }
+        };
+        Ok(Self { known, unstated, responses, orthogonal })
     }
 
-    /// Of the known inputs: the value that the experiments of each share, if they do.
-    pub fn known_values(&self) -> Vec<Option<f64>> {
-        self.known.iter().map(Change::value).collect()
-    }
-
-    /// Responses of every unknown to one standard uncertainty of every known input.
-    pub fn known_responses(&self) -> &[Vec<Option<f64>>] {
-        &self.responses[..self.known.len()]
-    }
-
-    /// The change of the weighted residuals by one standard uncertainty of every known input that the unknowns
-    /// cannot follow.
-    pub fn known_unfollowed(&self) -> DMatrix<f64> {
-        self.unfollowed.columns(0, self.known.len()).into_owned()
-    }
-
-    /// Logarithmic derivatives of the unknowns, on their scales, by the density of all experiments; none where that is
+    /// Derivatives of the unknowns, on their scales, by the logarithm of the density of all experiments; none where that is
     /// no input, or its sensitivities were not computed.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
         let (change, responses) = changes.find_map(|(change, responses)| {
-            Some((change.of_density(search.experiments)?, responses))
+            Some((change.relative_density_change(search.experiments)?, responses))
         })?;
         Some(responses.iter().map(|response| Some((*response)? / change)).collect())
     }
 
-    /// Every estimate takes its sensitivities to the unstated inputs, the largest first.
-    pub fn give_per_cents(&self, search: &Search, estimates: &mut [Estimate]) {
-        let responses = &self.responses[self.known.len()..];
-        let all = per_cents(search, estimates, (&self.unstated, responses));
-        estimates.iter_mut().zip(all).for_each(|(e, per_cents)| e.input_sensitivities = per_cents);
+    /// Adds the sensitivities to unstated inputs to the estimates with a standard error, the largest first.
+    pub fn add_to(&self, search: &Search, estimates: &mut [Estimate]) {
+        for (j, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
+            let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
+                continue;
+            };
+            let is_positive = unknown.parameter.is_positive();
+            let size = if is_positive { 0.01 * value } else { value.abs() };
+            let responses = &self.responses[self.known.len()..];
+            let sensitivity = |(input, responses): (&InputChange, &Vec<Option<f64>>)| {
+                let (source, response) = (input.source.clone(), responses[j]?);
+                let change = response * unknown.slope(value);
+                let relative = is_positive.then_some(response);
+                (change.abs() > NEGLIGIBLE * size).then_some(InputSensitivity {
+                    source,
+                    change,
+                    relative,
+                })
+            };
+            let mut all: Vec<InputSensitivity> =
+                self.unstated.iter().zip(responses).filter_map(sensitivity).collect();
+            all.sort_by_cached_key(|x| Reverse(total_order(x.change.abs())));
+            estimate.input_sensitivities = all;
+        }
     }
 }
 
-/// Whether the sensitivities to unstated inputs are computed, after a search of so many simulations.
+/// Whether the sensitivities to unstated inputs are computed, after a search that cost `spent` simulations.
 pub(crate) fn are_unstated_wanted(
     search: &Search,
     analysis: &Analysis,
@@ -109,9 +116,6 @@ pub(crate) fn are_unstated_wanted(
 ) -> bool {
     let derivatives = search.unknowns.len() + unstated_inputs(search, knowns).len() + knowns.len();
     let cost = 1.0 + COST_OF_DERIVATIVE * derivatives as f64;
-    match analysis.sensitivity_analysis {
-        _ if search.is_stopped() => false,
-        Some(asked) => asked,
-        None => cost <= MAX_RELATIVE_COST * spent,
-    }
+    let is_cheap = cost <= MAX_RELATIVE_COST * spent;
+    !search.is_stopped() && analysis.sensitivity_analysis.unwrap_or(is_cheap)
 }

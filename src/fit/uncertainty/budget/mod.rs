@@ -3,5 +3,6 @@
 pub(crate) mod combined;
 pub(crate) mod entries;
 pub(crate) mod input_changes;
+pub(crate) mod input_directions;
 pub(crate) mod input_errors;
 pub(crate) mod input_sensitivities;

@@ -1,19 +1,20 @@
-//! Combinations of two parameters that the data determine where they do not determine each of them, such as
-//! `youngs_modulus/density`.
+//! Identifiable combinations of two parameters that are not identifiable separately, such as `youngs_modulus/density`.
 //!
-//! Along a direction `(a, b)` of two logarithms nothing changes that was observed. The product of powers `p1^b p2^-a` is
+//! Along a direction `(a, b)` of two logarithms no observed value changes. The product of powers `p1^b p2^-a` is
 //! constant along it, and the data determine it where it is constant along all other such directions as well. Its logarithm
 //! `v.x` has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
 
 use crate::fit::unknown::Unknown;
 
-/// Cosine of an angle up to which a combination is constant along a direction.
-const CONSTANT: f64 = 1e-2;
+/// Largest cosine of the angle between a direction and the exponents of a product that is constant along it.
+const ORTHOGONAL: f64 = 1e-2;
 
-/// Exponents of the unknowns in a product of powers, and the standard deviation of its logarithm.
+/// A product of powers of the unknowns.
 #[derive(Clone, Debug)]
 pub(crate) struct Combination {
+    /// Exponent of every unknown.
     pub exponents: Vec<f64>,
+    /// Standard deviation of the logarithm.
     pub deviation: f64,
 }
 
@@ -33,13 +34,16 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
     Some(exponents)
 }
 
-/// The combinations that are constant along all `directions`, with the exponents of one of them each.
-pub(crate) fn determined(unknowns: &[Unknown], directions: &[&Vec<f64>]) -> Vec<Vec<f64>> {
+/// Exponents of the products that are constant along all `directions`, each of two parameters of one of them.
+pub(crate) fn constant_combinations(
+    unknowns: &[Unknown],
+    directions: &[&Vec<f64>],
+) -> Vec<Vec<f64>> {
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let is_constant = |v: &Vec<f64>| {
         directions.iter().all(|direction| {
-            let along: f64 = v.iter().zip(*direction).map(|(v, d)| v * d).sum();
-            along.abs() <= CONSTANT * norm(v) * norm(direction)
+            let product: f64 = v.iter().zip(*direction).map(|(v, d)| v * d).sum();
+            product.abs() <= ORTHOGONAL * norm(v) * norm(direction)
         })
     };
     let all = directions.iter().filter_map(|direction| constant_exponents(unknowns, direction));
@@ -49,37 +53,37 @@ pub(crate) fn determined(unknowns: &[Unknown], directions: &[&Vec<f64>]) -> Vec<
 impl Combination {
     /// Name, such as `youngs_modulus/density`.
     pub fn name(&self, unknowns: &[Unknown]) -> String {
-        product(self.powers().map(|(j, power)| (unknowns[j].to_string(), power)).collect())
+        product(&self.exponents, |j| unknowns[j].to_string())
     }
 
+    /// Unit, such as `m^2/s^2`.
     pub fn unit(&self, unknowns: &[Unknown]) -> String {
-        let unit = |(j, power): (usize, f64)| {
+        let unit = product(&self.exponents, |j| {
             let unit = unknowns[j].parameter.unit();
-            let is_compound = unit.contains(['/', ' ', '^']);
-            let unit = if is_compound && power != 1.0 { format!("({unit})") } else { unit.into() };
-            (unit, power)
-        };
-        let unit = product(self.powers().map(unit).filter(|(unit, _)| !unit.is_empty()).collect());
+            let is_compound = unit.contains(['/', ' ', '^']) && self.exponents[j] != 1.0;
+            if is_compound { format!("({unit})") } else { unit.into() }
+        });
         if unit == "Pa/(kg/m^3)" { "m^2/s^2".into() } else { unit }
     }
 
-    /// The unknowns with their exponents.
+    /// Indices of the unknowns with their exponents, without those of zero.
     pub fn powers(&self) -> impl Iterator<Item = (usize, f64)> {
         self.exponents.iter().copied().enumerate().filter(|(_, power)| *power != 0.0)
     }
 }
 
-/// `a^p b^q` with the negative powers below a line.
-pub(crate) fn product(factors: Vec<(String, f64)>) -> String {
-    let join = |is_above: bool| {
-        let own = factors.iter().filter(|(_, power)| (*power > 0.0) == is_above);
-        let own = own.map(|(name, power)| match power.abs() {
-            1.0 => name.clone(),
-            power => format!("{name}^{power}"),
+/// `a^p*b/(c^q)` with factors of these exponents and symbols, without empty symbols; negative powers are in the denominator.
+fn product(exponents: &[f64], symbol: impl Fn(usize) -> String) -> String {
+    let join = |sign: f64| {
+        let own = exponents.iter().enumerate().filter(|(_, power)| sign * **power > 0.0);
+        let own = own.map(|(j, power)| (symbol(j), power)).filter(|(symbol, _)| !symbol.is_empty());
+        let own = own.map(|(symbol, power)| match power.abs() {
+            1.0 => symbol,
+            power => format!("{symbol}^{power}"),
         });
         own.collect::<Vec<_>>().join("*")
     };
-    match [join(true), join(false)] {
+    match [join(1.0), join(-1.0)] {
         [above, below] if below.is_empty() => above,
         [above, below] if above.is_empty() => format!("1/{below}"),
         [above, below] => format!("{above}/{below}"),
@@ -91,14 +95,15 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
-    /// The modulus and the density in common, or the modulus and the radius to the fourth power over its square.
+    /// Along equal logarithms of modulus and density `E/rho` is constant, along (-2, 1) of modulus and radius `E r^2`; no product is
+    /// along both.
     #[test]
     fn exponents_follow_the_direction_and_other_directions_exclude_combinations() {
         let unknowns =
             [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius].map(Unknown::new);
         let (density, radius) = (vec![0.3, 0.3, 0.0], vec![-0.8, 0.0, 0.4]);
         let combination = |exponents| Combination { exponents, deviation: 0.0 };
-        let found = determined(&unknowns, &[&density]);
+        let found = constant_combinations(&unknowns, &[&density]);
         assert_eq!(found, [vec![1.0, -1.0, 0.0]]);
         let found = combination(found[0].clone());
         assert_eq!(found.name(&unknowns), "youngs_modulus/density");
@@ -106,7 +111,7 @@ mod tests {
         let found = combination(constant_exponents(&unknowns, &radius).unwrap());
         assert_eq!(found.name(&unknowns), "youngs_modulus*radius^2");
         assert_eq!(found.unit(&unknowns), "Pa*m^2");
-        assert!(determined(&unknowns, &[&density, &radius]).is_empty());
+        assert!(constant_combinations(&unknowns, &[&density, &radius]).is_empty());
         assert!(constant_exponents(&unknowns, &[1.0, 1.0, 1.0]).is_none());
     }
 }

@@ -1,9 +1,9 @@
-//! Groups of numbers that the data determine: combinations of parameters that are not identifiable, and ratios to the density.
+//! Groups of parameters that the data determine: combinations of unidentifiable parameters, and ratios to the density.
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and density
-//! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus follows with the
-//! density that the scene gives. It is so where the estimate of a modulus changes by 1 % with 1 % of the density, and
-//! no other estimate changes with it.
+//! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is proportional
+//! to the density of the scene. The criterion are the sensitivities: the logarithmic derivative by the density is 1 for the
+//! estimates of moduli, and 0 for all others.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
@@ -11,19 +11,19 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::budget::input_sensitivities::InputSensitivities;
 use crate::fit::uncertainty::covariance::combinations::Combination;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, remaining_error};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How far the logarithmic derivatives by the density may be from 1 and 0.
-const EXACT: f64 = 1e-3;
-/// Sections of several experiments are one where they differ by less than this part.
+/// Tolerance of the logarithmic derivatives by the density, which are 1 or 0.
+const DERIVATIVE_TOLERANCE: f64 = 1e-3;
+/// Relative difference below which the sections of several experiments are equal.
 const SAME_SECTION: f64 = 1e-9;
 
-/// A combination of numbers that the data determine.
+/// A combination of parameters that the data determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
@@ -54,25 +54,20 @@ impl fmt::Display for DeterminedGroup {
     }
 }
 
-/// The values of the combinations that the data determine. They are corrected for a discretization that the program chose, and
-/// intervals hold the error of the correction.
+/// Values of the identifiable combinations, corrected for chosen numerics, with intervals that contain the remaining
+/// discretization error.
 pub(crate) fn determined_combinations(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, .. }: &LocalAnalysis,
-    shifts: &Shifts,
+    bias: &DiscretizationBias,
 ) -> Vec<DeterminedGroup> {
-    if !optimum.converged {
-        return Vec::new();
-    }
-    let value = |combination: &Combination| {
+    let group = |combination: &Combination| {
         let Combination { exponents, deviation } = combination;
-        let chosen = shifts.along(exponents).into_iter().filter(|(_, is_chosen)| *is_chosen);
-        let correction: f64 = chosen.clone().map(|(shift, _)| shift).sum();
-        let open: f64 = chosen.map(|(shift, _)| OPEN * shift.abs()).sum();
+        let corrections = bias.corrections_along(exponents);
         let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
-        let log = log + correction;
-        let involved = combination.powers().map(|(j, _)| correlations.reach[j]);
-        let half = (involved.fold(0.0, f64::max) * deviation).hypot(open);
+        let log = log + corrections.iter().sum::<f64>();
+        let factors = combination.powers().map(|(j, _)| correlations.coverage_factors[j]);
+        let half = (factors.fold(0.0, f64::max) * deviation).hypot(remaining_error(corrections));
         DeterminedGroup {
             name: combination.name(search.unknowns),
             value: log.exp(),
@@ -81,49 +76,51 @@ pub(crate) fn determined_combinations(
             interval95: Some([log - half, log + half].map(f64::exp)),
         }
     };
-    covariance.combinations.iter().map(value).collect()
+    covariance.combinations.iter().filter(|_| optimum.converged).map(group).collect()
 }
 
-/// A factor between a modulus over the density and a group, m^2.
-struct SectionRatio {
+/// A second moment of a section over mass per length, in m^4/(kg/m): the factor between a modulus and a group.
+#[derive(Clone, Copy)]
+struct GroupFactor {
+    /// Symbol of the stiffness, such as `EI`.
     symbol: &'static str,
     value: f64,
 }
 
-/// Ratios of a section's second moments to its area.
-fn section_ratios(problem: &Problem, modulus: Parameter) -> Vec<SectionRatio> {
+/// Factors of the groups of a modulus in an experiment.
+fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     let moments = problem.scene().rod.section.moments();
-    let ratio = |symbol, moment: f64| SectionRatio { symbol, value: moment / moments.area };
+    let density = problem.scene().material.density;
+    let factor =
+        |symbol, moment: f64| GroupFactor { symbol, value: moment / moments.area / density };
     if modulus == Parameter::ShearModulus {
-        return vec![ratio("GJ", moments.torsion_constant)];
+        return vec![factor("GJ", moments.torsion_constant)];
     }
     match problem.second_moments_of_bending()[..] {
-        [alone] => vec![ratio("EI", alone)],
-        [i1, i2, ..] => vec![ratio("EI1", i1), ratio("EI2", i2)],
+        [alone] => vec![factor("EI", alone)],
+        [i1, i2, ..] => vec![factor("EI1", i1), factor("EI2", i2)],
         [] => Vec::new(),
     }
 }
 
-/// The ratio over the density that all experiments of an estimate share; none where they differ.
-fn shared_factors(experiments: &[&Experiment], modulus: Parameter) -> Option<Vec<SectionRatio>> {
-    let of = |experiment: &&Experiment| {
-        let density = experiment.problem.scene().material.density;
-        let mut ratios = section_ratios(&experiment.problem, modulus);
-        ratios.iter_mut().for_each(|ratio| ratio.value /= density);
-        ratios
+/// Factors of the groups of a modulus that all its experiments share; none where they differ.
+fn shared_factors<'a>(
+    mut experiments: impl Iterator<Item = &'a Experiment>,
+    modulus: Parameter,
+) -> Vec<GroupFactor> {
+    let Some(first) = experiments.next() else { return Vec::new() };
+    let first = group_factors(&first.problem, modulus);
+    let is_same = |(a, b): (&GroupFactor, &GroupFactor)| {
+        a.symbol == b.symbol && (a.value / b.value - 1.0).abs() < SAME_SECTION
     };
-    let mut all = experiments.iter().map(of);
-    let first = all.next()?;
-    let is_same = |other: Vec<SectionRatio>| {
-        other.len() == first.len()
-            && other.iter().zip(&first).all(|(a, b)| {
-                a.symbol == b.symbol && (a.value / b.value - 1.0).abs() < SAME_SECTION
-            })
-    };
-    all.all(is_same).then_some(first)
+    let is_shared = experiments.all(|experiment| {
+        let other = group_factors(&experiment.problem, modulus);
+        other.len() == first.len() && other.iter().zip(&first).all(is_same)
+    });
+    if is_shared { first } else { Vec::new() }
 }
 
-/// The groups that the data determine; none where they determine the mass, or where the sensitivities to the density are
+/// Ratios of stiffness to mass per length; none where the data determine the mass, or the sensitivities to the density are
 /// unknown.
 pub(crate) fn determined_groups(
     search: &Search,
@@ -132,37 +129,31 @@ pub(crate) fn determined_groups(
 ) -> Vec<DeterminedGroup> {
     let Some(responses) = sensitivities.responses_to_density(search) else { return Vec::new() };
     let is_modulus = |p: Parameter| p == Parameter::YoungsModulus || p == Parameter::ShearModulus;
-    let follows = |estimate: &Estimate, response: &Option<f64>| {
+    let has_no_scale = |(estimate, response): (&Estimate, &Option<f64>)| {
         let expected = if is_modulus(estimate.name) { 1.0 } else { 0.0 };
         // A parameter that may be zero has no logarithmic derivative.
         estimate.std_error.is_none()
-            || response.is_none_or(|response| (response - expected).abs() < EXACT)
+            || response.is_none_or(|response| (response - expected).abs() < DERIVATIVE_TOLERANCE)
     };
-    if !estimates.iter().zip(&responses).all(|(e, response)| follows(e, response)) {
+    if !estimates.iter().zip(&responses).all(has_no_scale) {
         return Vec::new();
     }
     let mut groups = Vec::new();
     for ((estimate, response), unknown) in estimates.iter().zip(&responses).zip(search.unknowns) {
-        let (Some(value), Some(std_error), Some(_)) =
+        if let (Some(value), Some(std_error), Some(_)) =
             (estimate.value, estimate.std_error, response)
-        else {
-            continue;
-        };
-        let own: Vec<&Experiment> =
-            search.experiments.iter().filter(|e| unknown.is_of(e)).collect();
-        if !is_modulus(estimate.name) {
-            continue;
-        }
-        for SectionRatio { symbol, value: factor } in
-            shared_factors(&own, estimate.name).unwrap_or_default()
+            && is_modulus(estimate.name)
         {
-            groups.push(DeterminedGroup {
-                name: named(&format!("{symbol}/(rho A)"), &estimate.experiments),
-                value: value * factor,
-                relative_std_error: std_error / value,
-                unit: "m^4/s^2".into(),
-                interval95: None,
-            });
+            let own = search.experiments.iter().filter(|e| unknown.is_of(e));
+            groups.extend(shared_factors(own, estimate.name).into_iter().map(|factor| {
+                DeterminedGroup {
+                    name: named(&format!("{}/(rho A)", factor.symbol), &estimate.experiments),
+                    value: value * factor.value,
+                    relative_std_error: std_error / value,
+                    unit: "m^4/s^2".into(),
+                    interval95: None,
+                }
+            }));
         }
     }
     groups

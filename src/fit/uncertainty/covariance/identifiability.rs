@@ -1,27 +1,31 @@
-//! What the data cannot determine, in words.
+//! Directions of the unknowns that the data do not determine, with their descriptions.
 //!
-//! The singular vectors of the scaled Jacobian with small singular values are the combinations of
-//! unknowns that change nothing one could observe: structurally, when they would change nothing in
-//! data without noise either, or practically, when the noise hides what they change.
+//! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns that do not
+//! change the observed values: structurally, if they would not change exact data either, or practically, if the noise hides
+//! the change.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
-use crate::fit::uncertainty::covariance::combinations::{constant_exponents, product};
+use crate::fit::uncertainty::covariance::combinations::{Combination, constant_exponents};
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
-/// Unknowns with less than this share in a combination are not part of it.
-const SHARE: f64 = 0.05;
-/// Of more unknowns in a combination than the first, as many as the second are said, those with the largest shares.
-const MANY: [usize; 2] = [6, 4];
-/// More combinations than this are counted, not said, where all of them stand in a sentence.
-const SAID: usize = 3;
-
-/// A direction whose standard deviation is more than this part of what is still an identification
-/// is also looked at as far as that: a long way off, the model may be flatter than it is here.
+/// Components of a direction below this part of the largest are zero.
+const SMALLEST_COMPONENT: f64 = 0.05;
+/// A description lists up to `MOST_LISTED` unknowns of a direction, of more the `LISTED` with the largest components.
+const MOST_LISTED: usize = 6;
+const LISTED: usize = 4;
+/// Directions that are described in a summary; the others are counted.
+const SUMMARIZED: usize = 3;
+/// Largest standard deviation of an identifiable unknown on its scale: a factor of e of logarithms,
+pub(crate) const PRACTICAL_LOG: f64 = 1.0;
+/// and of other unknowns a quarter of the range of beta or Poisson's ratio.
+const PRACTICAL_LINEAR: f64 = 0.25;
+/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is computed: it
+/// may be flatter than at the optimum.
 pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Kind of non-identifiability.
@@ -37,7 +41,7 @@ pub enum NonIdentifiability {
 }
 
 impl NonIdentifiability {
-    /// Its name in JSON, by which it is explained.
+    /// The code that explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Structural => Code::Structural,
@@ -59,49 +63,78 @@ pub struct UnidentifiableDirection {
     pub description: String,
 }
 
-/// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
-/// come out at zero.
-pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> UnidentifiableDirection {
-    let (kind, words) = match is_damping(unknown) && !alone {
+/// Largest standard deviation of an identifiable unknown, on its scale.
+pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
+    if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR }
+}
+
+/// A parameter without effect on the observed values. A damping is then zero at the optimum, if other unknowns have an effect.
+pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
+    let (kind, description) = match is_damping(unknown) && !is_only_one {
         true => (
             NonIdentifiability::Practical,
             format!("{unknown} came out at zero: these data show none of it"),
         ),
         false => (NonIdentifiability::Structural, no_effect(unknown)),
     };
-    UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description: words }
+    UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description }
 }
 
+/// Description of an unknown without effect.
 fn no_effect(unknown: &Unknown) -> String {
     format!("{unknown} has no effect on what was observed")
 }
 
-/// The undetermined combinations along `directions` (changes of the unknowns on their scales), and
-/// the unknowns in them.
-pub(crate) fn findings(
+/// Descriptions of `directions`, changes of the unknowns on their scales, with the standard deviations of all unknowns.
+pub(crate) fn describe_directions(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
     kind: NonIdentifiability,
-    deviation: impl Fn(usize) -> f64,
+    deviations: &[f64],
 ) -> Vec<UnidentifiableDirection> {
-    let name = |direction: Vec<f64>| {
+    let describe = |direction: Vec<f64>| {
         let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
-        let combination: Vec<(&Unknown, f64)> =
-            involved.iter().map(|j| (&unknowns[*j], direction[*j])).collect();
-        let words = match kind {
-            NonIdentifiability::Structural => structural(&combination),
-            NonIdentifiability::Practical => practical(&combination, &involved, &deviation),
+        let own: Vec<&Unknown> = involved.iter().map(|j| &unknowns[*j]).collect();
+        let invariant = constant_exponents(unknowns, &direction)
+            .map(|exponents| Combination { exponents, deviation: 0.0 }.name(unknowns));
+        let sum = || weighted_sum(unknowns, &direction, &involved);
+        let description = match (kind, &own[..], invariant) {
+            (NonIdentifiability::Structural, [one], _) => no_effect(one),
+            (NonIdentifiability::Structural, [one, two], Some(invariant)) => format!(
+                "{one} and {two} enter only as {invariant}; neither can be identified without the other"
+            ),
+            (NonIdentifiability::Structural, ..) => format!(
+                "the data do not change along the combination {} (logarithms of positive parameters)",
+                sum()
+            ),
+            (NonIdentifiability::Practical, own, invariant) => {
+                let listed = listed_unknowns(&direction, &involved);
+                let reason = practical_reason(unknowns, deviations, &involved, &listed);
+                match (own, invariant) {
+                    ([one], _) => {
+                        format!("{one} is practically not identifiable from these data: {reason}")
+                    }
+                    ([one, two], Some(invariant)) => format!(
+                        "{one} and {two} are practically not identifiable from these data: all but their \
+                         {invariant} is lost in the noise ({reason})"
+                    ),
+                    _ => format!(
+                        "practically not identifiable from these data: the combination {} (logarithms of \
+                         positive parameters) is lost in the noise ({reason})",
+                        sum()
+                    ),
+                }
+            }
         };
-        let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
-        UnidentifiableDirection { kind, parameters, description: words }
+        let parameters = own.iter().map(|unknown| unknown.parameter).collect();
+        UnidentifiableDirection { kind, parameters, description }
     };
-    directions.into_iter().map(name).collect()
+    directions.into_iter().map(describe).collect()
 }
 
-/// Structural directions that span the same space with as few unknowns each as elimination finds:
-/// any combination of two is as undetermined as they are, and which ones the singular vectors show
-/// is an accident. Practical ones are cleared of the structural ones. Shares below [`SHARE`] of the
-/// largest become zero.
+/// Structural directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of
+/// equal singular values are arbitrary combinations. The structural ones are eliminated from the practical ones too.
+/// Components below [`SMALLEST_COMPONENT`] become zero.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,
@@ -122,112 +155,76 @@ pub(crate) fn sparsest(
         }
     }
     for direction in structural.iter_mut().chain(&mut practical) {
-        let most = direction.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        direction.iter_mut().filter(|d| d.abs() <= SHARE * most).for_each(|d| *d = 0.0);
+        let most = largest_component(direction);
+        let small = direction.iter_mut().filter(|d| d.abs() <= SMALLEST_COMPONENT * most);
+        small.for_each(|d| *d = 0.0);
     }
     (structural, practical)
 }
 
-/// The product of powers that is constant along a combination of two positive parameters.
-fn invariant(combination: &[(&Unknown, f64)]) -> Option<String> {
-    let (unknowns, direction): (Vec<Unknown>, Vec<f64>) =
-        combination.iter().map(|(unknown, a)| ((*unknown).clone(), *a)).unzip();
-    let exponents = constant_exponents(&unknowns, &direction)?;
-    Some(product(unknowns.iter().map(Unknown::to_string).zip(exponents).collect()))
+fn largest_component(direction: &[f64]) -> f64 {
+    direction.iter().fold(0.0, |most, d| most.max(d.abs()))
 }
 
-fn structural(combination: &[(&Unknown, f64)]) -> String {
-    match (combination, invariant(combination)) {
-        ([(one, _)], _) => no_effect(one),
-        ([(one, _), (two, _)], Some(invariant)) => format!(
-            "{one} and {two} enter only as {invariant}; neither can be identified without the other"
-        ),
-        _ => format!(
-            "the data do not change along the combination {} (logarithms of positive parameters)",
-            sum(combination)
-        ),
-    }
-}
-
-fn practical(
-    combination: &[(&Unknown, f64)],
+/// Reason of practical non-identifiability: the standard deviations of the `listed` unknowns, or, where all of the `involved`
+/// ones are determined at the optimum, the flat misfit far from it.
+fn practical_reason(
+    unknowns: &[Unknown],
+    deviations: &[f64],
     involved: &[usize],
-    deviation: &impl Fn(usize) -> f64,
+    listed: &[usize],
 ) -> String {
-    let size = |(k, j): (usize, &usize)| {
-        let sd = deviation(*j);
-        match combination[k].0.parameter.is_positive() {
-            true if sd > 10.0 => "many orders of magnitude".to_string(),
-            true => format!("a factor of {:.1}", sd.exp()),
-            false => format!("{sd:.2}"),
-        }
+    if involved.iter().all(|j| deviations[*j] <= practical_limit(&unknowns[*j])) {
+        return "far from here the misfit is no larger".into();
+    }
+    let size = |j: &usize| match deviations[*j] {
+        sd if !unknowns[*j].parameter.is_positive() => format!("{sd:.2}"),
+        sd if sd > 10.0 => "many orders of magnitude".into(),
+        sd => format!("a factor of {:.1}", sd.exp()),
     };
-    let said = said(combination);
-    let sizes: Vec<String> = said.iter().map(|k| size((*k, &involved[*k]))).collect();
-    let far = involved.iter().enumerate().any(|(k, j)| {
-        deviation(*j) > if combination[k].0.parameter.is_positive() { 1.0 } else { 0.25 }
-    });
-    let why = match far {
-        true => format!("standard deviation {}", sizes.join(" and ")),
-        // Locally determined, but only here.
-        false => "far from here the misfit is no larger".to_string(),
-    };
-    match (combination, invariant(combination)) {
-        ([(one, _)], _) => {
-            format!("{one} is practically not identifiable from these data: {why}")
-        }
-        ([(one, _), (two, _)], Some(invariant)) => format!(
-            "{one} and {two} are practically not identifiable from these data: all but their \
-             {invariant} is lost in the noise ({why})"
-        ),
-        _ => format!(
-            "practically not identifiable from these data: the combination {} (logarithms of \
-             positive parameters) is lost in the noise ({why})",
-            sum(combination)
-        ),
-    }
+    let sizes: Vec<String> = listed.iter().map(size).collect();
+    format!("standard deviation {}", sizes.join(" and "))
 }
 
-fn sum(combination: &[(&Unknown, f64)]) -> String {
-    let most = combination.iter().fold(0.0_f64, |m, (_, a)| m.max(a.abs()));
-    let said = said(combination);
-    let mut parts: Vec<String> = said
-        .iter()
-        .map(|k| format!("{:+.3} {}", combination[*k].1 / most, combination[*k].0))
-        .collect();
-    if said.len() < combination.len() {
-        parts.push(format!("and {} others", combination.len() - said.len()));
+/// A direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500 radius`.
+fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> String {
+    let most = largest_component(direction);
+    let listed = listed_unknowns(direction, involved);
+    let term = |j: &usize| format!("{:+.3} {}", direction[*j] / most, unknowns[*j]);
+    let mut terms: Vec<String> = listed.iter().map(term).collect();
+    if listed.len() < involved.len() {
+        terms.push(format!("and {} others", involved.len() - listed.len()));
     }
-    parts.join(" ")
+    terms.join(" ")
 }
 
-/// Which unknowns of a combination are said: all of a few, of many those with the largest shares.
-fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
-    let mut all: Vec<usize> = (0..combination.len()).collect();
-    if all.len() > MANY[0] {
-        all.sort_by_cached_key(|x| Reverse(total_order(combination[*x].1.abs())));
-        all.truncate(MANY[1]);
+/// The unknowns that a description lists: all `involved` ones, of many those with the largest components.
+fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
+    let mut listed = involved.to_vec();
+    if listed.len() > MOST_LISTED {
+        listed.sort_by_cached_key(|j| Reverse(total_order(direction[*j].abs())));
+        listed.truncate(LISTED);
     }
-    all
+    listed
 }
 
-/// What the data do not determine, in one sentence.
-pub(crate) fn in_one_sentence(findings: &[UnidentifiableDirection]) -> String {
-    let mut words: Vec<String> =
-        findings.iter().take(SAID).map(|f| f.description.clone()).collect();
-    if findings.len() > SAID {
-        words.push(format!("and {} more like these", findings.len() - SAID));
+/// One sentence on all directions that the data do not determine.
+pub(crate) fn summarize(findings: &[UnidentifiableDirection]) -> String {
+    let described = findings.iter().take(SUMMARIZED).map(|f| f.description.clone());
+    let mut parts: Vec<String> = described.collect();
+    if findings.len() > SUMMARIZED {
+        parts.push(format!("and {} more like these", findings.len() - SUMMARIZED));
     }
-    words.join("; ")
+    parts.join("; ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// E/density and E*radius^2 at once, mixed as singular vectors may mix them.
+    /// Directions along which E/density and E*radius^2 are constant, combined as singular vectors may combine them.
     #[test]
-    fn mixed_combinations_are_taken_apart() {
+    fn combined_directions_are_separated_by_elimination() {
         let unknowns = [
             Parameter::DampingMass,
             Parameter::YoungsModulus,
@@ -240,9 +237,10 @@ mod tests {
         let mix = |a: f64, b: f64| (0..4).map(|j| a * one[j] + b * two[j]).collect::<Vec<f64>>();
         let directions = vec![mix(0.6, 0.3), mix(-0.2, 0.5)];
         let (directions, practical) = sparsest(directions, vec![vec![0.0, 3.0, 0.0, 1.0]]);
-        // What is known of E and the radius ends up in the other two.
+        // Both structural directions are eliminated: one of the three components is left.
         assert_eq!(practical[0].iter().filter(|d| **d != 0.0).count(), 1, "{practical:?}");
-        let found = findings(&unknowns, directions, NonIdentifiability::Structural, |_| 0.0);
+        let found =
+            describe_directions(&unknowns, directions, NonIdentifiability::Structural, &[0.0; 4]);
         assert_eq!(found.len(), 2);
         for finding in &found {
             assert_eq!(finding.parameters.len(), 2, "{finding:?}");
@@ -253,14 +251,16 @@ mod tests {
         assert_eq!(known.iter().filter(|k| words.contains(**k)).count(), 2, "{words}");
     }
 
-    /// A page of combinations of thirty curvatures says nothing to anybody.
+    /// Four of twenty unknowns and three of nine directions are listed, the others are counted.
     #[test]
-    fn of_many_the_first_are_said() {
+    fn long_descriptions_list_the_largest_components() {
         let name = |j: usize| format!("rod.natural_bending.{j}.d1").parse::<Parameter>().unwrap();
         let unknowns: Vec<Unknown> = (0..20).map(|j| Unknown::new(name(j))).collect();
         let direction = |k: usize| (0..20).map(|j| if j == k { 1.0 } else { 0.5 }).collect();
         let directions: Vec<Vec<f64>> = (0..9).map(direction).collect();
-        let found = findings(&unknowns, directions, NonIdentifiability::Practical, |j| j as f64);
+        let deviations: Vec<f64> = (0..20).map(f64::from).collect();
+        let kind = NonIdentifiability::Practical;
+        let found = describe_directions(&unknowns, directions, kind, &deviations);
         assert_eq!(found[3].parameters.len(), 20);
         let words = &found[3].description;
         assert!(words.contains("+1.000 rod.natural_bending.3.d1 +0.500"), "{words}");
@@ -268,8 +268,8 @@ mod tests {
             words.contains("and 16 others") && words.contains("deviation 3.00 and 0.00"),
             "{words}"
         );
-        let all = in_one_sentence(&found);
+        let all = summarize(&found);
         assert!(all.ends_with("; and 6 more like these") && all.len() < 1200, "{all}");
-        assert_eq!(in_one_sentence(&found[..1]), found[0].description);
+        assert_eq!(summarize(&found[..1]), found[0].description);
     }
 }

@@ -1,4 +1,4 @@
-//! Covariance of the estimates at an optimum, identifiability, and intervals by other methods.
+//! Covariance of the estimates at an optimum, identifiability, one-sided bounds, profile likelihood and observed information.
 
 pub(crate) mod combinations;
 pub(crate) mod determined_groups;

@@ -1,14 +1,18 @@
-//! Observed information: standard errors from the exact Hessian of the misfit.
+//! Observed information: standard errors from the exact Hessian `H` of the misfit.
+//!
+//! The covariance is `v H^-1` for noise of the variance `v`, and `H^-1 M H^-1` for a gradient of the covariance `M`, under
+//! autocorrelated noise or robust losses.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::noise::residual_noise::score_covariance;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
-/// Standard errors of the `estimates` from the Hessian at the optimum; none where it gives none.
+/// Standard errors of the `estimates` in their units; none without a Hessian, or one that is not positive definite, which are
+/// warnings.
 pub(crate) fn std_errors(
     fitted: Fitted,
     LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,
@@ -29,28 +33,24 @@ pub(crate) fn std_errors(
         }
     };
     let n = estimates.len();
-    // Of what may be zero there is no logarithm to speak of.
-    let known: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
-    let among = |m: &DMatrix<f64>| m.select_rows(&known).select_columns(&known);
-    let hessian = among(&DMatrix::from_fn(n, n, |i, j| hessian[i][j]));
-    let Some(factors) = hessian.cholesky() else {
+    // A parameter that may be zero has no standard deviation of its logarithm.
+    let own: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
+    let select = |m: &DMatrix<f64>| m.select_rows(&own).select_columns(&own);
+    let Some(factors) = select(&DMatrix::from_fn(n, n, |i, j| hessian[i][j])).cholesky() else {
         let words = "the Hessian of the misfit is not positive definite: the optimum is no isolated minimum. The \
                      intervals are meaningless. Fit fewer parameters, or give bounds";
         warnings.add(Severity::Worthless, Code::NotAMinimum, words);
         return errors;
     };
     let inverse = factors.inverse();
-    // The gradient scatters with psi^2; under squares that is the variance times the Hessian.
-    let robust = noise.weights.iter().any(|w| *w != 1.0);
-    let covariance = match (robust, &correlations.scatter) {
-        (_, Some(scatter)) => noise.variance * &inverse * among(scatter) * &inverse,
-        (false, None) => noise.variance * inverse,
-        (true, None) => {
-            let scatter = among(&score_covariance(fitted));
-            &inverse * scatter * &inverse
-        }
+    let is_robust = noise.weights.iter().any(|w| *w != 1.0);
+    let covariance = match &correlations.score_covariance {
+        Some(scores) => noise.variance * &inverse * select(scores) * &inverse,
+        None if is_robust => &inverse * select(&score_covariance(fitted)) * &inverse,
+        // Under squares the covariance of the gradient is the variance times the Hessian.
+        None => noise.variance * inverse,
     };
-    for (place, i) in known.into_iter().enumerate() {
+    for (place, i) in own.into_iter().enumerate() {
         let sd = covariance[(place, place)].sqrt();
         errors[i] = estimates[i].value.map(|value| sd * search.unknowns[i].slope(value));
     }

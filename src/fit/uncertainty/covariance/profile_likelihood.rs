@@ -1,27 +1,27 @@
-//! Profile likelihood intervals.
+//! Profile likelihood intervals, which do not assume a linear model.
 //!
-//! Hold one unknown, fit all others: the misfit as a function of the held one is the profile. The
-//! interval ends where it has risen by half the squared quantile of the noise. Unlike the standard
-//! error it does not take the model for linear.
+//! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The interval ends
+//! where twice the misfit, in units of the variance of the noise, has risen by the squared 95 % quantile.
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
+use crate::fit::uncertainty::noise::residual_noise::misfit_slopes;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// The end of an interval is found to this part of a standard deviation.
+/// Accuracy of the ends, in standard deviations.
 const TOLERANCE: f64 = 1e-3;
-/// Profile points per end.
+/// Most points of the profile per end.
 const MOST_POINTS: usize = 40;
-/// An end farther than this on the unknown's scale (20 decades of a logarithm) is none.
+/// Largest distance of an end on the unknown's scale: 20 decades of a logarithm.
 const FARTHEST: f64 = 46.0;
+/// Signed root of the rise, in standard deviations, below which a point is better than the optimum.
+const BETTER: f64 = -1e-2;
 
 /// Profile likelihood of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,42 +41,50 @@ pub struct Profile {
     pub level: f64,
 }
 
-/// The profile interval of one unknown, on its scale.
-#[derive(Clone, Debug)]
-pub(crate) struct Interval {
-    /// Lower and upper end; none where the misfit never rises enough.
-    pub ends: [Option<f64>; 2],
-    /// A point of the profile with a clearly lower misfit than the fit's.
-    pub better: Option<f64>,
-    /// Points of the profile: the unknown, and the rise of twice the misfit in units of the
-    /// noise's variance.
-    pub points: Vec<(f64, f64)>,
+/// A point of the profile.
+#[derive(Clone, Copy, Debug)]
+struct ProfileSample {
+    /// The unknown, on its scale.
+    x: f64,
+    /// Rise of twice the misfit, in units of the variance of the noise.
+    rise: f64,
 }
 
-/// A point of the profile.
-struct Point {
+/// The profile interval of one unknown, on its scale.
+#[derive(Clone, Debug)]
+pub(crate) struct ProfileInterval {
+    /// Lower and upper end; none where the misfit never rises enough.
+    ends: [Option<f64>; 2],
+    /// A value with a clearly lower misfit than the optimum.
+    better: Option<f64>,
+    /// Evaluated points.
+    points: Vec<ProfileSample>,
+}
+
+/// Profile likelihood as a function of one unknown, as the signed root of the rise.
+struct RootedProfile {
+    /// All unknowns at the point.
     x: Vec<f64>,
-    /// Signed root of the rise of twice the misfit, in units of the noise.
-    rise: f64,
+    /// Signed root of the rise of twice the misfit, in standard deviations of the noise.
+    root: f64,
     /// Its derivative by the held unknown.
     slope: f64,
 }
 
-/// The profile intervals of all unknowns with a standard deviation; those that were not looked at in
-/// time are none.
-pub(crate) fn intervals(
+/// Profile intervals of all unknowns with a standard deviation; none for those that are not complete when the fit is stopped.
+/// Points with a lower misfit than the optimum are a warning.
+pub(crate) fn profile_intervals(
     fitted: Fitted,
     LocalAnalysis { covariance, noise, correlations, .. }: &LocalAnalysis,
     warnings: &mut Warnings,
-) -> Vec<Option<Interval>> {
+) -> Vec<Option<ProfileInterval>> {
     let search = fitted.search;
     let mut intervals = vec![None; search.unknowns.len()];
     for (i, unknown) in search.unknowns.iter().enumerate() {
         let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
-        let size = noise.rise.sqrt() * correlations.inflation[i];
-        let found = interval(fitted, i, (sd, size, correlations.reach[i]));
+        let noise = noise.misfit_scale.sqrt() * correlations.inflation[i];
+        let found = profile_interval(fitted, i, sd, noise, correlations.coverage_factors[i]);
         if search.is_stopped() {
-            // Half a profile says nothing about its ends.
             break;
         }
         if let Some(x) = found.better {
@@ -92,33 +100,36 @@ pub(crate) fn intervals(
     intervals
 }
 
-/// The interval of unknown `i` around `optimum`, where the profile has risen to `reach` times the
-/// standard deviation `noise` of the residuals (1 when sigma is known and the noise white); `deviation` is
-/// the unknown's standard deviation.
-fn interval(
-    Fitted { search, optimum }: Fitted,
+/// The interval of unknown `i`, whose standard deviation is `deviation`: its ends are where the signed root of the rise is the
+/// `coverage_factor`. `noise` is the standard deviation of the residuals.
+fn profile_interval(
+    fitted: Fitted,
     i: usize,
-    (deviation, noise, reach): (f64, f64, f64),
-) -> Interval {
+    deviation: f64,
+    noise: f64,
+    coverage_factor: f64,
+) -> ProfileInterval {
+    let Fitted { search, optimum } = fitted;
+    let start = optimum.x[i];
     let mut better = None;
-    let mut points = vec![(optimum.x[i], 0.0)];
+    let mut points = vec![ProfileSample { x: start, rise: 0.0 }];
     let mut ends = [None; 2];
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
         let bound = search.unknowns[i].scaled_bounds()[usize::from(side > 0.0)];
-        let mut from = optimum.x.clone();
-        let start = optimum.x[i];
+        let limit = (bound - start) * side;
+        // Distances from the optimum that are within and beyond the interval.
         let (mut inner, mut outer): (f64, Option<f64>) = (0.0, None);
-        let mut distance = reach * deviation;
+        let mut from = optimum.x.clone();
+        let mut distance = coverage_factor * deviation;
         for _ in 0..MOST_POINTS {
-            let limit = (bound - start) * side;
             distance = distance.min(limit).min(FARTHEST);
             if distance <= 0.0 {
                 *end = Some(bound);
                 break;
             }
             let held = start + side * distance;
-            let Ok(point) = profile(search, &from, i, held, optimum.cost, noise) else {
-                // Where nothing can be simulated there is no profile: look nearer.
+            let Ok(point) = rooted_profile(fitted, i, held, &from, noise) else {
+                // The simulation fails: the profile is evaluated nearer to the optimum.
                 outer = Some(distance);
                 distance = 0.5 * (inner + distance);
                 if distance - inner < TOLERANCE * deviation {
@@ -126,28 +137,27 @@ fn interval(
                 }
                 continue;
             };
-            points.push((held, point.rise * point.rise.abs()));
-            if point.rise < -1e-2 {
+            points.push(ProfileSample { x: held, rise: point.root * point.root.abs() });
+            if point.root < BETTER {
                 better = Some(held);
                 break;
             }
-            if (point.rise - reach).abs() <= TOLERANCE {
+            if (point.root - coverage_factor).abs() <= TOLERANCE {
                 *end = Some(held);
                 break;
             }
-            let newton = distance + (reach - point.rise) / (side * point.slope);
-            match point.rise < reach {
-                true if distance >= limit => {
-                    // The bound is nearer than the interval's end.
+            // Newton's method, within brackets.
+            let newton = distance + (coverage_factor - point.root) / (side * point.slope);
+            if point.root < coverage_factor {
+                if distance >= limit {
                     *end = Some(bound);
+                }
+                if distance >= limit.min(FARTHEST) {
                     break;
                 }
-                true if distance >= FARTHEST => break,
-                true => {
-                    inner = distance;
-                    from = point.x;
-                }
-                false => outer = Some(distance),
+                (inner, from) = (distance, point.x);
+            } else {
+                outer = Some(distance);
             }
             let (low, high) = match outer {
                 Some(outer) => (inner + 0.05 * (outer - inner), outer - 0.05 * (outer - inner)),
@@ -158,51 +168,43 @@ fn interval(
         }
         search.report(&format!("profile of {}", search.unknowns[i]));
     }
-    Interval { ends, better, points }
+    ProfileInterval { ends, better, points }
 }
 
-fn profile(
-    search: &Search,
-    from: &[f64],
+/// The profile of unknown `i` at the value `held`, with start values `from` of the others.
+fn rooted_profile(
+    Fitted { search, optimum }: Fitted,
     i: usize,
     held: f64,
-    least: f64,
+    from: &[f64],
     noise: f64,
-) -> Result<Point, Error> {
-    let optimum = search.optimum_with_held(i, held, from)?;
-    let Optimum { x, cost, residuals, jacobian, .. } = optimum;
-    let all = search.all_residuals()?;
-    let made = all.losses().into_iter().zip(all.leverage_weights());
-    let gradient: f64 = made
-        .zip(jacobian.iter().zip(&residuals))
-        .map(|((loss, weight), (row, r))| weight * row[i] * loss.influence(weight * r)[0])
-        .sum();
-    let excess = 2.0 * (cost - least);
-    let rise = excess.abs().sqrt().copysign(excess) / noise;
-    // d(rise^2)/dx = 2 gradient/noise^2.
-    let slope = gradient / (rise.abs().max(f64::MIN_POSITIVE) * noise * noise);
-    Ok(Point { x, rise, slope })
+) -> Result<RootedProfile, Error> {
+    let there = search.optimum_with_held(i, held, from)?;
+    let slopes = misfit_slopes(&search.all_residuals()?, &there);
+    let gradient: f64 = there.jacobian.iter().zip(&slopes).map(|(row, slope)| row[i] * slope).sum();
+    let rise = 2.0 * (there.cost - optimum.cost);
+    let root = rise.abs().sqrt().copysign(rise) / noise;
+    // d(root^2)/dx = 2 gradient/noise^2.
+    let slope = gradient / (root.abs().max(f64::MIN_POSITIVE) * noise * noise);
+    Ok(RootedProfile { x: there.x, root, slope })
 }
 
-impl Interval {
+impl ProfileInterval {
     /// The ends in the parameter's unit.
     pub fn values(&self, unknown: &Unknown) -> [Option<f64>; 2] {
-        self.ends.map(|end| {
-            let [low, high] = unknown.parameter.limits();
-            end.map(|x| unknown.from_scale(x).clamp(low, high))
-        })
+        let [low, high] = unknown.parameter.limits();
+        self.ends.map(|end| end.map(|x| unknown.from_scale(x).clamp(low, high)))
     }
 
-    /// The curve, and where its 95 % interval ends.
-    pub fn profile(&self, unknown: &Unknown, reach: f64) -> Profile {
-        let mut points = self.points.clone();
-        points.sort_by_cached_key(|x| total_order(x.0));
+    /// The profile in the parameter's unit, whose interval ends at the square of the coverage factor.
+    pub fn profile(mut self, unknown: &Unknown, coverage_factor: f64) -> Profile {
+        self.points.sort_by_cached_key(|point| total_order(point.x));
         Profile {
             name: unknown.parameter,
             label: unknown.to_string(),
-            values: points.iter().map(|(x, _)| unknown.from_scale(*x)).collect(),
-            rise: points.iter().map(|(_, rise)| *rise).collect(),
-            level: reach * reach,
+            values: self.points.iter().map(|point| unknown.from_scale(point.x)).collect(),
+            rise: self.points.iter().map(|point| point.rise).collect(),
+            level: coverage_factor * coverage_factor,
         }
     }
 }
@@ -213,15 +215,16 @@ mod tests {
     use crate::fit::measurement::experiment::Experiment;
     use crate::fit::measurement::motion::Observation;
     use crate::fit::search::Task;
+    use crate::fit::search::optimum::Optimum;
     use crate::fit::uncertainty::analysis::TOLERANCE;
     use crate::scene::Parameter;
     use crate::scene::Point;
     use crate::scene::{Material, Scene, Section, Shape, Time};
 
-    /// A profile that starts away from the minimum says that it found better; one that starts at
-    /// the minimum of nearly linear data ends where the standard error says.
+    /// A profile about a point beside the minimum finds a better one. About the minimum of a nearly linear model it ends at
+    /// 1.96 standard errors.
     #[test]
-    fn a_better_fit_is_noticed() {
+    fn profile_ends_at_1_96_standard_errors_and_finds_better_points() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let section = Section::Circle { radius: 0.005 };
         let mut scene = Scene::new(8, shape, section, Material::new(1273.52, 1e8));
@@ -248,7 +251,7 @@ mod tests {
         let best = search.polish(&[1.01e8_f64.ln()]).unwrap();
         let norm = best.jacobian.iter().map(|row| row[0] * row[0]).sum::<f64>().sqrt();
         let sd = 1.0 / norm;
-        let found = interval(Fitted { search: &search, optimum: &best }, 0, (sd, 1.0, 1.96));
+        let found = profile_interval(Fitted { search: &search, optimum: &best }, 0, sd, 1.0, 1.96);
         assert!(found.better.is_none());
         for (end, side) in found.ends.iter().zip([-1.0, 1.0]) {
             let expected = 1e8_f64.ln() + side * 1.96 * sd;
@@ -258,7 +261,7 @@ mod tests {
         let cost = crate::numerics::half_sum_of_squares(&away);
         let off = Optimum { x: vec![best.x[0] + 4.0 * sd], cost, ..best };
         assert!(
-            interval(Fitted { search: &search, optimum: &off }, 0, (sd, 1.0, 1.96))
+            profile_interval(Fitted { search: &search, optimum: &off }, 0, sd, 1.0, 1.96)
                 .better
                 .is_some()
         );

@@ -1,13 +1,13 @@
-//! Findings on omitted effects in a report: score tests, and biases that the data do not reveal.
+//! Findings on omitted effects in a report: score tests and undetected biases, with their texts.
 
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::grade::percent;
+use crate::fit::uncertainty::warning_list::percent;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Effects of one rank that are named beside the best one.
+/// Effects of one rank that a text names beside the best one.
 const NAMED: usize = 3;
-/// Omitted effects whose bias is described.
+/// Effects, or parameters, whose biases are described.
 const DESCRIBED: usize = 3;
 
 /// Score test of an omitted effect.
@@ -43,7 +43,7 @@ pub struct ScoreTest {
     pub biased_parameter: String,
 }
 
-/// The size of an effect with its unit; a pure number, which scales a number of the scene, in per cent.
+/// The size of an effect with its unit; a pure number, a factor of a number of the scene, in per cent.
 pub(crate) fn size_text(size: f64, unit: &str) -> String {
     match unit {
         "" if size < 0.0 => format!("-{}", percent(-size)),
@@ -53,7 +53,7 @@ pub(crate) fn size_text(size: f64, unit: &str) -> String {
 }
 
 impl ScoreTest {
-    /// Whether noise alone hardly explains it: 5 % of right models have any such.
+    /// Whether noise alone is improbable: 5 % of right models have any significant test.
     pub fn is_significant(&self) -> bool {
         self.p_value < 0.05
     }
@@ -76,17 +76,17 @@ impl fmt::Display for ScoreTest {
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
     let found = ranks.filter(|rank| rank[0].is_significant());
-    let words = |rank: &[ScoreTest]| {
-        let others = rank[1..].iter().take(NAMED).map(|test| format!(", or {}", test.effect));
-        let more = rank.len().saturating_sub(1 + NAMED);
-        let more = match more {
-            0 => String::new(),
-            1 => format!(", or {}", rank[1 + NAMED].effect),
-            more => format!(", or {more} other effects"),
-        };
-        format!("{}{}{more}", rank[0], others.collect::<String>())
+    let describe = |rank: &[ScoreTest]| {
+        let mut text = rank[0].to_string();
+        // One more than the limit is named too: that is no longer than its count.
+        let named = if rank.len() == NAMED + 2 { NAMED + 1 } else { NAMED };
+        rank[1..].iter().take(named).for_each(|test| text += &format!(", or {}", test.effect));
+        match rank.len().saturating_sub(1 + named) {
+            0 => text,
+            more => format!("{text}, or {more} other effects"),
+        }
     };
-    found.map(words).collect()
+    found.map(describe).collect()
 }
 
 /// Undetected bias: bias of a parameter by an omitted effect that the data do not exclude.
@@ -130,21 +130,19 @@ pub struct UndetectedBias {
 }
 
 impl UndetectedBias {
-    /// The bias of the parameter; either way, where the data do not determine the sign of the effect.
+    /// Text of the parameter and its bias, of either sign where the data do not determine the sign of the effect.
     fn signed_bias(&self) -> String {
-        let sign = |number: String| match self.estimate {
-            Some(_) => number,
-            None => format!("+-{}", number.trim_start_matches(['+', '-'])),
+        let bias = match self.relative {
+            Some(relative) => format!("{:+.1} %", 100.0 * relative),
+            None => format!("{:+.1e}", self.change),
         };
-        match self.relative {
-            Some(relative) => {
-                format!("{} {}", self.parameter, sign(format!("{:+.1} %", 100.0 * relative)))
-            }
-            None => format!("{} {}", self.parameter, sign(format!("{:+.1e}", self.change))),
+        match self.estimate {
+            Some(_) => format!("{} {bias}", self.parameter),
+            None => format!("{} +-{}", self.parameter, bias.trim_start_matches(['+', '-'])),
         }
     }
 
-    /// In a sentence, with what else the same number does to `others`.
+    /// Text of the effect with its biases of the parameters: `others` are all biases by it.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
@@ -156,7 +154,7 @@ impl UndetectedBias {
     }
 }
 
-/// The largest relative bias of every parameter, for the first parameters that have any.
+/// The largest relative bias in absolute value, with its entry, of the first parameters that have any.
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],

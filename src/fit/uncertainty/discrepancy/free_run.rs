@@ -1,4 +1,6 @@
-//! How far rods go from the recordings that lead their ends.
+//! Free-run prediction errors of recordings whose ends drive the rod.
+//!
+//! A run starts from the first two frames and follows the recorded ends; its markers are compared with all later frames.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -14,8 +16,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Frames that a recorded start is made of: nothing is predicted there.
-pub(crate) const STARTING: usize = 2;
+/// Frames that determine the initial positions and velocities: nothing is predicted there.
+pub(crate) const START_FRAMES: usize = 2;
 
 /// Free-run prediction error of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,55 +64,54 @@ pub struct RecordingErrors {
 }
 
 impl RecordingErrors {
-    /// Of all experiments whose ends are led by a recording, at an optimum; none where there are none.
-    pub(crate) fn of(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
-        let led = led(experiments);
-        if led.is_empty() {
-            return None;
-        }
+    /// Errors of all experiments whose ends are driven by a recording, at an optimum; none without such experiments.
+    pub(crate) fn new(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
+        let driven = driven_experiments(experiments);
         let error = |experiment: &&Experiment| RecordingError {
             experiment: experiment.name.clone(),
             held_out: experiment.measurements.iter().all(|m| m.held_out()),
             mean_error: mean_error(experiment, fitted).ok(),
         };
-        let list: Vec<RecordingError> = led.par_iter().map(error).collect();
-        Some(Self { fitted: summary(&list, false), held_out: summary(&list, true), list })
+        let list: Vec<RecordingError> = driven.par_iter().map(error).collect();
+        let [fitted, held_out] = [false, true].map(|held_out| ErrorSummary::new(&list, held_out));
+        (!list.is_empty()).then_some(Self { fitted, held_out, list })
     }
 }
 
-/// The experiments whose ends a recording leads.
-pub(crate) fn led(experiments: &[Experiment]) -> Vec<&Experiment> {
-    let led = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
-    experiments.iter().filter(led).collect()
+/// The experiments whose ends are driven by a recording.
+pub(crate) fn driven_experiments(experiments: &[Experiment]) -> Vec<&Experiment> {
+    let is_driven = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
+    experiments.iter().filter(is_driven).collect()
 }
 
+/// Mean error of the free run of an experiment with the fitted values, m per coordinate.
 fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
     let problem = fitted.problem(experiment)?;
-    Ok(Followed::new(&problem, false, fitted.search)?.mean_error())
+    Ok(FreeRun::new(&problem, false, fitted.search)?.mean_error())
 }
 
-/// A recording, and the rod that went along with it on its own.
-pub(crate) struct Followed {
+/// A recording, and the free run of the rod between its ends.
+pub(crate) struct FreeRun {
     pub track: Arc<Track>,
     /// The node of every marker.
     pub nodes: Vec<usize>,
-    /// The nodes whose motion is kept.
+    /// The nodes whose motion is stored.
     pub tracked: Vec<usize>,
     pub run: Trajectory,
-    /// When the simulation ended, s.
+    /// End of the simulation, s.
     pub end: f64,
 }
 
-/// A marker in a frame.
-pub(crate) struct Compared {
+/// Error of a marker in a frame.
+pub(crate) struct MarkerError {
     pub frame: usize,
     pub marker: usize,
     /// Mean distance per coordinate between simulation and recording, m.
     pub error: f64,
 }
 
-impl Followed {
-    /// Simulates; keeps the motion of all nodes, or of those with markers.
+impl FreeRun {
+    /// Simulates a problem, and stores the motion of all nodes, or of those with markers.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -124,42 +125,45 @@ impl Followed {
         Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
-    /// Every marker that was seen after the start.
-    pub fn compared(&self) -> impl Iterator<Item = Compared> {
-        let frames = self.track.times().iter().enumerate().skip(STARTING);
+    /// Errors of all recorded markers after the start.
+    pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
+        let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
         let frames = frames.take_while(|(_, t)| **t <= self.end * (1.0 + 1e-9));
         frames.flat_map(move |(frame, t)| {
             let markers = self.nodes.iter().zip(self.track.markers()).enumerate();
-            markers.filter_map(move |(marker, (node, way))| {
-                let seen = way.seen[frame]?;
-                let (place, _) = self.run.at(Point::Node(*node), t.min(self.end)).ok()?;
-                let error = (0..3).map(|c| (place[c] - seen[c]).abs()).sum::<f64>() / 3.0;
-                Some(Compared { frame, marker, error })
+            markers.filter_map(move |(marker, (node, path))| {
+                let recorded = path.seen[frame]?;
+                let (simulated, _) = self.run.at(Point::Node(*node), t.min(self.end)).ok()?;
+                let distance = (0..3).map(|c| (simulated[c] - recorded[c]).abs()).sum::<f64>();
+                Some(MarkerError { frame, marker, error: distance / 3.0 })
             })
         })
     }
 
-    /// Over all markers and frames, m.
+    /// Mean error over all markers and frames, m per coordinate.
     pub fn mean_error(&self) -> f64 {
-        let (sum, count) = self.compared().fold((0.0, 0.0), |(s, n), c| (s + c.error, n + 1.0));
-        sum / f64::max(count, 1.0)
+        let errors: Vec<f64> = self.errors().map(|e| e.error).collect();
+        errors.iter().sum::<f64>() / errors.len().max(1) as f64
     }
 }
 
-fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {
-    let own = list.iter().filter(|e| e.held_out == held_out);
-    let mut own: Vec<(f64, &String)> =
-        own.filter_map(|e| Some((e.mean_error?, &e.experiment))).collect();
-    own.sort_by_cached_key(|x| total_order(x.0));
-    let (worst, name) = *own.last()?;
-    let n = own.len();
-    Some(ErrorSummary {
-        experiments: n,
-        mean: own.iter().map(|(e, _)| e).sum::<f64>() / n as f64,
-        median: 0.5 * (own[(n - 1) / 2].0 + own[n / 2].0),
-        worst,
-        worst_experiment: name.clone(),
-    })
+impl ErrorSummary {
+    /// Summary of the simulated experiments that are, or are not, validation data; none without any.
+    fn new(list: &[RecordingError], held_out: bool) -> Option<Self> {
+        let own = list.iter().filter(|e| e.held_out == held_out);
+        let mut own: Vec<(f64, &String)> =
+            own.filter_map(|e| Some((e.mean_error?, &e.experiment))).collect();
+        own.sort_by_cached_key(|x| total_order(x.0));
+        let (worst, name) = *own.last()?;
+        let n = own.len();
+        Some(Self {
+            experiments: n,
+            mean: own.iter().map(|(e, _)| e).sum::<f64>() / n as f64,
+            median: 0.5 * (own[(n - 1) / 2].0 + own[n / 2].0),
+            worst,
+            worst_experiment: name.clone(),
+        })
+    }
 }
 
 impl RecordingErrors {

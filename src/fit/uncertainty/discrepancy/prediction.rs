@@ -1,4 +1,4 @@
-//! What was held out of a fit, as the fit predicts it.
+//! Predictions of validation data by a fit, with their errors by noise and by the parameters.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -7,8 +7,8 @@ use crate::fit::measurement::experiment::all;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
-use crate::fit::uncertainty::warnings::{is_too_large, times};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use crate::fit::uncertainty::warnings::residuals::{factor_text, is_too_large};
 use crate::fit::unknown::Unknown;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -32,8 +32,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Takes another one of the same group in.
-    fn join(&mut self, other: &Self) {
+    /// Adds the values of another measurement of the same group.
+    fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let mean = |a: f64, b: f64| ((own * a * a + others * b * b) / (own + others)).sqrt();
         self.rms = mean(self.rms, other.rms);
@@ -42,8 +42,8 @@ impl Prediction {
     }
 }
 
-/// Predictions of what `experiments` held out, with warnings where they fail. `sigma` is the noise of what
-/// was fitted.
+/// Predictions of the validation data of all `experiments`, with warnings where they fail or differ too much. `sigma` is the
+/// noise of the fitted measurements.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -55,30 +55,23 @@ pub(crate) fn predictions(
     if all(&held_out).next().is_none() {
         return Vec::new();
     }
-    // One that cannot be simulated leaves the others.
-    let of = |e: &Experiment| predicted(std::slice::from_ref(e), fitted, covariance, sigma);
     let measured: Vec<&Experiment> =
         held_out.iter().filter(|e| !e.measurements.is_empty()).collect();
-    let found: Vec<_> = measured.par_iter().map(|e| of(e)).collect();
+    let predict = |e: &&Experiment| predict(e, fitted, covariance, sigma);
+    let found: Vec<_> = measured.par_iter().map(predict).collect();
+    let severity = Severity::Contradiction;
     let mut predictions = Vec::new();
+    // An experiment that cannot be simulated does not affect the others.
     for (experiment, found) in measured.iter().zip(found) {
+        let name = &experiment.name;
         match found {
             Ok(found) => predictions.extend(found),
             Err(error) => {
-                let whose = match experiment.name.is_empty() {
-                    true => String::new(),
-                    false => format!("{}: ", experiment.name),
-                };
-                let words = format!(
-                    "{whose}the validation data could not be predicted: the simulation failed ({error}). The fit \
+                let words = experiment.with_name(format!(
+                    "the validation data could not be predicted: the simulation failed ({error}). The fit \
                      is not validated by them. Check the scene of these data"
-                );
-                warnings.add_alike(
-                    Severity::Contradiction,
-                    Code::PredictionFailed,
-                    &experiment.name,
-                    words,
-                );
+                ));
+                warnings.add_for(name, severity, Code::PredictionFailed, words);
             }
         }
     }
@@ -90,43 +83,42 @@ pub(crate) fn predictions(
                  does not generalize to these validation data. Look for a missing effect or a difference in the \
                  set-up",
                 p.observation,
-                times(ratio)
+                factor_text(ratio)
             );
-            warnings.add_alike(Severity::Contradiction, Code::LargePredictionError, "", words);
+            warnings.add_for("", severity, Code::LargePredictionError, words);
         }
     }
     predictions
 }
 
-fn predicted(
-    held_out: &[Experiment],
+/// Predictions of all measurements of an experiment; all markers of a recording share one.
+fn predict(
+    experiment: &Experiment,
     Fitted { search, optimum }: Fitted,
     covariance: &Covariance,
     noise: &[f64],
 ) -> Result<Vec<Prediction>, Error> {
-    // In plain units, and without priors.
+    // Residuals in the units of the measurements, and without priors.
     let unknowns: Vec<_> =
         search.unknowns.iter().map(|u| Unknown { prior: None, ..u.clone() }).collect();
-    let ones = vec![1.0; all(held_out).count()];
-    let horizons = vec![f64::MAX; held_out.len()];
-    let residuals = Residuals::new(held_out, &ones, &unknowns, &horizons, search.full_work)?
+    let ones = vec![1.0; experiment.measurements.len()];
+    let experiments = std::slice::from_ref(experiment);
+    let residuals = Residuals::new(experiments, &ones, &unknowns, &[f64::MAX], search.full_work)?
         .counting(search.work.clone());
-    // The Jacobian first: its run yields the residuals too.
+    // The run of the Jacobian yields the residuals too.
     let rows = residuals.plain_jacobian(&optimum.x)?;
     let differences = residuals.plain(&optimum.x)?;
-    // Where nothing is said of the noise, that of what was fitted.
-    let like = |unit: &str| {
+    // Without a stated sigma the noise is the largest of the fitted measurements with the same unit.
+    let fitted_noise = |unit: &str| {
         let fitted = all(search.experiments).zip(noise);
-        let same: Vec<f64> =
-            fitted.filter(|((_, m), _)| m.unit() == unit).map(|(_, s)| *s).collect();
-        same.iter().copied().fold(0.0, f64::max)
+        fitted.filter(|((_, m), _)| m.unit() == unit).map(|(_, s)| *s).fold(0.0, f64::max)
     };
     let mut first = 0;
     let mut found: Vec<Prediction> = Vec::new();
-    for ((experiment, measurement), count) in all(held_out).zip(residuals.counts()) {
+    for (measurement, count) in experiment.measurements.iter().zip(residuals.counts()) {
         let own = first..first + count;
         first += count;
-        let sigma = measurement.sigma().unwrap_or_else(|| like(measurement.unit()));
+        let sigma = measurement.sigma().unwrap_or_else(|| fitted_noise(measurement.unit()));
         let n = count.max(1) as f64;
         let square = differences[own.clone()].iter().map(|d| d * d).sum::<f64>() / n;
         let model = rows[own].iter().map(|row| covariance.variance_along(row)).sum::<f64>() / n;
@@ -137,12 +129,13 @@ fn predicted(
             expected: (sigma * sigma + model).sqrt(),
             values: count,
         };
-        let same = |last: &&mut Prediction| {
-            measurement.marker().is_some() && last.observation == prediction.observation
-        };
-        match found.last_mut().filter(same) {
-            Some(last) => last.join(&prediction),
-            None => found.push(prediction),
+        match found.last_mut() {
+            Some(last)
+                if measurement.marker().is_some() && last.observation == prediction.observation =>
+            {
+                last.merge(&prediction);
+            }
+            _ => found.push(prediction),
         }
     }
     Ok(found)

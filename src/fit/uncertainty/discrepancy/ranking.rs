@@ -1,67 +1,71 @@
-//! Terms in the order in which they explain what is left; those that the data cannot tell apart share a place.
+//! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate share a
+//! rank.
 //!
-//! Of two terms with scores `a` and `b`, the second may be it as well as the first where it says nothing beside the first
-//! (the score of what its direction has beyond the first's is noise) and the first is not better by more than chance,
-//! `a^2 - b^2 < 1.64^2`. Were it the second that is there, `a^2 - b^2` would have the mean `-m` and the standard deviation
-//! `2 sqrt(m)`, `m` of them what tells the two apart, and be as large in at most 5 of 100 whatever `m` is.
+//! Of two effects with the score statistics `a` and `b`, the second may be the cause as well as the first if two conditions
+//! hold: the score of the part of its direction orthogonal to the first is noise, and the first is not significantly
+//! better, `a^2 - b^2 < 1.64^2`. If the second were the cause, `a^2 - b^2` would have the mean `-m` and the standard deviation
+//! `2 sqrt(m)` for some `m` that measures their difference, and exceed this limit in at most 5 % of all cases for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
 use std::cmp::Ordering;
 
-/// Places that are reported.
-const PLACES: usize = 3;
-/// By how much a square is larger by more than chance: that of the quantile of 95 %.
+/// Ranks that are reported.
+const RANKS: usize = 3;
+/// Difference of two squared statistics from which on the first is significantly better: the squared 95 % quantile.
 const BETTER: f64 = 1.645 * 1.645;
-/// What is less than this many standard deviations is noise.
+/// Standard deviations below which a score is noise.
 const NOISE: f64 = 1.96;
 
-/// A term, and what the data say of it.
-pub(crate) struct Scored {
+/// A score test with the direction of its effect.
+pub(crate) struct ScoredEffect {
     pub test: ScoreTest,
-    /// Part of what is left that it takes with it.
-    pub takes: f64,
-    /// What of its direction the unknowns cannot follow.
-    pub along: DVector<f64>,
+    /// Norm of the part of the residuals that the effect explains.
+    pub explained: f64,
+    /// Change of the weighted residuals by the effect, orthogonal to the Jacobian.
+    pub direction: DVector<f64>,
 }
 
-/// The best first. What chance hardly explains is in the order of what it takes of what is `left`: motion that is left makes
-/// the noise look as if it remembered, along some directions more than along others. `variance` is that of the noise along
-/// a direction.
+/// The tests of the first ranks, the best first, with their ranks.
+///
+/// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion
+/// looks like autocorrelated noise, along some directions more than along others. `variance` is that of the noise along a
+/// direction.
 pub(crate) fn ranked(
-    mut scored: Vec<Scored>,
-    left: &DVector<f64>,
+    mut scored: Vec<ScoredEffect>,
+    residuals: &DVector<f64>,
     variance: impl Fn(&DVector<f64>) -> f64,
 ) -> Vec<ScoreTest> {
     scored.sort_by(order);
-    let alike = |best: &Scored, other: &Scored| {
+    let is_inseparable = |best: &ScoredEffect, other: &ScoredEffect| {
         let [a, b] = [best, other].map(|s| s.test.z_score);
-        if other.takes <= 0.0 || a * a - b * b >= BETTER {
+        if other.explained <= 0.0 || a * a - b * b >= BETTER {
             return false;
         }
-        let share = best.along.dot(&other.along) / best.along.norm_squared();
-        let beyond = &other.along - share * &best.along;
-        beyond.dot(left).abs() < NOISE * variance(&beyond).sqrt()
+        let share = best.direction.dot(&other.direction) / best.direction.norm_squared();
+        let beyond = &other.direction - share * &best.direction;
+        beyond.dot(residuals).abs() < NOISE * variance(&beyond).sqrt()
     };
     let mut ranked = Vec::new();
-    for rank in 1..=PLACES {
+    for rank in 1..=RANKS {
         if scored.is_empty() {
             break;
         }
         let best = scored.remove(0);
-        let found = best.test.is_significant();
-        let (same, others) = scored.into_iter().partition(|other| found && alike(&best, other));
+        let is_significant = best.test.is_significant();
+        let (same, others): (Vec<_>, Vec<_>) =
+            scored.into_iter().partition(|other| is_significant && is_inseparable(&best, other));
         scored = others;
-        let at = |scored: Scored| ScoreTest { rank, ..scored.test };
-        ranked.push(at(best));
-        ranked.extend(Vec::into_iter(same).map(at));
+        let with_rank = |scored: ScoredEffect| ScoreTest { rank, ..scored.test };
+        ranked.extend(std::iter::once(best).chain(same).map(with_rank));
     }
     ranked
 }
 
-fn order(a: &Scored, b: &Scored) -> Ordering {
+/// Significant effects by the explained part of the residuals, others by their p-values.
+fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
     match (a.test.is_significant(), b.test.is_significant()) {
-        (true, true) => b.takes.total_cmp(&a.takes),
+        (true, true) => b.explained.total_cmp(&a.explained),
         _ => a.test.p_value.total_cmp(&b.test.p_value),
     }
 }
@@ -70,12 +74,12 @@ fn order(a: &Scored, b: &Scored) -> Ordering {
 mod tests {
     use super::*;
 
-    /// Terms along these directions, where noise has a standard deviation of 1.
-    fn places(directions: &[[f64; 3]], left: [f64; 3]) -> Vec<(String, usize)> {
-        let left = DVector::from_column_slice(&left);
-        let scored = |(k, along): (usize, &[f64; 3])| {
-            let along = DVector::from_column_slice(along);
-            let sigmas = along.dot(&left) / along.norm();
+    /// Indices and ranks of effects along `directions`, for noise with a standard deviation of 1.
+    fn ranks(directions: &[[f64; 3]], residuals: [f64; 3]) -> Vec<[usize; 2]> {
+        let residuals = DVector::from_column_slice(&residuals);
+        let scored = |(k, direction): (usize, &[f64; 3])| {
+            let direction = DVector::from_column_slice(direction);
+            let sigmas = direction.dot(&residuals) / direction.norm();
             let test = ScoreTest {
                 source: k.to_string(),
                 effect: String::new(),
@@ -88,37 +92,31 @@ mod tests {
                 bias_std_errors: 0.0,
                 biased_parameter: String::new(),
             };
-            Scored { test, takes: sigmas.abs(), along }
+            ScoredEffect { test, explained: sigmas.abs(), direction }
         };
         let scored = directions.iter().enumerate().map(scored).collect();
-        let tests = ranked(scored, &left, |along| along.norm_squared());
-        tests.into_iter().map(|test| (test.source, test.rank)).collect()
+        let tests = ranked(scored, &residuals, |direction| direction.norm_squared());
+        tests.into_iter().map(|test| [test.source.parse().unwrap(), test.rank]).collect()
     }
 
-    fn said(places: &[(&str, usize)]) -> Vec<(String, usize)> {
-        places.iter().map(|(source, place)| ((*source).into(), *place)).collect()
-    }
-
-    /// Two that are nearly one direction share a place; what is left beside them has its own.
+    /// Effects 1 and 2 have nearly one direction. Effect 0 explains the residuals orthogonal to it.
     #[test]
-    fn what_cannot_be_told_apart_shares_a_place() {
+    fn effects_with_one_direction_share_a_rank() {
         let directions = [[0.0, 0.0, 1.0], [2.0, 0.1, 0.0], [1.0, 0.0, 0.0]];
-        let found = places(&directions, [6.0, 0.5, 4.0]);
-        assert_eq!(found, said(&[("1", 1), ("2", 1), ("0", 2)]));
+        assert_eq!(ranks(&directions, [6.0, 0.5, 4.0]), [[1, 1], [2, 1], [0, 2]]);
     }
 
-    /// A strong one is told from its neighbour, a weak one is not.
+    /// Directions at a cosine of 0.8: 8 and 6.4 standard deviations differ significantly, 3 and 3 do not.
     #[test]
-    fn strength_tells_apart() {
+    fn strong_effects_are_separated_and_weak_ones_are_not() {
         let directions = [[1.0, 0.0, 0.0], [0.8, 0.6, 0.0]];
-        assert_eq!(places(&directions, [8.0, 0.0, 0.0]), said(&[("0", 1), ("1", 2)]));
-        assert_eq!(places(&directions, [3.0, 1.0, 0.0]), said(&[("1", 1), ("0", 1)]));
+        assert_eq!(ranks(&directions, [8.0, 0.0, 0.0]), [[0, 1], [1, 2]]);
+        assert_eq!(ranks(&directions, [3.0, 1.0, 0.0]), [[1, 1], [0, 1]]);
     }
 
-    /// What noise explains is not joined.
     #[test]
-    fn noise_has_places_of_its_own() {
+    fn insignificant_effects_have_ranks_of_their_own() {
         let directions = [[1.0, 0.0, 0.0], [1.0, 0.1, 0.0]];
-        assert_eq!(places(&directions, [1.0, 0.0, 0.0]), said(&[("0", 1), ("1", 2)]));
+        assert_eq!(ranks(&directions, [1.0, 0.0, 0.0]), [[0, 1], [1, 2]]);
     }
 }

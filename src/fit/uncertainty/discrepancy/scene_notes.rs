@@ -1,16 +1,16 @@
-//! Notes on the fitted scenes: numbers in other units than SI, no gravity, and strains beyond a linear material.
+//! Notes on the fitted scenes: implausible units, no gravity, and strains beyond a linear material.
 //!
 //! Strains at rest follow from the equilibrium. Those of a motion take another run of it, which is made only where an
 //! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::uncertainty::grade::{Severity, Warnings};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
 use crate::problem::{AnyProblem, Problem, Purpose};
 
-/// A rod that is let go swings up to twice as far as it comes to rest.
-const SWING: f64 = 2.0;
+/// Largest displacement of a released rod over that of its equilibrium.
+const OVERSHOOT: f64 = 2.0;
 
 /// Adds the notes, each once.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
@@ -32,26 +32,23 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
         let largest = strains.into_iter().flatten().max_by(|a, b| a.strain.total_cmp(&b.strain));
         notes.extend(largest.and_then(|largest| largest.warning(modulus)));
         for (code, words) in notes {
-            // Strains differ from one experiment to the next, and one note on them is enough.
+            // The texts of strains differ between experiments; one note on them is enough.
             let same = if code == Code::LargeStrain { code.name().into() } else { words.clone() };
             if !added.contains(&same) {
                 added.push(same);
-                let words = match experiment.name.is_empty() {
-                    true => words,
-                    false => format!("{}: {words}", experiment.name),
-                };
-                warnings.add(Severity::Note, code, words);
+                warnings.add(Severity::Note, code, experiment.with_name(words));
             }
         }
     }
 }
 
+/// The largest strain at equilibrium.
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
-/// The largest strain of a motion; none where it cannot be beyond what is allowed, or follows recorded ends.
+/// The largest strain of a motion, without a run where bounds show that it is allowed; none between recorded ends.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -59,8 +56,8 @@ fn strain_in_motion(
 ) -> Option<LargestStrain> {
     let gauge = StrainGauge::new(problem)?;
     let start = start_strain(problem, &gauge);
-    let is_allowed = |strain: f64| SWING * strain <= LARGEST_STRAIN;
-    if is_allowed(start.strain.max(bound(problem))) {
+    let is_allowed = |strain: f64| OVERSHOOT * strain <= LARGEST_STRAIN;
+    if is_allowed(start.strain.max(strain_bound(problem))) {
         return Some(start);
     }
     let at_rest = || strain_at_rest(problem).map_or(f64::INFINITY, |largest| largest.strain);
@@ -78,7 +75,7 @@ fn strain_in_motion(
     Some(largest)
 }
 
-/// The strain of the shape that the rod begins in.
+/// The largest strain of the initial shape.
 fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     let nodes = match problem.discretized() {
         AnyProblem::Planar(discretized) => discretized.start_positions(),
@@ -87,28 +84,25 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains of a rod at rest under its loads, or of one that its velocity deforms.
-fn bound(problem: &Problem) -> f64 {
+/// An upper bound of the strains by the loads at equilibrium, and by the initial velocity.
+fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
     let length = problem.length();
-    // Where a tapered rod is softest.
-    let softest = [0.0, 0.5, 1.0].map(|place| {
-        let (section, material) = scene.at(place);
-        let moments = section.moments();
-        let [i1, i2] = moments.second_moments;
-        let radius = (i1.min(i2) / moments.area).sqrt();
-        (material.youngs_modulus, material.density, moments.area, radius)
-    });
     let points = scene.loads.point.iter().chain(&scene.initial.point);
     let [force, moment] = points.fold([0.0; 2], |[force, moment], point| {
         [force + size(&point.force), moment + size(&point.moment)]
     });
     let gravity = size(&scene.loads.gravity);
-    let bobs = scene.rod.mass.iter().map(|bob| bob.mass * gravity).sum::<f64>();
+    let attached = scene.rod.mass.iter().map(|mass| mass.mass * gravity).sum::<f64>();
     let speed = size(&scene.initial.velocity) + size(&scene.initial.angular_velocity) * length;
-    let strain = |(modulus, density, area, radius): (f64, f64, f64, f64)| {
-        let all = density * area * length * gravity + bobs + force;
+    let strain = |place: f64| {
+        let (section, material) = scene.at(place);
+        let (modulus, density) = (material.youngs_modulus, material.density);
+        let moments = section.moments();
+        let [i1, i2] = moments.second_moments;
+        let (area, radius) = (moments.area, (i1.min(i2) / moments.area).sqrt());
+        let all = density * area * length * gravity + attached + force;
         let bending = modulus * area * radius * radius;
         // Half of the weight's lever; an elastica under a force F bends by no more than 2 sqrt(F/(E I)).
         let curvature =
@@ -118,5 +112,6 @@ fn bound(problem: &Problem) -> f64 {
         let wave = (density / modulus).sqrt();
         2.0 * radius * curvature + all / (modulus * area) + 2.0 * speed * wave
     };
-    softest.map(strain).into_iter().fold(0.0, f64::max)
+    // A tapered rod is softest at an end or in the middle.
+    [0.0, 0.5, 1.0].map(strain).into_iter().fold(0.0, f64::max)
 }

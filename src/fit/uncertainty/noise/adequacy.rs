@@ -1,6 +1,6 @@
-//! Adequacy of the model: residuals against a noise scale that does not depend on it.
+//! Adequacy of the model: residuals against a noise scale that does not depend on the model.
 //!
-//! Where no sigma is stated, the residuals alone cannot separate noise from misfit. Differences of the samples can: a
+//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
 //! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of
 //! the residuals and the variance `s` from differences have the same expectation. They share their samples, so that
 //! `s/r` has the relative variance `2/nu - 2/n`, with `nu` degrees of freedom of `s` and `n` of `r`, and is compared with
@@ -10,28 +10,29 @@
 //! tests, never an interval.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
-use crate::fit::uncertainty::noise::autocorrelation::Correlations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
 use crate::fit::uncertainty::noise::noise_scale::{CoordinateSamples, NoiseScale};
-use crate::fit::uncertainty::noise::residual_noise::Noise;
+use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale.
 const FALSE_ALARM: f64 = 0.003;
-/// Factor between a stated sigma and the scatter of the data from which on the sigma is reported as doubtful. The scale of
-/// 20 differences scatters by a third, so that a factor of three is no chance.
-pub(crate) const WRONG_SIGMA: f64 = 2.5;
+/// Ratio of a stated sigma and the scatter of the data, either way, from which on the sigma is reported as doubtful. The
+/// scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
+const WRONG_SIGMA: f64 = 2.5;
 /// Uncorrected probability below which score tests use the noise scale of a coordinate instead of its residuals.
 const DOUBTFUL: f64 = 0.05;
 
-/// A noise scale, with the rows of the residuals that it is of.
+/// Noise of one coordinate: its scale from the samples, and its autocorrelation from the residuals.
 pub(crate) struct CoordinateNoise {
     pub scale: NoiseScale,
-    /// Place of the measurement among all.
+    /// Index of the measurement among all.
     pub measurement: usize,
+    /// Rows of the values among all residuals.
     rows: Vec<usize>,
-    /// Standard deviation that residuals are in units of.
+    /// Unit of the residuals, in the unit of the measurement.
     nominal: f64,
     pub stated_sigma: Option<f64>,
-    /// Correlation of neighboring residuals, 0 where none is significant.
+    /// Correlation of neighboring residuals; 0 where it is not significant.
     pub correlation: f64,
     /// Whether that correlation is the largest that the estimate can have.
     pub is_at_cap: bool,
@@ -39,95 +40,106 @@ pub(crate) struct CoordinateNoise {
     pub has_outliers: bool,
 }
 
-/// Noise scales of all coordinates of all recorded motions.
+/// Noise of all coordinates of all recorded motions, and of shapes without a stated sigma.
 pub(crate) struct Adequacy {
     pub coordinates: Vec<CoordinateNoise>,
 }
 
+/// Variance of the residuals along a direction.
+pub(crate) struct VarianceAlong {
+    pub variance: f64,
+    /// None where the variance is known.
+    pub degrees_of_freedom: Option<f64>,
+}
+
+/// Whether a stated sigma differs from the scatter of the data by [`WRONG_SIGMA`] or more.
+pub(crate) fn is_sigma_doubtful(sigma: f64, scatter: f64) -> bool {
+    !(1.0 / WRONG_SIGMA..=WRONG_SIGMA).contains(&(sigma / scatter))
+}
+
 impl CoordinateNoise {
-    /// Whether the stated sigma is far from the noise scale.
+    /// Whether a stated sigma is far from the noise scale.
     fn is_sigma_wrong(&self) -> bool {
-        let ratio = self.stated_sigma.zip(self.scale.value).map(|(sigma, value)| sigma / value);
-        ratio.is_some_and(|ratio| !(1.0 / WRONG_SIGMA..=WRONG_SIGMA).contains(&ratio))
+        let both = self.stated_sigma.zip(self.scale.value);
+        both.is_some_and(|(sigma, value)| is_sigma_doubtful(sigma, value))
     }
 
-    /// Whether the residuals are noise of the size that the samples show.
+    /// Whether the residuals are white noise of the noise scale; `coordinates` is the number of all tests.
     pub fn is_explained(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
     }
 
-    /// Whether the residuals exceed the noise scale, beside so many other coordinates.
+    /// Whether the residuals exceed the noise scale, by Bonferroni's correction for all `coordinates`.
     pub fn is_exceeded(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some_and(|p| p < FALSE_ALARM / coordinates.max(1) as f64)
+    }
+
+    /// Whether the residuals do not show the noise: score tests then use the noise scale.
+    fn is_doubtful(&self) -> bool {
+        self.correlation > 0.0
+            || self.is_sigma_wrong()
+            || self.scale.p_value.is_some_and(|p| p < DOUBTFUL)
     }
 }
 
 impl Adequacy {
-    /// Of the residuals at an optimum.
-    pub fn of(fitted: Fitted, correlations: &Correlations) -> Self {
+    /// Compares the residuals at an optimum with the samples; without coordinates where the residuals are rounding errors.
+    pub fn new(fitted: Fitted, correlations: &NoiseCorrelations) -> Self {
         let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();
         if search.is_rounding(optimum) {
             return Self { coordinates };
         }
-        let share = search.unknowns.len() as f64 / optimum.residuals.len() as f64;
+        let used = search.unknowns.len() as f64 / optimum.residuals.len() as f64;
         for own in fitted.measured() {
             let MeasuredResiduals { index, experiment, measurement, .. } = own;
+            let is_motion = measurement.motion().is_some();
             // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
             let is_shape = measurement.shape().is_some() && measurement.fitted_arc_lengths() == 0;
-            let is_motion = measurement.motion().is_some();
-            let all = measurement.coordinates(&experiment.problem);
-            let wanted = is_motion || is_shape && measurement.sigma().is_none();
-            for coordinate in all.into_iter().filter(|_| wanted) {
-                let samples = CoordinateSamples::of(search, &own, &coordinate, share);
-                let axis = coordinate.axis;
-                let label = experiment.label(measurement);
-                let (correlation, is_at_cap) = correlations.of_coordinate(index, axis);
-                let has_outliers = samples.outliers().contains(&true);
+            if !is_motion && (!is_shape || measurement.sigma().is_some()) {
+                continue;
+            }
+            for coordinate in measurement.coordinates(&experiment.problem) {
+                let samples = CoordinateSamples::new(search, &own, &coordinate, used);
+                let series = correlations.series_of(index, coordinate.axis);
                 coordinates.push(CoordinateNoise {
-                    has_outliers,
-                    scale: match is_motion {
-                        true => samples.scale(label, axis),
-                        false => samples.scale_of_shape(label, axis),
-                    },
+                    has_outliers: samples.outliers().contains(&true),
+                    scale: samples.scale(experiment.label(measurement), coordinate.axis, is_motion),
                     measurement: index,
                     rows: samples.rows,
                     nominal: own.sigma,
                     stated_sigma: measurement.sigma(),
-                    correlation,
-                    is_at_cap,
+                    correlation: correlations.correlation(index, coordinate.axis),
+                    is_at_cap: series.is_some_and(|series| series.is_at_cap()),
                 });
             }
         }
         Self { coordinates }
     }
 
-    /// Whether the residuals of a measurement are noise of the size that its samples show, in all coordinates.
+    /// Whether the residuals of a measurement are white noise of the noise scale in all coordinates.
     pub fn is_explained(&self, measurement: usize) -> bool {
         let count = self.coordinates.len();
         let mut own = self.coordinates.iter().filter(|c| c.measurement == measurement).peekable();
         own.peek().is_some() && own.all(|c| c.is_explained(count))
     }
 
-    /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom. Coordinates whose
-    /// sigma is not stated have white noise: of their noise scale where the residuals are doubtful, else, or where it is
-    /// not available, of their own variance. Beside a stated sigma autocorrelation is that of the noise.
+    /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom.
+    ///
+    /// A coordinate without a stated sigma has white noise: of its noise scale where the residuals are doubtful, of the
+    /// variance of its residuals otherwise or without a scale. With a stated sigma the autocorrelation is that of the noise.
     pub fn variance_along(
         &self,
         direction: &[f64],
-        noise: &Noise,
-        correlations: &Correlations,
+        noise: &ResidualNoise,
+        correlations: &NoiseCorrelations,
     ) -> VarianceAlong {
-        let common = correlations.freedom.iter().flatten().copied().reduce(f64::min);
-        let mut rest = direction.to_vec();
+        let mut others = direction.to_vec();
         let (mut variance, mut error) = (0.0, 0.0);
-        for c in &self.coordinates {
-            let is_doubtful = c.correlation > 0.0
-                || c.is_sigma_wrong()
-                || c.scale.p_value.is_some_and(|p| p < DOUBTFUL);
+        for c in self.coordinates.iter().filter(|c| c.is_doubtful()) {
             let is_stated = c.stated_sigma.is_some() && !c.is_sigma_wrong();
-            // Outliers have a variance of their own, which is in that of the residuals.
-            if is_stated || !is_doubtful || c.has_outliers {
+            // Outliers are part of the noise, and of the variance of the residuals only.
+            if is_stated || c.has_outliers {
                 continue;
             }
             let (value, freedom) = match c.scale.value.zip(c.scale.degrees_of_freedom) {
@@ -138,21 +150,16 @@ impl Adequacy {
             let own = (value / c.nominal).powi(2) * square;
             variance += own;
             error += own * own / freedom;
-            c.rows.iter().for_each(|k| rest[*k] = 0.0);
+            c.rows.iter().for_each(|k| others[*k] = 0.0);
         }
-        let others = correlations.variance_along(&rest, noise);
-        if let Some(freedom) = common {
-            error += others * others / freedom;
+        // All other rows have the noise of the residuals.
+        let of_others = correlations.variance_along(&others, noise);
+        if let Some(freedom) = correlations.fewest_degrees_of_freedom() {
+            error += of_others * of_others / freedom;
         }
-        variance += others;
+        variance += of_others;
+        // Welch and Satterthwaite.
         let degrees_of_freedom = (error > 0.0).then(|| variance * variance / error);
         VarianceAlong { variance, degrees_of_freedom }
     }
-}
-
-/// Variance of the residuals along a direction.
-pub(crate) struct VarianceAlong {
-    pub variance: f64,
-    /// None where the variance is known.
-    pub degrees_of_freedom: Option<f64>,
 }

@@ -1,37 +1,35 @@
-//! Where 95 % intervals end.
+//! Coverage factors of 95 % intervals: quantiles of the normal distribution, or of Student's t where the variance is estimated.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// How many standard deviations a 95 % interval reaches to each side: normal when the noise is
-/// known, Student's t when it was estimated with `freedom` degrees of freedom.
+/// Half-width of a 95 % interval in standard deviations, for a variance with these degrees of freedom; none: a known variance.
 pub(crate) fn quantile95(freedom: Option<f64>) -> f64 {
     quantile(0.975, freedom)
 }
 
-/// The same of one that is open to one side.
+/// Distance of a one-sided 95 % limit in standard deviations.
 pub(crate) fn one_sided95(freedom: Option<f64>) -> f64 {
     quantile(0.95, freedom)
 }
 
-/// From so many degrees of freedom on Student's quantiles are those of its expansion about the normal
-/// one, to 1e-9; the inverse that is iterated need not come to an end there.
+/// Degrees of freedom from which on the quantile is that of the expansion about the normal one, accurate to 1e-9 there; the
+/// iterative inverse may not converge for so many.
 const MANY: f64 = 200.0;
-/// Fewer degrees of freedom than one say nothing that one does not.
+/// Fewest degrees of freedom: an estimate of fewer counts as one.
 const FEWEST: f64 = 1.0;
 
+/// Quantile of the standard normal distribution, or of Student's t.
 fn quantile(probability: f64, freedom: Option<f64>) -> f64 {
     let z = Normal::standard().inverse_cdf(probability);
     match freedom.map(|freedom| freedom.max(FEWEST)) {
         None => z,
-        Some(n) if n >= MANY => about_normal(z, n),
-        Some(n) => {
-            StudentsT::new(0.0, 1.0, n).map_or(z, |student| student.inverse_cdf(probability))
-        }
+        Some(n) if n >= MANY => expanded_quantile(z, n),
+        Some(n) => StudentsT::new(0.0, 1.0, n).map_or(z, |t| t.inverse_cdf(probability)),
     }
 }
 
-/// Student's quantile by the normal one (Abramowitz and Stegun 1964, 26.7.5).
-fn about_normal(z: f64, n: f64) -> f64 {
+/// Student's quantile for `n` degrees of freedom from the normal quantile `z` (Abramowitz and Stegun 1964, 26.7.5).
+fn expanded_quantile(z: f64, n: f64) -> f64 {
     let w = z * z;
     let terms = [
         (w + 1.0) / 4.0,
@@ -46,18 +44,19 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
+    /// Tables of the normal distribution and of Student's t with 10 degrees of freedom.
     #[test]
-    fn quantiles() {
+    fn quantiles_agree_with_tables() {
         assert_relative_eq!(quantile95(None), 1.959963984540054, max_relative = 1e-9);
         assert_relative_eq!(quantile95(Some(10.0)), 2.228138851964939, max_relative = 1e-9);
     }
 
-    /// The expansion goes on where the iteration ends, and both come to an end everywhere.
+    /// The expansion continues the iteration at 200 degrees of freedom, and both are finite for any number.
     #[test]
-    fn quantiles_of_any_freedom() {
+    fn quantiles_fall_to_the_normal_one_with_the_degrees_of_freedom() {
         for (probability, z) in [(0.975, 1.959963984540054), (0.95, 1.6448536269514722)] {
             let t = StudentsT::new(0.0, 1.0, 200.0).unwrap().inverse_cdf(probability);
-            assert_relative_eq!(about_normal(z, 200.0), t, max_relative = 1e-9);
+            assert_relative_eq!(expanded_quantile(z, 200.0), t, max_relative = 1e-9);
             let mut before = f64::INFINITY;
             for k in 0..900 {
                 let found = quantile(probability, Some(10.0_f64.powf(-1.0 + 0.01 * f64::from(k))));

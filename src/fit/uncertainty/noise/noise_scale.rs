@@ -1,4 +1,4 @@
-//! Samples of one coordinate of a measurement, and the noise scale that they show.
+//! Samples of one coordinate of a measurement, and the noise scale from their differences.
 
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
@@ -6,7 +6,6 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
     FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, NoisySeries, quantization_step,
 };
-use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -49,57 +48,56 @@ pub struct NoiseScale {
     pub unavailable: Option<String>,
 }
 
-/// One coordinate in the order of its times, in its unit.
+/// Samples of one coordinate in the order of time, in the unit of the measurement.
 pub(crate) struct CoordinateSamples {
-    /// Places among all residuals.
+    /// Rows of the values among all residuals.
     pub rows: Vec<usize>,
     times: Vec<f64>,
     observed: Vec<f64>,
     residuals: Vec<f64>,
+    /// Standard deviation of each value over the typical one.
     factors: Vec<f64>,
+    /// Whether the loss or the leverage down-weights a value.
     excluded: Vec<bool>,
     /// Part of the degrees of freedom that the fit has not used.
     freedom_left: f64,
 }
 
 impl CoordinateSamples {
-    /// Of a coordinate of a measurement; the fit uses the `share` of the degrees of freedom.
-    pub fn of(
+    /// Samples of a coordinate of a measurement, of a fit that uses the part `used` of the degrees of freedom.
+    pub fn new(
         search: &Search,
         MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,
         coordinate: &Coordinate,
-        share: f64,
+        used: f64,
     ) -> Self {
-        let first = rows.start;
-        let observed = measurement.values_in_order();
-        let factors: Vec<f64> = measurement.sigmas(*sigma).iter().map(|own| own / sigma).collect();
-        let mut places: Vec<(usize, f64)> =
-            coordinate.places.iter().filter(|(k, _)| *k < residuals.len()).copied().collect();
-        places.sort_by_cached_key(|x| total_order(x.1));
-        let pick = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            places.iter().map(|(k, _)| of(*k)).collect()
-        };
-        let loss = measurement.loss();
-        let is_excluded = |(k, _): &(usize, f64)| {
-            residuals[*k].abs() > loss.scale() || search.leverage_weight(first + k) < 1.0
+        let (times, places): (Vec<f64>, Vec<usize>) =
+            coordinate.ascending(residuals.len()).into_iter().map(|(k, t)| (t, k)).unzip();
+        let rows: Vec<usize> = places.iter().map(|k| rows.start + k).collect();
+        let (all_observed, sigmas) = (measurement.values_in_order(), measurement.sigmas(*sigma));
+        let pick = |value: &dyn Fn(usize) -> f64| places.iter().map(|k| value(*k)).collect();
+        let is_excluded = |(k, row): (&usize, &usize)| {
+            residuals[*k].abs() > measurement.loss().scale() || search.leverage_weight(*row) < 1.0
         };
         Self {
-            rows: places.iter().map(|(k, _)| first + k).collect(),
-            times: places.iter().map(|(_, t)| *t).collect(),
-            observed: pick(&|k| observed[k]),
-            residuals: pick(&|k| residuals[k] * factors[k] * sigma),
-            factors: pick(&|k| factors[k]),
-            excluded: places.iter().map(is_excluded).collect(),
-            freedom_left: 1.0 - share,
+            times,
+            observed: pick(&|k| all_observed[k]),
+            residuals: pick(&|k| residuals[k] * (sigmas[k] / sigma) * sigma),
+            factors: pick(&|k| sigmas[k] / sigma),
+            excluded: places.iter().zip(&rows).map(is_excluded).collect(),
+            rows,
+            freedom_left: 1.0 - used,
         }
     }
 
+    /// Noise scale of values at the times of the samples, from their differences.
     fn noise(&self, values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
         let Self { times, factors, excluded, .. } = self;
         NoisySeries { times, values, factors, excluded }.noise()
     }
 
-    /// The lower of the estimates from residuals and from samples: each has the noise and what it leaks.
+    /// The lower of the noise scales from residuals and from samples: each is that of the noise and of the motion that leaks
+    /// into the differences.
     fn estimate(&self) -> Result<NoiseEstimate, NoEstimate> {
         let observed = self.noise(&self.observed);
         if let Err(reason @ (NoEstimate::Constant | NoEstimate::Oversampled { .. })) = observed {
@@ -113,75 +111,67 @@ impl CoordinateSamples {
         Ok(if is_lower { observed } else { residual })
     }
 
-    /// Residuals that are outliers: normal noise has one in 150,000.
+    /// Whether each residual is an outlier: of normal noise one in 150,000 is.
     pub fn outliers(&self) -> Vec<bool> {
         let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-        let most = OUTLYING * median / MEDIAN_DEVIATION;
-        self.residuals.iter().map(|r| median > 0.0 && r.abs() > most).collect()
+        let limit = OUTLYING * median / MEDIAN_DEVIATION;
+        self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }
 
-    /// Degrees of freedom of the residuals, and their root mean square, without outliers.
-    fn residual_rms(&self) -> (f64, f64) {
+    /// Noise scale of a coordinate, compared with its residuals. Points of a shape at rest, no motion, have none: they are
+    /// not ordered in time.
+    pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
+        // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
         let kept = || (0..self.residuals.len()).filter(|k| !self.excluded[*k] && !outliers[*k]);
         let count = kept().count() as f64 * self.freedom_left;
         let square: f64 = kept().map(|k| (self.residuals[k] / self.factors[k]).powi(2)).sum();
-        (count, (square / count.max(1.0)).sqrt())
-    }
-
-    /// Without a value yet.
-    fn empty_scale(&self, observation: String, axis: &str) -> NoiseScale {
-        NoiseScale {
+        let residual_rms = (square / count.max(1.0)).sqrt();
+        let mut scale = NoiseScale {
             observation,
             axis: axis.into(),
             value: None,
             unit: "m".into(),
             degrees_of_freedom: None,
             difference_order: None,
-            residual_rms: self.residual_rms().1,
+            residual_rms,
             p_value: None,
             unavailable: None,
+        };
+        if !is_motion {
+            scale.unavailable = Some("points of a shape have no differences in time".into());
+            return scale;
         }
-    }
-
-    /// Of a shape at rest, whose points have no order in time.
-    pub fn scale_of_shape(&self, observation: String, axis: &str) -> NoiseScale {
-        let reason = "points of a shape have no differences in time";
-        NoiseScale { unavailable: Some(reason.into()), ..self.empty_scale(observation, axis) }
-    }
-
-    pub fn scale(&self, observation: String, axis: &str) -> NoiseScale {
-        let mut scale = self.empty_scale(observation, axis);
+        // Rounding to a resolution q has the standard deviation q/sqrt(12).
         let resolution =
             quantization_step(&self.observed).map_or(0.0, |quantum| quantum / 12.0_f64.sqrt());
-        match self.estimate() {
-            // Errors of coarse pixels are autocorrelated where the motion is slow.
+        let (value, freedom) = match self.estimate() {
+            // Errors of coarse pixels are autocorrelated where the motion is slow: differences underestimate them.
             Err(NoEstimate::Oversampled { lower_bound: sigma, .. })
             | Ok(NoiseEstimate { sigma, .. })
                 if sigma < resolution =>
             {
-                scale.value = Some(resolution);
-                scale.degrees_of_freedom = Some(QUANTIZATION_FREEDOM);
+                (resolution, QUANTIZATION_FREEDOM)
             }
-            Err(reason) => scale.unavailable = Some(words(reason)),
+            Err(reason) => {
+                scale.unavailable = Some(description(reason));
+                return scale;
+            }
             Ok(NoiseEstimate { sigma, degrees_of_freedom, order, .. }) => {
-                scale.value = Some(sigma);
-                scale.degrees_of_freedom = Some(degrees_of_freedom);
                 scale.difference_order = Some(order);
+                (sigma, degrees_of_freedom)
             }
-        }
-        if let (Some(value), Some(freedom)) = (scale.value, scale.degrees_of_freedom) {
-            let (count, rms) = self.residual_rms();
-            scale.p_value = Some(excess_probability(rms / value, freedom, count));
-        }
+        };
+        (scale.value, scale.degrees_of_freedom) = (Some(value), Some(freedom));
+        scale.p_value = Some(excess_probability(residual_rms / value, freedom, count));
         scale
     }
 }
 
-/// Probability that white noise has residuals so many times its scale, which has this many degrees of freedom, as the
-/// residuals have `count`.
+/// Probability that the residuals of white noise, with `count` degrees of freedom, are `ratio` times its scale, which has
+/// `freedom` degrees of freedom and the same samples.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     if ratio <= 1.0 || freedom >= count {
         return if ratio <= 1.0 { 1.0 } else { 0.0 };
@@ -190,7 +180,8 @@ fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.cdf(freedom / (ratio * ratio)))
 }
 
-fn words(reason: NoEstimate) -> String {
+/// Text of the reason why there is no noise scale.
+fn description(reason: NoEstimate) -> String {
     match reason {
         NoEstimate::Constant => "all values are the same".into(),
         NoEstimate::Few(count) => {
@@ -229,7 +220,7 @@ mod tests {
                 excluded: vec![false; n],
                 freedom_left: 1.0,
             };
-            let p = samples.scale(String::new(), "x").p_value;
+            let p = samples.scale(String::new(), "x", true).p_value;
             alarms += f64::from(p.is_some_and(|p| p < level));
         }
         alarms / runs as f64
@@ -259,7 +250,7 @@ mod tests {
             excluded: vec![false; n],
             freedom_left: 1.0,
         };
-        samples.scale(String::new(), "x")
+        samples.scale(String::new(), "x", true)
     }
 
     /// A motion of 3 mm in 600 frames by pixels of 2 mm hardly changes from frame to frame: the scale is that of the

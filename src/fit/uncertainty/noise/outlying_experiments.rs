@@ -1,21 +1,23 @@
-//! Experiments that the model explains much worse than most.
+//! Experiments whose residuals are an outlier among those of all experiments.
 //!
-//! One bad recording of many does not speak against the set-up that all of them share: scale, clock, origin, followed point. So
-//! the unexplained part of the motion is compared with its median over the experiments.
+//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point. So
+//! the unexplained part of the motion of an experiment, the root mean square residual over the size of the motion, is compared
+//! with its median over the experiments.
 
 use crate::numerics::total_order;
+
 /// Fewest experiments of which one can stand out.
 const FEWEST: usize = 3;
 
-/// The part of an experiment that the model leaves unexplained.
+/// The unexplained part of the motion of an experiment.
 #[derive(Clone, Debug)]
-pub(crate) struct UnexplainedPart {
-    pub experiment: String,
-    /// Sum of the squared residuals over that of the squared motions, by the values of each measurement.
+struct UnexplainedPart {
+    experiment: String,
+    /// Sum over the measurements of the squared unexplained part times the number of values.
     square: f64,
     values: f64,
-    /// Whether any of its measurements is not explained.
-    pub is_unexplained: bool,
+    /// Whether the residuals of any of its measurements are no noise.
+    is_unexplained: bool,
 }
 
 /// The unexplained parts of all experiments.
@@ -23,7 +25,7 @@ pub(crate) struct UnexplainedPart {
 pub(crate) struct UnexplainedParts(Vec<UnexplainedPart>);
 
 impl UnexplainedParts {
-    /// Adds a measurement with so many values, of whose motion the part `relative` is unexplained.
+    /// Adds a measurement with so many values, `relative` being the unexplained part of its motion.
     pub fn add(&mut self, experiment: &str, relative: f64, values: usize, is_unexplained: bool) {
         let values = values as f64;
         let square = values * relative * relative;
@@ -45,7 +47,7 @@ impl UnexplainedParts {
         self.0.len()
     }
 
-    /// Median of the unexplained parts.
+    /// Median of the unexplained parts of all experiments.
     pub fn median(&self) -> f64 {
         let mut parts: Vec<f64> = self.0.iter().map(UnexplainedPart::relative).collect();
         parts.sort_by_cached_key(|x| total_order(*x));
@@ -55,8 +57,8 @@ impl UnexplainedParts {
         }
     }
 
-    /// The part of an experiment, if it stands out: where most experiments are explained, and this one is not, and leaves
-    /// more than the median.
+    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, most of them explained,
+    /// must be there to compare with, and the part must be above the median.
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;
@@ -67,6 +69,7 @@ impl UnexplainedParts {
 }
 
 impl UnexplainedPart {
+    /// Root mean square residual over the size of the motion.
     fn relative(&self) -> f64 {
         (self.square / self.values.max(1.0)).sqrt()
     }
@@ -76,6 +79,7 @@ impl UnexplainedPart {
 mod tests {
     use super::*;
 
+    /// One measurement of ten values per experiment; parts above 0.1 are unexplained.
     fn parts(relative: &[f64]) -> UnexplainedParts {
         let mut parts = UnexplainedParts::default();
         for (k, relative) in relative.iter().enumerate() {
@@ -84,8 +88,9 @@ mod tests {
         parts
     }
 
+    /// The median of 0.05, 0.06, 0.08 and 0.5 is 0.07.
     #[test]
-    fn one_bad_experiment_of_many_stands_out() {
+    fn one_bad_experiment_of_four_stands_out() {
         let found = parts(&[0.05, 0.06, 0.5, 0.08]);
         assert_eq!(found.outlying("2"), Some(0.5));
         assert_eq!(found.outlying("1"), None);
@@ -99,6 +104,7 @@ mod tests {
         assert_eq!(parts(&[0.05, 0.06, 0.09]).outlying("2"), None);
     }
 
+    /// 10 of 40 values with 0.4 and the others with none: the root of 0.4^2/4.
     #[test]
     fn measurements_of_one_experiment_are_averaged_by_their_values() {
         let mut parts = parts(&[0.05, 0.06]);

@@ -1,109 +1,137 @@
-//! What the residuals say of the noise, and the noise of what is worth how much: weights of the
-//! measurements in the fit, and of the residuals in its errors.
+//! Variance of the residuals at an optimum, weights of the rows of the Jacobian, and effects of robust losses.
+//!
+//! Residuals are in units of sigma. With a stated sigma their variance is 1, else it is `sum (w r)^2/nu`, with the leverage
+//! weights `w` and `nu` degrees of freedom: values less unknowns. A robust loss `rho` with `psi = rho'/2` reduces the
+//! information of every value to `(mean psi')^2/mean psi^2`; a rise of twice the misfit then has the scale
+//! `sum psi^2/sum psi'` (Huber 1981).
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::initial_sigmas::weights_depend_on_the_fit;
+use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
+use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// What the noise at an optimum makes of misfits and derivatives.
-pub(crate) struct Noise {
-    /// Variance of the residuals under squares; 1 when sigma is known or was estimated before.
+/// Size of an outlier of a [`LossEffect`], in sigma.
+const OUTLYING: f64 = 5.0;
+
+/// Scale of the residuals at an optimum, without autocorrelation.
+pub(crate) struct ResidualNoise {
+    /// Variance of the residuals in units of sigma; 1 where sigma is stated or has been estimated.
     pub variance: f64,
-    /// Whether that is estimated from the residuals.
+    /// Whether `variance` is estimated from the residuals.
     pub is_estimated: bool,
-    /// A rise of twice the misfit by the square of a quantile times this ends an interval.
-    pub rise: f64,
-    /// How many standard deviations a 95 % interval reaches to each side.
-    pub reach: f64,
-    /// How many it reaches up when it is open downward.
-    pub up: f64,
-    /// Degrees of freedom from which it was estimated; none where sigma is given.
-    pub freedom: Option<f64>,
-    /// Root of the information of every residual: below 1 under robust losses.
+    /// Rise of twice the misfit per squared standard deviation of a parameter.
+    pub misfit_scale: f64,
+    /// Half-width of a 95 % interval in standard deviations.
+    pub coverage_factor: f64,
+    /// Distance of a one-sided 95 % limit in standard deviations.
+    pub one_sided_factor: f64,
+    /// Degrees of freedom of an estimated sigma; none where all sigmas are stated.
+    pub degrees_of_freedom: Option<f64>,
+    /// Weight of every row: root of the information of its loss, times the leverage weight.
     pub weights: Vec<f64>,
 }
 
-impl Noise {
-    /// What the residuals at an optimum say of the noise.
-    pub fn at(fitted: Fitted) -> Self {
+impl ResidualNoise {
+    /// Scale of the residuals at an optimum.
+    pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
-        // Values of small leverage weights are less than one value each.
-        let weights = search.growth_weights().iter();
-        let lost: f64 = weights.map(|weight| 1.0 - weight * weight).sum();
-        // Unknown arc lengths use up a value each.
+        // A value with the leverage weight w counts as w^2 values; unknown arc lengths use up a value each.
+        let growth_weights = search.growth_weights().iter();
+        let lost: f64 = growth_weights.map(|weight| 1.0 - weight * weight).sum();
         let arc_lengths: usize = all(search.experiments).map(|(_, m)| m.fitted_arc_lengths()).sum();
         let freedom = (total - search.unknowns.len()) as f64 - lost - arc_lengths as f64;
         let freedom = if lost > 0.0 || arc_lengths > 0 { freedom.max(1.0) } else { freedom };
-        let known = all(search.experiments).all(|(_, m)| m.sigma().is_some());
-        let settled = known || weights_depend_on_the_fit(search.experiments, search.unknowns);
+
+        let is_stated = all(search.experiments).all(|(_, m)| m.sigma().is_some());
+        let is_estimated =
+            !is_stated && !weights_depend_on_the_fit(search.experiments, search.unknowns);
         let weighted = |(k, r): (usize, &f64)| (search.leverage_weight(k) * r).powi(2);
         let square: f64 = optimum.residuals.iter().enumerate().map(weighted).sum();
-        let variance = if settled { 1.0 } else { square / freedom };
+        let variance = if is_estimated { square / freedom } else { 1.0 };
+
         let mut weights = Vec::with_capacity(total);
-        // Sums of psi' and psi^2 (Huber 1981).
-        let (mut slope, mut square) = (0.0, 0.0);
+        let (mut sum_of_slopes, mut sum_of_squares) = (0.0, 0.0);
         for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
             let loss = measurement.loss();
-            let part = search.unknowns.len() * residuals.len() / total;
-            let weight = loss.information(residuals, part).sqrt();
+            // Each measurement has its share of the fitted unknowns.
+            let share = search.unknowns.len() * residuals.len() / total;
+            let weight = loss.information(residuals, share).sqrt();
             weights.extend(std::iter::repeat_n(weight, residuals.len()));
             for r in residuals {
-                let [psi, by_r] = loss.influence(*r);
-                (slope, square) = (slope + by_r, square + psi * psi);
+                let [psi, slope] = loss.influence(*r);
+                sum_of_slopes += slope;
+                sum_of_squares += psi * psi;
             }
         }
         weights.resize(total, 1.0);
         weights.iter_mut().zip(&search.leverage_weights).for_each(|(w, leverage)| *w *= leverage);
-        let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
-        let freedom = (!known).then_some(freedom);
-        let (reach, up) = (quantile95(freedom), one_sided95(freedom));
-        let rise = if robust { square / slope } else { variance };
-        Self { variance, is_estimated: !settled, rise, reach, up, freedom, weights }
+        let is_robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
+        let degrees_of_freedom = (!is_stated).then_some(freedom);
+        Self {
+            variance,
+            is_estimated,
+            misfit_scale: if is_robust { sum_of_squares / sum_of_slopes } else { variance },
+            coverage_factor: quantile95(degrees_of_freedom),
+            one_sided_factor: one_sided95(degrees_of_freedom),
+            degrees_of_freedom,
+            weights,
+        }
     }
 }
 
-pub(crate) fn weighted(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
+/// The rows of a Jacobian, each times its weight.
+pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
     let scaled = |(row, w): (&Vec<f64>, &f64)| row.iter().map(|d| d * w).collect();
     rows.iter().zip(weights).map(scaled).collect()
 }
 
-/// What is left of the data, weighted as the rows of the Jacobian are.
-pub(crate) fn weighted_residuals(fitted: Fitted, noise: &Noise) -> DVector<f64> {
-    let mut influences = Vec::with_capacity(fitted.optimum.residuals.len());
-    for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
-        influences.extend(residuals.iter().map(|r| measurement.loss().influence(*r)[0]));
-    }
-    influences.extend_from_slice(&fitted.optimum.residuals[influences.len()..]);
-    influences.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
-    influences.into()
+/// `psi` of the residuals of a measurement.
+fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
+    residuals.iter().map(move |r| loss.influence(*r)[0])
 }
 
-/// Covariance of the gradient of the misfit: `sum psi^2 j j'`, measurement by measurement with the
-/// mean of `psi^2`, and 1 for priors.
+/// `psi` of all residuals, priors included as they are, times the weights of their rows.
+pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVector<f64> {
+    let all = &fitted.optimum.residuals;
+    let own = fitted.measured().flat_map(|own| influences(own.measurement.loss(), own.residuals));
+    let mut weighted: Vec<f64> = own.collect();
+    weighted.extend_from_slice(&all[weighted.len()..]);
+    weighted.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
+    weighted.into()
+}
+
+/// Derivatives of the misfit by the plain residuals: `w psi(w r)` with the leverage weights `w`.
+pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64> {
+    let losses = residuals.losses().into_iter().zip(residuals.leverage_weights());
+    let slope = |((loss, w), r): ((Loss, f64), &f64)| w * loss.influence(w * r)[0];
+    losses.zip(&optimum.residuals).map(slope).collect()
+}
+
+/// Covariance of the gradient of the misfit, `sum psi^2 j j'` over the rows `j` of the Jacobian: with the mean of `psi^2`
+/// in each measurement, and 1 for priors.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
-    let mut sizes = Vec::with_capacity(optimum.residuals.len());
+    let mut squares = Vec::with_capacity(optimum.residuals.len());
     for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
-        let square = |r: &f64| measurement.loss().influence(*r)[0].powi(2);
-        let mean = residuals.iter().map(square).sum::<f64>() / residuals.len().max(1) as f64;
-        sizes.extend(std::iter::repeat_n(mean, residuals.len()));
+        let sum: f64 = influences(measurement.loss(), residuals).map(|psi| psi.powi(2)).sum();
+        let mean = sum / residuals.len().max(1) as f64;
+        squares.extend(std::iter::repeat_n(mean, residuals.len()));
     }
-    sizes.resize(optimum.residuals.len(), 1.0);
-    sizes
-        .iter_mut()
-        .zip(&search.leverage_weights)
-        .for_each(|(size, leverage)| *size *= leverage * leverage);
+    squares.resize(optimum.residuals.len(), 1.0);
+    squares.iter_mut().zip(&search.leverage_weights).for_each(|(square, w)| *square *= w * w);
     let n = optimum.x.len();
-    let rows = optimum.jacobian.iter().zip(&sizes);
-    DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, size)| size * row[i] * row[j]).sum())
+    let rows = optimum.jacobian.iter().zip(&squares);
+    DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, square)| square * row[i] * row[j]).sum())
 }
 
-/// Of all positions, m; of frequencies, rad/s, where there are only those.
+/// Root mean square residual of all positions, m; without positions of all frequencies, rad/s; else of all measurements with
+/// the unit of the first one.
 pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
@@ -139,10 +167,9 @@ pub struct LossEffect {
 }
 
 impl LossEffect {
-    /// Takes another one of the same group in.
-    fn join(&mut self, other: &Self) {
+    /// Adds the values of another measurement with the same name. Their information, inverse variances, adds up.
+    fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
-        // Variances add as their inverses do.
         let information =
             own / self.std_error_factor.powi(2) + others / other.std_error_factor.powi(2);
         self.std_error_factor = ((own + others) / information).sqrt();
@@ -152,28 +179,31 @@ impl LossEffect {
     }
 }
 
-/// What robust losses did; the markers of a recording are one.
-pub(crate) fn losses(fitted: Fitted, noise: &Noise) -> Vec<LossEffect> {
+/// Effects of the robust losses, one entry per measurement; all markers of a recording share one.
+pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {
-        let weights = &noise.weights[rows];
         let loss = measurement.loss();
-        if loss != Loss::Squares {
-            let effect = LossEffect {
-                observation: experiment.group(measurement),
-                loss,
-                down_weighted: residuals.iter().filter(|r| r.abs() > loss.scale()).count(),
-                beyond_5_sigma: residuals.iter().filter(|r| r.abs() > 5.0).count(),
-                values: residuals.len(),
-                std_error_factor: weights.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
-            };
-            let same = |last: &&mut LossEffect| {
-                measurement.marker().is_some() && last.observation == effect.observation
-            };
-            match effects.last_mut().filter(same) {
-                Some(last) => last.join(&effect),
-                None => effects.push(effect),
+        if loss == Loss::Squares {
+            continue;
+        }
+        let beyond = |size: f64| residuals.iter().filter(|r| r.abs() > size).count();
+        let largest_weight = noise.weights[rows].iter().copied().reduce(f64::max);
+        let effect = LossEffect {
+            observation: experiment.group(measurement),
+            loss,
+            down_weighted: beyond(loss.scale()),
+            beyond_5_sigma: beyond(OUTLYING),
+            values: residuals.len(),
+            std_error_factor: largest_weight.map_or(1.0, f64::recip),
+        };
+        match effects.last_mut() {
+            Some(last)
+                if measurement.marker().is_some() && last.observation == effect.observation =>
+            {
+                last.merge(&effect);
             }
+            _ => effects.push(effect),
         }
     }
     effects

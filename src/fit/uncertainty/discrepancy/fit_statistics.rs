@@ -1,0 +1,93 @@
+//! Statistics of omitted effects at an optimum: likelihoods of their sizes, and biases of the estimates.
+
+use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::budget::input_changes::InputChange;
+use crate::fit::uncertainty::budget::input_directions::InputDirections;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::discrepancy::undetected_bias::{
+    EffectResponse, Likelihood, Relinearization,
+};
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
+use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
+use crate::fit::unknown::Unknown;
+use nalgebra::{DMatrix, DVector};
+
+/// An optimum with its analysis and estimates.
+#[derive(Clone, Copy)]
+pub(crate) struct FitStatistics<'a> {
+    pub fitted: Fitted<'a>,
+    pub estimates: &'a [Estimate],
+    pub local: &'a LocalAnalysis,
+}
+
+/// Bias of an estimate in its standard errors.
+#[derive(Default)]
+pub(crate) struct StandardizedBias {
+    pub std_errors: f64,
+    /// Name of the parameter.
+    pub parameter: String,
+}
+
+impl FitStatistics<'_> {
+    /// Variance of the noise along a direction of the weighted residuals.
+    pub fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
+        let LocalAnalysis { noise, correlations, adequacy, .. } = self.local;
+        adequacy.variance_along(direction.as_slice(), noise, correlations)
+    }
+
+    /// Likelihood of the size of an effect by the weighted `residuals`. The plausible size changes them by `direction`, which
+    /// is orthogonal to the Jacobian.
+    pub fn likelihood(&self, direction: &DVector<f64>, residuals: &DVector<f64>) -> Likelihood {
+        let square = direction.norm_squared();
+        let deviation = self.variance_along(direction).variance.sqrt();
+        Likelihood { estimate: -direction.dot(residuals) / square, std_error: deviation / square }
+    }
+
+    /// The largest bias of an estimate by an effect of so many plausible sizes, from the responses to the plausible size.
+    pub fn largest_bias(&self, responses: &[Option<f64>], sizes: f64) -> StandardizedBias {
+        let unknowns = self.fitted.search.unknowns;
+        let bias = |((e, response), unknown): ((&Estimate, &Option<f64>), &Unknown)| {
+            let change = sizes * (*response)? * unknown.slope(e.value?);
+            let std_errors = (change / e.std_error?).abs();
+            Some(StandardizedBias { std_errors, parameter: e.label() })
+        };
+        let all = self.estimates.iter().zip(responses).zip(unknowns).filter_map(bias);
+        all.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors)).unwrap_or_default()
+    }
+
+    /// Linearizes an effect again about `mode` plausible sizes, where its first response `slope` predicts the unknowns. One
+    /// run of the experiments has the derivatives; the unknowns then take a Gauss-Newton step with the effect held.
+    pub fn relinearize(
+        self,
+        experiments: &[Experiment],
+        change: &InputChange,
+        slope: &[Option<f64>],
+        mode: f64,
+    ) -> Result<Relinearization, Error> {
+        let Fitted { search, optimum } = self.fitted;
+        let mut there = optimum.clone();
+        for ((x, by), unknown) in there.x.iter_mut().zip(slope).zip(search.unknowns) {
+            let [low, high] = unknown.scaled_bounds();
+            *x = (*x + mode * by.unwrap_or(0.0)).clamp(low, high);
+        }
+        let (fit, change) = (self.local.linear_fit(), change.shifted(mode));
+        let at_mode = Fitted { search, optimum: &there };
+        let directions = InputDirections::new(at_mode, experiments, &fit, &[&change])?;
+        there.residuals.clone_from(&directions.residuals);
+        let at_mode = Fitted { search, optimum: &there };
+        let residuals = weighted_residuals(at_mode, &self.local.noise);
+        let column = DMatrix::from_column_slice(residuals.len(), 1, residuals.as_slice());
+        let step = directions.responses_to(&column).remove(0);
+        let moved = |j: usize| Some(there.x[j] - optimum.x[j] + step[j]?);
+        let direction = directions.orthogonal_changes().column(0).into_owned();
+        let mut likelihood = self.likelihood(&direction, &residuals);
+        likelihood.estimate += mode;
+        let moved = (0..there.x.len()).map(moved).collect();
+        let response =
+            EffectResponse { about: mode, moved, slope: directions.responses().remove(0) };
+        Ok(Relinearization { likelihood, response })
+    }
+}

@@ -1,0 +1,333 @@
+//! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
+//!
+//! Each effect is a number of the scene, or of the scene with a term of size zero added, so that its derivative is that of any
+//! number. Its plausible size is an error that is common in laboratories, not the largest possible one.
+
+use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
+use crate::problem::Problem;
+use crate::scene::along::Along;
+use crate::scene::{Drag, Friction, Parameter, Point, PointMass, Scene, Section, Shape, Support};
+
+/// Size of an added term, over the rod's, where scenes do not allow zero.
+const TRACE: f64 = 1e-9;
+/// Extension of the rod that is equivalent to an elastic clamp, over its thickness, for elastic half-spaces.
+const CLAMP_EXTENSION: f64 = 0.5;
+/// Damping ratio of air, clamp and material.
+const DAMPING_RATIO: f64 = 2e-3;
+/// Half the density of air times a drag coefficient of 1.2, kg/m^3.
+const AIR_DRAG: f64 = 0.72;
+/// Error of an angle by eye, rad.
+const ANGLE: f64 = 0.01;
+/// Relative error of a length or a scale by eye.
+const LENGTH: f64 = 5e-3;
+/// Relative error of a dimension of the section by calliper.
+const SECTION: f64 = 0.01;
+/// Mass of a marker over that of the rod.
+const MARKER_MASS: f64 = 0.01;
+/// Relative error of a density from a data sheet.
+const DENSITY: f64 = 0.04;
+/// Relative change of the stiffness of the part of the rod beside a grip, sleeve or glue.
+const GRIP_STIFFENING: f64 = 0.1;
+/// Equal parts of the length, the first of which a grip may stiffen.
+const GRIP_PARTS: usize = 4;
+/// Stiffness of the springs of internal friction over that of the rod.
+const FRICTION_STIFFNESS: f64 = 0.01;
+/// Yield curvature of internal friction over the largest observed curvature.
+const YIELD_CURVATURE: f64 = 0.1;
+
+/// An effect that a scene may omit.
+pub(crate) struct OmittedEffect {
+    /// Path of its number in the scene.
+    pub path: &'static str,
+    /// Name, as text.
+    pub name: &'static str,
+    /// Experiment that distinguishes it from the parameters.
+    pub test: &'static str,
+    /// Adds the term to a scene that has none, if the scene allows it.
+    add: fn(&mut Scene, &RodSizes),
+    /// Plausible size in the unit of the number; none where the effect is not defined.
+    pub plausible: fn(&RodSizes) -> Option<f64>,
+    /// Value of the number in a scene without the effect; none for numbers that every scene has.
+    absent: Option<f64>,
+    /// Another number that changes with it.
+    pub coupling: Option<CoupledNumber>,
+}
+
+/// A number that changes along with that of an effect.
+#[derive(Clone, Copy)]
+pub(crate) struct CoupledNumber {
+    /// Path of the other number.
+    pub path: &'static str,
+    /// Change of the effect's own number for a size of one, and of the other.
+    pub own: f64,
+    pub other: f64,
+}
+
+/// A taper about the stated radius in the middle of the rod, where sections are measured.
+const ABOUT_THE_MIDDLE: Option<CoupledNumber> =
+    Some(CoupledNumber { path: "rod.taper.radius.from", own: 0.5, other: -0.5 });
+
+/// Defaults of the table: an effect of a number that every scene has.
+const EVERY_SCENE: OmittedEffect = OmittedEffect {
+    path: "",
+    name: "",
+    test: "",
+    add: |_, _| {},
+    plausible: |_| None,
+    absent: None,
+    coupling: None,
+};
+const ANOTHER_LENGTH: &str = "repeat at another free length";
+const A_LONGER_RECORD: &str = "record until the motion has decayed";
+
+const FRICTION: &str = "loads.damping.friction.stiffness";
+const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
+const TIP_MASS: &str = "rod.mass.0.mass";
+
+/// All omitted effects that a fit tests.
+pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
+    OmittedEffect {
+        path: "supports.start_compliance.rotation",
+        name: "compliant clamp",
+        test: ANOTHER_LENGTH,
+        plausible: |s| Some(CLAMP_EXTENSION * s.thickness / s.bending),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "supports.angle",
+        name: "tilted clamp",
+        test: "photograph the rod at rest, with and without its weight",
+        plausible: |_| Some(ANGLE),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: TIP_MASS,
+        name: "tip mass, such as a marker",
+        test: "weigh the marker; add the static droop",
+        add: |scene, sizes| {
+            if scene.rod.mass.is_empty() {
+                scene.rod.mass.push(PointMass::new(Point::Tip, TRACE * sizes.mass));
+            }
+        },
+        plausible: |s| Some(MARKER_MASS * s.mass),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.shape.length",
+        name: "different free length",
+        test: "measure from clamp to tip",
+        plausible: |s| Some(LENGTH * s.length),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.taper.radius.to",
+        name: "taper",
+        test: "calliper at both ends; higher modes",
+        add: |scene, _| {
+            let round = matches!(scene.rod.section, Section::Circle { .. } | Section::Tube { .. });
+            if round && scene.rod.taper.is_none() {
+                scene.rod.taper.radius = Some(Along::linear(1.0, 1.0));
+            }
+        },
+        plausible: |_| Some(SECTION),
+        absent: Some(1.0),
+        coupling: ABOUT_THE_MIDDLE,
+    },
+    OmittedEffect {
+        path: GRIP_STIFFNESS,
+        name: "stiffer first quarter of the rod",
+        test: ANOTHER_LENGTH,
+        add: |scene, _| {
+            if scene.supports.start == Support::Clamped && scene.rod.taper.youngs_modulus.is_none()
+            {
+                scene.rod.taper.youngs_modulus = Some(Along::Piecewise(vec![1.0; GRIP_PARTS]));
+            }
+        },
+        plausible: |_| Some(GRIP_STIFFENING),
+        absent: Some(1.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "material.density",
+        name: "different density",
+        test: "weigh a known length of the rod",
+        plausible: |s| Some(DENSITY * s.density),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.section.radius",
+        name: "different radius",
+        test: "calliper at several places",
+        plausible: |s| Some(SECTION * s.radius?),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.section.height",
+        name: "different height of the section",
+        test: "calliper at several places",
+        plausible: |s| Some(SECTION * s.height?),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.shape.angle",
+        name: "curved rest shape",
+        test: "photograph the rod hanging, or turned over",
+        add: |scene, _| {
+            if let Shape::Straight { length, direction: [x, 0.0, 0.0] } = scene.rod.shape
+                && x > 0.0
+            {
+                scene.rod.shape = Shape::Arc { length, angle: 0.0 };
+            }
+        },
+        plausible: |_| Some(2.0 * ANGLE),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "rod.natural_curvature",
+        name: "different natural curvature",
+        test: "photograph the rod lying flat",
+        plausible: |_| Some(ANGLE),
+        absent: Some(1.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "loads.damping.mass",
+        name: "mass damping",
+        test: A_LONGER_RECORD,
+        plausible: |s| Some(2.0 * DAMPING_RATIO * s.frequency?),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "loads.damping.stiffness",
+        name: "Kelvin-Voigt damping",
+        test: "strike the rod: higher modes are damped more",
+        // At zero the derivative is that of undamped fast vibrations, which any damping removes.
+        add: |scene, sizes| {
+            let some = sizes.frequency.map(|frequency| DAMPING_RATIO / frequency);
+            scene.loads.damping.stiffness = some.unwrap_or_default();
+        },
+        plausible: |s| Some(2.0 * DAMPING_RATIO / s.frequency?),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "loads.drag.linear_normal",
+        name: "viscous drag",
+        test: "record another section, or in a vacuum",
+        add: with_drag,
+        plausible: |s| Some(2.0 * DAMPING_RATIO * s.frequency? * s.mass / s.length),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "loads.drag.quadratic_normal",
+        name: "air drag",
+        test: "record another amplitude",
+        add: with_drag,
+        plausible: |s| s.frequency.map(|_| AIR_DRAG * s.thickness),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: FRICTION,
+        name: "internal friction",
+        test: "record another amplitude",
+        add: |scene, sizes| {
+            if let Some(curvature) = sizes.curvature
+                && scene.loads.damping.friction.is_none()
+            {
+                let friction =
+                    Friction { stiffness: TRACE, curvature: YIELD_CURVATURE * curvature };
+                scene.loads.damping.friction = Some(friction);
+            }
+        },
+        plausible: |s| s.frequency.and(s.curvature).map(|_| FRICTION_STIFFNESS),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "camera.time_offset",
+        name: "clock offset",
+        test: "start the record before the release",
+        plausible: |s| s.frame,
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "camera.pixel_scale",
+        name: "different scale of the camera",
+        test: "place a scale in the plane of motion",
+        plausible: |_| Some(LENGTH),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "camera.in_plane_rotation",
+        name: "tilted camera",
+        test: "place a plumb line in the picture",
+        plausible: |_| Some(ANGLE),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "supports.end_compliance.rotation",
+        name: "compliant clamp at the end",
+        test: ANOTHER_LENGTH,
+        plausible: |s| Some(CLAMP_EXTENSION * s.thickness / s.bending),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+];
+
+/// Adds a table of drag forces to a scene of an oscillation.
+fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
+    if scene.loads.drag.is_none() && sizes.frequency.is_some() {
+        scene.loads.drag = Some(Drag::default());
+    }
+}
+
+impl OmittedEffect {
+    /// The number of the effect.
+    pub fn parameter(&self) -> Parameter {
+        Parameter::at(self.path)
+    }
+
+    /// Whether the number cannot be below the value of the scene.
+    pub fn is_one_sided(&self) -> bool {
+        self.parameter().quantity().may_vanish || [TIP_MASS, FRICTION].contains(&self.path)
+    }
+
+    /// Name with the yield curvature of internal friction in a scene; none for other effects.
+    pub fn name_in(&self, scene: &Scene) -> Option<String> {
+        let friction = scene.loads.damping.friction.filter(|_| self.path == FRICTION)?;
+        Some(format!("{} that yields at {:.1e} 1/m", self.name, friction.curvature))
+    }
+
+    /// Whether a scene states the effect, or cannot have it.
+    fn is_excluded_by(&self, scene: &Scene) -> bool {
+        let own = self.absent.zip(self.parameter().of(scene));
+        let has_clamp = [scene.supports.start, scene.supports.end].contains(&Support::Clamped);
+        own.is_some_and(|(absent, own)| own != absent)
+            || match self.path {
+                TIP_MASS => !scene.rod.mass.is_empty(),
+                FRICTION => scene.loads.damping.friction.is_some(),
+                GRIP_STIFFNESS => scene.rod.taper.youngs_modulus.is_some(),
+                path => path.starts_with("supports.") && !has_clamp,
+            }
+    }
+
+    /// The problem with the term added; none where the scene states the effect, or cannot have it.
+    pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
+        let mut scene = problem.scene().clone();
+        if self.is_excluded_by(&scene) {
+            return None;
+        }
+        (self.add)(&mut scene, sizes);
+        // Schemes may not support the term, and scenes may refuse it.
+        let added = problem.like_it(scene).ok()?.laid_out_for_another(self.parameter()).ok()?;
+        added.check_parameter(self.parameter()).ok()?;
+        Some(added)
+    }
+}

@@ -1,0 +1,67 @@
+//! Quantities of an experiment from which the plausible sizes of omitted effects follow.
+
+use crate::fit::measurement::experiment::Experiment;
+use crate::problem::Problem;
+use crate::scene::Section;
+use std::f64::consts::PI;
+
+/// Sizes, times and curvatures of a rod and its recordings.
+pub(crate) struct RodSizes {
+    /// Length of the rod, m.
+    pub length: f64,
+    /// Mass of the rod, kg.
+    pub mass: f64,
+    /// Density of its material, kg/m^3.
+    pub density: f64,
+    /// Radius of a circle or a tube, m.
+    pub radius: Option<f64>,
+    /// Height of a rectangle, m.
+    pub height: Option<f64>,
+    /// Thickness in the softer direction, m.
+    pub thickness: f64,
+    /// Least bending stiffness EI, N m^2.
+    pub bending: f64,
+    /// Angular frequency of the first oscillation, rad/s.
+    pub frequency: Option<f64>,
+    /// Least mean time between two frames, s.
+    pub frame: Option<f64>,
+    /// Curvature of a cantilever whose tip moves as far as the recorded points, 1/m.
+    pub curvature: Option<f64>,
+}
+
+impl RodSizes {
+    /// Sizes of an experiment with the `problem` at the optimum.
+    pub fn new(experiment: &Experiment, problem: &Problem) -> Self {
+        let scene = problem.scene();
+        let moments = scene.rod.section.moments();
+        let [i1, i2] = moments.second_moments;
+        let least = i1.min(i2);
+        let rise_times = experiment.records().map(|o| o.rise_time()).filter(|t| *t > 0.0);
+        let frames = experiment.records().filter_map(|o| {
+            let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
+            (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
+        });
+        let farthest = experiment.records().map(|o| o.spread()).reduce(f64::max);
+        let farthest = farthest.filter(|distance| *distance > 0.0);
+        Self {
+            length: problem.length(),
+            mass: scene.material.density * moments.area * problem.length(),
+            density: scene.material.density,
+            radius: match scene.rod.section {
+                Section::Circle { radius } | Section::Tube { radius, .. } => Some(radius),
+                _ => None,
+            },
+            height: match scene.rod.section {
+                Section::Rectangle { height, .. } => Some(height),
+                _ => None,
+            },
+            // A circle of radius a has I/A = a^2/4.
+            thickness: 4.0 * (least / moments.area).sqrt(),
+            bending: scene.material.youngs_modulus * least,
+            frequency: rise_times.reduce(f64::min).map(|time| PI / time),
+            frame: frames.reduce(f64::min),
+            // A tip load deflects the tip by k L^2/3 for the curvature k at the clamp.
+            curvature: farthest.map(|distance| 3.0 * distance / problem.length().powi(2)),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
+
+use crate::error::Error;
+use crate::fit::known::Known;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::budget::input_changes::InputChange;
+use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
+use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+
+/// An omitted effect that is tested.
+pub(crate) struct TestedEffect {
+    pub effect: &'static OmittedEffect,
+    /// Name in these scenes.
+    pub name: String,
+    /// Plausible size in the unit of its number.
+    pub plausible_size: f64,
+    /// Change of the scenes by the plausible size.
+    pub change: InputChange,
+}
+
+/// Experiments with all effects added that their scenes can have.
+pub(crate) struct ExtendedExperiments {
+    pub experiments: Vec<Experiment>,
+    pub effects: Vec<TestedEffect>,
+}
+
+impl ExtendedExperiments {
+    /// Adds the effects to `experiments`, those of the fit or a coarse model of them. Numbers that are identified or known
+    /// inputs are no omitted effects.
+    pub fn new(
+        fitted: Fitted,
+        analysis: &Analysis,
+        knowns: &[Known],
+        mut experiments: Vec<Experiment>,
+    ) -> Result<Self, Error> {
+        let search = fitted.search;
+        let sizes = |e: &Experiment| Ok::<_, Error>(RodSizes::new(e, &fitted.problem(e)?));
+        let sizes: Vec<RodSizes> =
+            search.experiments.iter().map(sizes).collect::<Result<_, _>>()?;
+        let identified = search.unknowns.iter().map(|u| u.parameter);
+        let stated: Vec<Parameter> = identified.chain(knowns.iter().map(|k| k.parameter)).collect();
+        let mut effects = Vec::new();
+        for effect in OMITTED_EFFECTS.iter().filter(|e| !stated.contains(&e.parameter())) {
+            let requested = analysis.plausible.get(effect.path).copied();
+            let mut plausible = sizes.iter().filter_map(|sizes| (effect.plausible)(sizes));
+            let size = plausible.next().map(|usual| requested.unwrap_or(usual));
+            let Some(size) = size.filter(|size| size.is_finite() && *size > 0.0) else { continue };
+            let mut own = Vec::new();
+            for (experiment, sizes) in experiments.iter_mut().zip(&sizes) {
+                if let Some(problem) = effect.added(&experiment.problem, sizes) {
+                    experiment.problem = problem;
+                    own.push(experiment.name.clone());
+                }
+            }
+            if own.is_empty() {
+                continue;
+            }
+            let number = Unknown { experiments: own, ..Unknown::new(effect.parameter()) };
+            let change = |number: &Unknown, factor: f64| {
+                InputChange::with_size(&experiments, effect.path, number, factor * size)
+            };
+            let change = match effect.coupling {
+                None => change(&number, 1.0),
+                Some(coupling) => {
+                    let parameter = Parameter::at(coupling.path);
+                    let other = Unknown { parameter, ..number.clone() };
+                    let mut both = change(&number, coupling.own);
+                    both.parts.extend(change(&other, coupling.other).parts);
+                    both
+                }
+            };
+            let detailed = experiments.iter().find_map(|e| effect.name_in(e.problem.scene()));
+            let name = detailed.unwrap_or_else(|| effect.name.into());
+            effects.push(TestedEffect { effect, name, plausible_size: size, change });
+        }
+        Ok(Self { experiments, effects })
+    }
+}

@@ -1,0 +1,102 @@
+//! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
+
+use crate::fit::unknown::Unknown;
+
+/// Part of a correction by which the corrected value may still be off: at an order of 1.5 instead of 2 the error is 1.5 times
+/// the correction, at an order of 3 half of it.
+pub(crate) const REMAINING_FRACTION: f64 = 0.5;
+/// Part of the residuals by discretization errors from which on these explain them.
+pub(crate) const EXPLAINING_FRACTION: f64 = 0.5;
+/// Part of the residuals by discretization errors that explains a weak excess over the noise: a quarter adds 3 % to the
+/// residuals.
+const VISIBLE_FRACTION: f64 = 0.25;
+
+/// Bias by the mesh, or by the step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BiasPart {
+    /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh or
+    /// step to compare with.
+    pub shifts: Vec<Option<f64>>,
+    /// Whether the program chose it for all experiments. The estimates are then corrected.
+    pub is_chosen: bool,
+}
+
+/// Bias of all unknowns by mesh and step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DiscretizationBias {
+    pub mesh: BiasPart,
+    pub step: BiasPart,
+    /// Norm of the discretization errors of the residuals over that of the residuals.
+    pub residual_fraction: f64,
+}
+
+impl BiasPart {
+    /// Difference of unknown `i` to the limit.
+    pub fn shift(&self, i: usize) -> Option<f64> {
+        self.shifts.get(i).copied().flatten()
+    }
+
+    /// Correction of unknown `i` on its scale; 0 for numerics that the scene gives.
+    fn correction(&self, i: usize) -> f64 {
+        self.shift(i).filter(|_| self.is_chosen).unwrap_or(0.0)
+    }
+}
+
+impl DiscretizationBias {
+    /// By mesh and by step.
+    pub fn parts(&self) -> [&BiasPart; 2] {
+        [&self.mesh, &self.step]
+    }
+
+    /// Corrections of unknown `i` for mesh and for step, on its scale.
+    pub fn corrections(&self, i: usize) -> [f64; 2] {
+        self.parts().map(|part| part.correction(i))
+    }
+
+    /// Corrections, for mesh and for step, of the sum of the unknowns with these factors.
+    pub fn corrections_along(&self, factors: &[f64]) -> [f64; 2] {
+        let own = |part: &BiasPart| -> f64 {
+            factors.iter().enumerate().map(|(i, factor)| factor * part.correction(i)).sum()
+        };
+        self.parts().map(own)
+    }
+
+    /// Correction of unknown `i` for mesh and step, on its scale.
+    pub fn correction(&self, i: usize) -> f64 {
+        self.corrections(i).iter().sum()
+    }
+
+    /// The corrected value of unknown `i`, on its scale and within its bounds.
+    pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
+        let [low, high] = unknown.scaled_bounds();
+        match self.correction(i) {
+            0.0 => x,
+            correction => (x + correction).clamp(low, high),
+        }
+    }
+
+    /// Discretization error of unknown `i` that may remain after its correction, on its scale.
+    pub fn remaining(&self, i: usize) -> f64 {
+        remaining_error(self.corrections(i))
+    }
+
+    /// Whether chosen numerics cause a visible part of the residuals.
+    pub fn is_visible(&self) -> bool {
+        self.is_corrected() && self.residual_fraction > VISIBLE_FRACTION
+    }
+
+    /// Whether chosen numerics cause most of the residuals.
+    pub fn explains_residuals(&self) -> bool {
+        self.is_corrected() && self.residual_fraction > EXPLAINING_FRACTION
+    }
+
+    /// Whether the program chose both mesh and step.
+    fn is_corrected(&self) -> bool {
+        self.parts().iter().all(|part| part.is_chosen)
+    }
+}
+
+/// Error that may remain after the corrections for mesh and step.
+pub(crate) fn remaining_error(corrections: [f64; 2]) -> f64 {
+    corrections.iter().map(|correction| REMAINING_FRACTION * correction.abs()).sum()
+}

@@ -1,0 +1,113 @@
+//! Discretization errors of the estimates in a report, and warnings where they exceed the intervals.
+
+use crate::code::Code;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::discretization::bias::{
+    BiasPart, DiscretizationBias, EXPLAINING_FRACTION, REMAINING_FRACTION,
+};
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
+use crate::scene::{Parameter, Shape};
+use serde::{Deserialize, Serialize};
+
+/// Discretization error of a parameter, as fractions of its value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct DiscretizationError {
+    /// Name of the parameter.
+    pub name: Parameter,
+    /// Experiments with this parameter; empty: all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<String>,
+    /// Error of mesh and step as a fraction of the value; null if the parameter is not
+    /// identifiable.
+    pub relative: Option<f64>,
+    /// Error of the mesh as a fraction of the value; null if the parameter is not identifiable.
+    pub mesh: Option<f64>,
+    /// Error of the time step as a fraction of the value; null where the fit identifies beta.
+    pub step: Option<f64>,
+    /// Correction of the value for mesh and step, as a fraction of it; null where the scene gives
+    /// them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<f64>,
+}
+
+/// Discretization errors of the `estimates` by the `bias` of their unknowns: all of it for numerics that the scene gives, the
+/// remaining error for chosen ones. Errors beyond the intervals are warnings.
+pub(crate) fn discretization_errors(
+    estimates: &[Estimate],
+    Fitted { search, optimum }: Fitted,
+    bias: &DiscretizationBias,
+    noise: &ResidualNoise,
+    warnings: &mut Warnings,
+) -> Vec<DiscretizationError> {
+    let remedy = remedy(search.experiments);
+    let mut severity = Severity::Numerics;
+    let is_given = search.experiments.iter().any(|e| {
+        let chosen = e.problem.scene().chosen();
+        !chosen.segments || e.moves() && !chosen.step
+    });
+    if is_given && bias.residual_fraction > EXPLAINING_FRACTION && warnings.has_misfit() {
+        severity = Severity::Mesh;
+        let words = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
+                     discretization error. Refine the numerics before searching for a missing effect";
+        warnings.add(severity, Code::NumericsNotModel, format!("{words} ({remedy})"));
+    }
+    let mut errors = Vec::new();
+    for (i, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
+        let correction = bias.correction(i);
+        let value = unknown.from_scale(optimum.x[i] + correction);
+        // A difference of logarithms is relative.
+        let size = if unknown.parameter.is_positive() { 1.0 } else { value.abs() };
+        let error = |part: &BiasPart| {
+            let fraction = if part.is_chosen { REMAINING_FRACTION } else { 1.0 };
+            let shift = part.shift(i).filter(|_| estimate.identifiable)?;
+            Some(fraction * (shift / size).abs())
+        };
+        let parts = bias.parts();
+        let [mesh, step] = parts.map(error);
+        let sum = |part: fn(&BiasPart) -> bool| -> f64 {
+            parts.iter().filter(|p| part(p)).filter_map(|p| error(p)).sum()
+        };
+        let is_corrected = parts.iter().any(|p| p.is_chosen && error(p).is_some());
+        errors.push(DiscretizationError {
+            name: unknown.parameter,
+            experiments: unknown.experiments.clone(),
+            relative: mesh.or(step).map(|_| sum(|_| true)),
+            mesh,
+            step,
+            correction: is_corrected.then_some(correction / size),
+        });
+        // Errors of chosen numerics are corrected, and in the interval.
+        let relative = sum(|part| !part.is_chosen);
+        if let (Some(value), Some(sd)) = (estimate.value, estimate.std_error)
+            && relative * value.abs() > 2.0 * noise.coverage_factor * sd
+        {
+            let name = estimate.name;
+            let size = match name.is_positive() {
+                true => percent(relative),
+                false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
+            };
+            let words = format!(
+                "{}: the discretization error may be {}, more than the half-width of the 95 % interval. The \
+                 interval is too narrow. {remedy}",
+                estimate.label(),
+                size.trim_end()
+            );
+            warnings.add(severity, Code::DiscretizationError, words);
+        }
+    }
+    errors
+}
+
+/// The action against discretization errors of given numerics.
+fn remedy(experiments: &[Experiment]) -> &'static str {
+    let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
+    match experiments.iter().any(is_line) {
+        true => "Leave out time.step, and the program chooses it; the mesh is that of the polyline",
+        false => "Leave out rod.segments and time.step, and the program chooses them",
+    }
+}

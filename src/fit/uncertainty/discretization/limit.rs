@@ -1,0 +1,242 @@
+//! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another step.
+//!
+//! Mesh and step are changed alone, and the change of the parameters is extrapolated to zero. Numerics of the scene are
+//! extrapolated as of first order: for a method of second order that is two and a half to three times the error, and mesh and
+//! step never cancel. A mesh and a step that are twice as coarse cost one simulation, 1.5 times as coarse ones 1.3, finer
+//! ones 2.5 by a quarter and 4 by half, with the same coverage
+//! (`cargo run --release --example discretization_error -- 400`). Where coarser numerics do not resolve the motion, or fail,
+//! they are finer by a quarter.
+//!
+//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method, and
+//! the values are corrected.
+
+use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
+use crate::code::Code;
+use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::analysis::{Analysis, Refinement};
+use crate::fit::uncertainty::covariance::gauss_newton::LinearResponse;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::discretization::bias::{BiasPart, DiscretizationBias};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+
+/// Ratios of coarser element or step sizes of numerics that the scene gives, in the order of the trials; of those that the
+/// program chose; and of finer ones where none is coarse enough.
+const COARSER: [f64; 2] = [2.0, 1.5];
+const COARSER_CHOSEN: [f64; 1] = [1.5];
+const FINER: f64 = 1.25;
+/// Requirements on a coarser model: edges, edges for each mode up to the highest measured one, and steps in the first period,
+/// of a given and of a chosen step.
+const FEWEST_EDGES: f64 = 16.0;
+const FEWEST_PER_MODE: f64 = 4.0;
+const FEWEST_STEPS: f64 = 100.0;
+const FEWEST_CHOSEN_STEPS: f64 = 40.0;
+
+/// An experiment with another mesh or step.
+struct OtherNumerics {
+    experiment: Experiment,
+    /// Discretization error of the original experiment over its difference to this one.
+    error_ratio: f64,
+}
+
+/// Creates other numerics of an experiment: coarser ones if that is allowed and they resolve the motion; none where the
+/// experiment does not depend on them.
+type Variation = fn(&Search, &Experiment, bool) -> Result<Option<OtherNumerics>, Error>;
+
+/// Difference of the optimum to the limit of zero element or step size.
+struct LimitDifference {
+    /// Of the unknowns on their scales, where they are identifiable.
+    shifts: Vec<Option<f64>>,
+    /// Norm of that of the residuals, in units of the noise, once the unknowns have followed.
+    residual_norm: f64,
+    /// Work of the runs, steps times segments.
+    work: f64,
+}
+
+/// Ratios of coarser numerics in the order of the trials.
+fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
+    if is_chosen { &COARSER_CHOSEN } else { &COARSER }
+}
+
+/// An experiment on another mesh.
+fn on_other_mesh(
+    _: &Search,
+    experiment: &Experiment,
+    coarser: bool,
+) -> Result<Option<OtherNumerics>, Error> {
+    let problem = &experiment.problem;
+    let (own, scene) = (problem.segments() as f64, problem.scene());
+    let needed = FEWEST_EDGES.max(FEWEST_PER_MODE * experiment.highest_mode() as f64);
+    let is_chosen = scene.chosen().segments;
+    let mut fewer = coarser_ratios(is_chosen).iter().map(|ratio| (own / ratio).round());
+    let segments = match fewer.find(|fewer| coarser && *fewer >= needed) {
+        // Markers along a rod are at its nodes: the next mesh has a node between any two.
+        _ if scene.supports.path.is_some() => 2.0 * own,
+        Some(fewer) => fewer,
+        None => (own * FINER).round(),
+    };
+    let other = problem.like_it(problem.remeshed(segments as usize))?;
+    let order = if is_chosen { smooth_mesh_order(scene) } else { 1.0 };
+    let error_ratio = Extrapolation { ratio: segments / own, order }.error_before();
+    Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
+}
+
+/// An experiment with another step; none without a motion, or where beta is identified: it depends on the step.
+fn with_other_step(
+    search: &Search,
+    experiment: &Experiment,
+    coarser: bool,
+) -> Result<Option<OtherNumerics>, Error> {
+    let is_beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
+    if search.unknowns.iter().any(is_beta) || !experiment.moves() {
+        return Ok(None);
+    }
+    let mut scene = experiment.problem.scene().clone();
+    let period = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
+    let is_chosen = scene.chosen().step;
+    let fewest = if is_chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
+    let largest = (period / fewest).min(scene.supports.largest_good_step());
+    let (mut ratio, mut order) = (FINER, 1.0);
+    if let Some(time) = &mut scene.time {
+        let is_explicit = time.scheme.traits().stability_limit.is_some();
+        let mut larger = coarser_ratios(is_chosen).iter().filter(|_| coarser && !is_explicit);
+        if let Some(larger) = larger.find(|larger| *larger * time.step_size() <= largest) {
+            ratio = larger.recip();
+        }
+        if is_chosen {
+            order = step_order(time);
+        }
+        time.step = time.step.map(|step| step / ratio);
+    }
+    let other = experiment.problem.like_it(scene)?;
+    let error_ratio = Extrapolation { ratio, order }.error_before();
+    Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
+}
+
+/// Norm of residuals, with the weights of growing sensitivities.
+fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
+    let weighted = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
+    weighted.map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Difference of an optimum to its limit, from runs with other numerics of every experiment; none where no experiment has any.
+fn limit_difference(
+    Fitted { search, optimum }: Fitted,
+    local: &LocalAnalysis,
+    method: Refinement,
+    variation: Variation,
+    coarser: bool,
+) -> Result<Option<LimitDifference>, Error> {
+    let others = search.experiments.iter().map(|e| variation(search, e, coarser));
+    let others = others.collect::<Result<Vec<_>, Error>>()?;
+    if others.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let or_same = |(other, own): (Option<OtherNumerics>, &Experiment)| {
+        other.map_or_else(|| (own.clone(), 0.0), |other| (other.experiment, other.error_ratio))
+    };
+    let (experiments, ratios): (Vec<Experiment>, Vec<f64>) =
+        others.into_iter().zip(search.experiments).map(or_same).unzip();
+    let other = Task { experiments: &experiments, ..search.task() }.search();
+    let LinearResponse { unknowns: shifts, residuals } = match method {
+        Refinement::Refitted => {
+            let refitted = other.polish(&optimum.x)?;
+            let largest = ratios.iter().copied().fold(0.0, f64::max);
+            let difference = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                a.iter().zip(b).map(|(a, b)| largest * (a - b)).collect()
+            };
+            let shifts = difference(&refitted.x, &optimum.x).into_iter();
+            let shifts = shifts.zip(&local.covariance.deviation).map(|(d, sd)| sd.map(|_| d));
+            let residuals = difference(&refitted.residuals, &optimum.residuals);
+            LinearResponse { unknowns: shifts.collect(), residuals }
+        }
+        _ => {
+            let residuals = other.all_residuals()?.plain(&optimum.x)?;
+            // Every residual is extrapolated by the ratio of its experiment; priors do not change.
+            let mut counts = optimum.counts.iter();
+            let mut factors = Vec::with_capacity(residuals.len());
+            for (experiment, ratio) in experiments.iter().zip(&ratios) {
+                let own = counts.by_ref().take(experiment.measurements.len()).sum();
+                factors.extend(std::iter::repeat_n(*ratio, own));
+            }
+            factors.resize(residuals.len(), 0.0);
+            let pairs = residuals.iter().zip(&optimum.residuals).zip(&factors);
+            let change: Vec<f64> = pairs.map(|((a, b), factor)| factor * (a - b)).collect();
+            local.covariance.response(&change, &local.noise.weights, &optimum.jacobian)
+        }
+    };
+    let residual_norm = weighted_norm(&other, &residuals);
+    Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
+}
+
+/// Bias of an optimum by mesh and step; none where it is not requested or not defined. Runs that fail are a warning.
+pub(crate) fn estimate_bias(
+    fitted: Fitted,
+    local: &LocalAnalysis,
+    analysis: &Analysis,
+    warnings: &mut Warnings,
+) -> Result<Option<DiscretizationBias>, Error> {
+    let Fitted { search, optimum } = fitted;
+    // Rounding errors do not depend on the mesh. With as many values as unknowns the residuals of any fit are rounding errors.
+    if optimum.residuals.len() != search.unknowns.len() && search.is_rounding(optimum) {
+        return Ok(None);
+    }
+    match bias(fitted, local, analysis.discretization_error) {
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(error) => {
+            let words = format!(
+                "the discretization error is unknown: a run on another mesh failed ({error}). The \
+                         intervals do not include it. Leave rod.segments and time.step out of the scene"
+            );
+            warnings.add(Severity::Numerics, Code::NumericsUnknown, words);
+            Ok(None)
+        }
+        bias => bias,
+    }
+}
+
+/// Bias of an optimum by mesh and step. Chosen numerics are always corrected.
+fn bias(
+    fitted: Fitted,
+    local: &LocalAnalysis,
+    method: Refinement,
+) -> Result<Option<DiscretizationBias>, Error> {
+    let Fitted { search, optimum } = fitted;
+    let experiments = || search.experiments.iter();
+    let is_any_chosen = experiments().any(|e| e.problem.scene().chosen().any());
+    if !optimum.converged || method == Refinement::None && !is_any_chosen {
+        return Ok(None);
+    }
+    let method = if method == Refinement::None { Refinement::Linearized } else { method };
+    let part = |variation: Variation| {
+        let difference = |coarser| limit_difference(fitted, local, method, variation, coarser);
+        // A fit of a coarser model may end in another minimum.
+        let is_linearized = method == Refinement::Linearized;
+        match difference(is_linearized) {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) if is_linearized => difference(false),
+            found => found,
+        }
+    };
+    let (mesh, step) = rayon::join(|| part(on_other_mesh), || part(with_other_step));
+    let mut largest = 0.0_f64;
+    let [mesh, step] = [mesh?, step?].map(|part| {
+        part.map_or_else(Vec::new, |difference| {
+            search.work.add(difference.work);
+            largest = largest.max(difference.residual_norm);
+            difference.shifts
+        })
+    });
+    search.report("discretisation error");
+    let mesh_chosen = experiments().all(|e| e.problem.scene().chosen().segments);
+    let step_chosen = experiments().all(|e| !e.moves() || e.problem.scene().chosen().step);
+    Ok(Some(DiscretizationBias {
+        mesh: BiasPart { shifts: mesh, is_chosen: mesh_chosen },
+        step: BiasPart { shifts: step, is_chosen: step_chosen },
+        residual_fraction: largest / weighted_norm(search, &optimum.residuals),
+    }))
+}

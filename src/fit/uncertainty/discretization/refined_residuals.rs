@@ -1,0 +1,79 @@
+//! Residuals of an optimum on a mesh and with a step that are much finer than the parameters need.
+//!
+//! Chosen numerics are as fine as the parameters require, which follow large and slow motion. Small fast vibrations may be out
+//! of phase at the end of a record: residuals that are no fault of the model. So before residuals lower a grade, the model runs
+//! once more with half the element and step size. The unknowns follow the change linearly, and the change is extrapolated.
+
+use crate::accuracy::Extrapolation;
+use crate::error::Error;
+use crate::fit::measurement::experiment::{Experiment, full_work};
+use crate::fit::search::Task;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
+use std::sync::OnceLock;
+
+/// Factor on edges and on steps of the finer numerics.
+const REFINEMENT: usize = 2;
+/// Extrapolation of the change to zero element and step size, as of second-order errors.
+const TO_LIMIT: Extrapolation = Extrapolation { ratio: REFINEMENT as f64, order: 2.0 };
+/// Most work of the run, steps times edges: about ten seconds.
+const MOST_WORK: f64 = 4e7;
+/// Norm of the discretization errors of all residuals, in standard deviations of the noise, from which on a test may detect
+/// them.
+const DETECTABLE: f64 = 2.0;
+
+/// Residuals on finer numerics, computed on demand.
+pub(crate) struct RefinedResiduals<'a> {
+    fitted: Fitted<'a>,
+    bias: &'a DiscretizationBias,
+    covariance: Covariance,
+    weights: Vec<f64>,
+    change: OnceLock<Option<Vec<f64>>>,
+}
+
+impl<'a> RefinedResiduals<'a> {
+    /// For an optimum whose unknowns have this `bias`.
+    pub fn new(fitted: Fitted<'a>, local: &LocalAnalysis, bias: &'a DiscretizationBias) -> Self {
+        let (covariance, weights) = (local.covariance.clone(), local.noise.weights.clone());
+        Self { fitted, bias, covariance, weights, change: OnceLock::new() }
+    }
+
+    /// The residuals; none where the scene gives the numerics, the change is not detectable, or the run is too large or fails.
+    pub fn residuals(&self) -> Option<Vec<f64>> {
+        let residuals = &self.fitted.optimum.residuals;
+        let norm = self.bias.residual_fraction * (residuals.len() as f64).sqrt();
+        if !self.bias.parts().iter().any(|part| part.is_chosen) || norm <= DETECTABLE {
+            return None;
+        }
+        let change = self.change.get_or_init(|| self.change().ok().flatten()).as_ref()?;
+        Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
+    }
+
+    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed.
+    fn change(&self) -> Result<Option<Vec<f64>>, Error> {
+        let Fitted { search, optimum } = self.fitted;
+        let finer = |e: &Experiment| {
+            let scene = e.problem.scene();
+            let step = scene.time.as_ref().map_or(1.0, |time| time.step_size());
+            let segments = REFINEMENT * e.problem.segments();
+            let other = scene.resolved(segments, step / REFINEMENT as f64);
+            Ok::<_, Error>(e.posed_as(e.problem.like_it(other)?))
+        };
+        let experiments: Vec<Experiment> =
+            search.experiments.iter().map(finer).collect::<Result<_, _>>()?;
+        if full_work(&experiments)? > MOST_WORK {
+            return Ok(None);
+        }
+        let finer = Task { experiments: &experiments, ..search.task() }.search();
+        let unknowns = search.unknowns.iter().zip(&optimum.x).enumerate();
+        let x: Vec<f64> = unknowns.map(|(i, (u, x))| self.bias.corrected(u, i, *x)).collect();
+        let residuals = finer.all_residuals()?.plain(&x)?;
+        search.work.add(finer.work.total());
+        search.report("finer numerics");
+        let pairs = residuals.iter().zip(&optimum.residuals);
+        let change: Vec<f64> = pairs.map(|(a, b)| TO_LIMIT.error_before() * (a - b)).collect();
+        Ok(Some(self.covariance.response(&change, &self.weights, &optimum.jacobian).residuals))
+    }
+}

@@ -1,0 +1,270 @@
+//! Residuals of one coordinate of a measurement in the order of time, and the AR(1) model of their noise.
+//!
+//! For noise of the covariance `V` the residuals at an optimum have the covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`:
+//! the fit absorbs a part of the noise. [`CoordinateSeries::refine`] matches the variance and the lag-one correlation of the
+//! residuals with these expectations, for `V = v R` with an [AR(1) correlation](Ar1Correlation) `R`.
+
+use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
+use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
+use nalgebra::DMatrix;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Fewest values of a series whose correlation is estimated.
+const FEWEST: usize = 12;
+/// Standard deviations by which the correlation of neighbors must exceed that of white noise.
+const SIGNIFICANT: f64 = 2.0;
+/// Probability of equal variances below which the coordinates of a measurement get a variance each.
+const UNEQUAL_VARIANCES: f64 = 1e-2;
+/// Largest distance of neighbors, in usual spacings; pairs across a gap are left out.
+const MOST_SPACINGS: f64 = 1.5;
+/// Largest part of the squared residuals that the fit is assumed to have absorbed.
+const MOST_ABSORBED: f64 = 0.9;
+
+/// One coordinate of one measurement.
+#[derive(Clone)]
+pub(crate) struct CoordinateSeries {
+    /// Index of the measurement among all.
+    pub measurement: usize,
+    pub axis: &'static str,
+    /// Correlation of residuals one usual spacing apart; 0 where it is not significant.
+    pub correlation: f64,
+    /// Rows of the values among all residuals, in the order of time.
+    pub rows: Vec<usize>,
+    times: Vec<f64>,
+    /// Median distance of the times.
+    spacing: f64,
+    /// Residuals in units of sigma, after the influence function of a robust loss.
+    residuals: Vec<f64>,
+    /// Rows of the Jacobian, in units of the noise.
+    jacobian: DMatrix<f64>,
+    /// Variance of the noise in units of sigma.
+    pub variance: f64,
+    pub is_sigma_stated: bool,
+    /// Whether its variance differs significantly from that of other coordinates of the measurement.
+    has_own_variance: bool,
+    /// Whether the correlation of its neighbors is significant.
+    pub is_correlated: bool,
+}
+
+/// Two neighboring values.
+struct Neighbors {
+    /// Index of the first one in the series.
+    first: usize,
+    /// Distance in usual spacings.
+    spacings: f64,
+}
+
+/// Neighbors of a series with the sums of their products and of their mean squares.
+struct NeighborSums {
+    pairs: Vec<Neighbors>,
+    products: f64,
+    squares: f64,
+}
+
+impl CoordinateSeries {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether the noise is not the common white one.
+    pub fn has_own_noise(&self) -> bool {
+        self.has_own_variance || self.is_correlated
+    }
+
+    /// The AR(1) correlation matrix `R` of the noise.
+    pub fn ar1(&self) -> Ar1Correlation {
+        Ar1Correlation::new(&self.times, self.spacing, self.correlation)
+    }
+
+    /// Innovations of the residuals, which are white where the AR(1) model holds.
+    pub fn innovations(&self) -> Vec<f64> {
+        self.ar1().whiten(&self.residuals)
+    }
+
+    /// Models the residuals as white noise of the given variance.
+    pub fn set_white(&mut self, variance: f64) {
+        (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
+    }
+
+    /// Length of the blocks of a block bootstrap (Politis and White 2004); none for white noise.
+    pub fn block_length(&self) -> Option<usize> {
+        let excess = 2.0 * self.correlation / (1.0 - self.correlation.powi(2));
+        let length = (1.5 * excess * excess * self.len() as f64).cbrt().ceil() as usize;
+        (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
+    }
+
+    fn neighbors(&self) -> NeighborSums {
+        let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
+        for (first, times) in self.times.windows(2).enumerate() {
+            let spacings = (times[1] - times[0]) / self.spacing;
+            if spacings <= MOST_SPACINGS {
+                let [a, b] = [self.residuals[first], self.residuals[first + 1]];
+                sums.pairs.push(Neighbors { first, spacings });
+                sums.products += a * b;
+                sums.squares += 0.5 * (a * a + b * b);
+            }
+        }
+        sums
+    }
+
+    /// Whether neighbors correlate by [`SIGNIFICANT`] standard deviations of white noise.
+    fn has_significant_correlation(&self) -> bool {
+        let NeighborSums { pairs, products, squares } = self.neighbors();
+        let n = pairs.len();
+        n + 1 >= FEWEST && products > SIGNIFICANT * squares / (n as f64).sqrt()
+    }
+
+    /// `R J`.
+    fn correlated_jacobian(&self) -> DMatrix<f64> {
+        let (ar1, mut product) = (self.ar1(), self.jacobian.clone());
+        for mut column in product.column_iter_mut() {
+            let correlated = ar1.apply(column.as_slice());
+            column.copy_from_slice(&correlated);
+        }
+        product
+    }
+
+    /// `J'J` of its rows.
+    pub fn normal_matrix(&self) -> DMatrix<f64> {
+        self.jacobian.tr_mul(&self.jacobian)
+    }
+
+    /// `J'VJ` of its rows: their part of the covariance of the gradient of the misfit.
+    pub fn score_covariance(&self) -> DMatrix<f64> {
+        self.variance * self.jacobian.tr_mul(&self.correlated_jacobian())
+    }
+
+    /// `J'VJ` for a correlation lower by `step`. An estimated variance changes with it, as the variance `v (1 - r^2)` of the
+    /// innovations is determined by itself.
+    pub fn score_covariance_below(&self, step: f64) -> DMatrix<f64> {
+        let correlation = self.correlation - step;
+        let ratio = (1.0 - self.correlation.powi(2)) / (1.0 - correlation.powi(2));
+        let variance = if self.is_sigma_stated { self.variance } else { self.variance * ratio };
+        Self { correlation, variance, ..self.clone() }.score_covariance()
+    }
+
+    /// One round of moment matching for the variance and, where it is significant, the correlation, with the `inverse` of
+    /// the normal matrix and the `covariance` of the unknowns by the noise of all series.
+    pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
+        let (n, correlated) = (self.len(), self.correlated_jacobian());
+        let white = &self.jacobian * inverse;
+        let all = &self.jacobian * covariance / self.variance;
+        // Elements of (HVH - HV - VH)/v.
+        let absorbed = |a: usize, b: usize| {
+            all.row(a).dot(&self.jacobian.row(b))
+                - white.row(a).dot(&correlated.row(b))
+                - white.row(b).dot(&correlated.row(a))
+        };
+        let diagonal: Vec<f64> = (0..n).map(|k| absorbed(k, k)).collect();
+        if !self.is_sigma_stated {
+            let remaining = 1.0 + diagonal.iter().sum::<f64>() / n as f64;
+            self.variance = self.mean_square() / remaining.max(1.0 - MOST_ABSORBED);
+        }
+        if self.is_correlated {
+            let NeighborSums { pairs, products, squares } = self.neighbors();
+            let count = pairs.len() as f64;
+            let (mut expected_squares, mut expected_products) = (count, 0.0);
+            for Neighbors { first, .. } in &pairs {
+                expected_squares += 0.5 * (diagonal[*first] + diagonal[first + 1]);
+                expected_products += absorbed(*first, first + 1);
+            }
+            let mean = (products / squares * expected_squares - expected_products) / count;
+            // The ratio of the sums is biased by -2 r/n (Marriott and Pope 1954).
+            let unbiased = correlation_with_mean(&pairs, mean) * (1.0 + 2.0 / count);
+            self.correlation = unbiased.clamp(0.0, largest_correlation(count));
+        }
+    }
+
+    fn mean_square(&self) -> f64 {
+        self.residuals.iter().map(|r| r * r).sum::<f64>() / self.len() as f64
+    }
+
+    /// Whether the correlation is the largest that the estimate can have.
+    pub fn is_at_cap(&self) -> bool {
+        self.correlation > 0.0
+            && self.correlation >= largest_correlation(self.neighbors().pairs.len() as f64)
+    }
+}
+
+/// The largest estimate of a correlation from so many pairs of neighbors.
+fn largest_correlation(pairs: f64) -> f64 {
+    1.0 - 2.0 / pairs
+}
+
+/// The correlation at the usual spacing for which the AR(1) correlations of the pairs have the given mean, by bisection.
+fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        let sum: f64 = pairs.iter().map(|pair| ar1_factor(middle, pair.spacings)).sum();
+        let end = if sum > mean * pairs.len() as f64 { &mut high } else { &mut low };
+        *end = middle;
+    }
+    0.5 * (low + high)
+}
+
+/// The series of every coordinate with at least [`FEWEST`] values, from the `rows` of the Jacobian in units of the noise;
+/// significant correlations and unequal variances are marked.
+pub(crate) fn coordinate_series(
+    fitted: Fitted,
+    rows: &[Vec<f64>],
+    noise: &ResidualNoise,
+) -> Vec<CoordinateSeries> {
+    let unknowns = fitted.search.unknowns.len();
+    let mut found: Vec<CoordinateSeries> = Vec::new();
+    for own in fitted.measured() {
+        let MeasuredResiduals { index, experiment, measurement, residuals, .. } = own;
+        let (first, loss) = (own.rows.start, measurement.loss());
+        let influence = |(k, r)| loss.influence(fitted.search.leverage_weight(k) * r)[0];
+        let mut influences: Vec<f64> = own.rows.zip(residuals).map(influence).collect();
+        if loss.is_robust() {
+            let square = influences.iter().map(|r| r * r).sum::<f64>() / influences.len() as f64;
+            influences.iter_mut().for_each(|r| *r /= square.sqrt().max(f64::MIN_POSITIVE));
+        }
+        let start = found.len();
+        for coordinate in measurement.coordinates(&experiment.problem) {
+            let places = coordinate.ascending(residuals.len());
+            let times: Vec<f64> = places.iter().map(|(_, t)| *t).collect();
+            let Some(spacing) = usual_spacing(&times).filter(|_| times.len() >= FEWEST) else {
+                continue;
+            };
+            let own_rows: Vec<usize> = places.iter().map(|(k, _)| first + k).collect();
+            let mut series = CoordinateSeries {
+                measurement: index,
+                axis: coordinate.axis,
+                correlation: 0.0,
+                residuals: places.iter().map(|(k, _)| influences[*k]).collect(),
+                jacobian: DMatrix::from_fn(times.len(), unknowns, |a, j| rows[own_rows[a]][j]),
+                rows: own_rows,
+                times,
+                spacing,
+                variance: noise.variance,
+                is_sigma_stated: measurement.sigma().is_some(),
+                has_own_variance: false,
+                is_correlated: false,
+            };
+            series.is_correlated = series.has_significant_correlation();
+            found.push(series);
+        }
+        let unequal = measurement.sigma().is_none() && have_unequal_variances(&found[start..]);
+        found[start..].iter_mut().for_each(|series| series.has_own_variance = unequal);
+    }
+    found
+}
+
+/// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937).
+fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
+    // The squares of autocorrelated noise carry the information of fewer independent ones.
+    let count = |s: &CoordinateSeries| {
+        let NeighborSums { products, squares, .. } = s.neighbors();
+        let correlation = (products / squares.max(f64::MIN_POSITIVE)).powi(2);
+        s.len() as f64 * (1.0 - correlation) / (1.0 + correlation)
+    };
+    let total: f64 = series.iter().map(count).sum();
+    let pooled = series.iter().map(|s| count(s) * s.mean_square()).sum::<f64>() / total;
+    let statistic: f64 = series.iter().map(|s| count(s) * (pooled / s.mean_square()).ln()).sum();
+    let test = ChiSquared::new(series.len() as f64 - 1.0);
+    test.is_ok_and(|chi| chi.sf(statistic.max(0.0)) < UNEQUAL_VARIANCES)
+}

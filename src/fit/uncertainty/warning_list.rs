@@ -1,0 +1,249 @@
+//! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
+
+use crate::code::Code;
+use std::cmp::Reverse;
+
+/// Number of warnings of one kind from which on one line has the first of them and the number of the others.
+const SUMMARIZED: usize = 3;
+/// Experiments with their counts in a summary, those with the most warnings first.
+const NAMED: usize = 5;
+
+/// Severity of a warning, the most severe first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Severity {
+    /// The estimates have no meaning.
+    Worthless,
+    /// The check before the search found a probable cause of large residuals.
+    Suspicion,
+    /// Discretization errors are as large as the residuals.
+    Mesh,
+    /// The residuals are large compared with the observed motion.
+    Unexplained,
+    /// The model leaves out an effect that biases an estimate by more than its standard error.
+    Validity,
+    /// The residuals are no noise.
+    Misfit,
+    /// A bound, a prior or validation data contradict the result.
+    Contradiction,
+    /// Autocorrelated noise or a missing effect: the data do not separate the two.
+    Ambiguous,
+    /// The discretization error may exceed the intervals.
+    Numerics,
+    /// Information without an effect on the grade.
+    Note,
+}
+
+/// The warnings of a result.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Warnings(Vec<Warning>);
+
+/// Warnings as a report lists them, the most severe first.
+#[derive(Debug, Default)]
+pub(crate) struct ReportedWarnings {
+    pub texts: Vec<String>,
+    /// Code of each text.
+    pub codes: Vec<Code>,
+}
+
+/// A finding with its consequence and the action against it.
+#[derive(Clone, Debug)]
+struct Warning {
+    severity: Severity,
+    code: Code,
+    text: String,
+    /// The experiment, of a warning that several observations may have.
+    experiment: Option<String>,
+    /// Whether the finding changes the estimates by less than their standard errors.
+    is_minor: bool,
+}
+
+impl Warning {
+    /// Whether both are warnings of one kind that several observations may have.
+    fn is_like(&self, other: &Self) -> bool {
+        self.experiment.is_some()
+            && other.experiment.is_some()
+            && self.severity == other.severity
+            && plural(self.severity, self.code) == plural(other.severity, other.code)
+    }
+}
+
+/// Plural text of warnings that several observations may have.
+fn plural(severity: Severity, code: Code) -> &'static str {
+    match code {
+        Code::OutlyingExperiment => "that stand out",
+        Code::LargeResiduals => "with large residuals",
+        Code::BeyondSigma => "with residuals beyond the stated sigma",
+        Code::ResidualsNotWhite => "coordinates whose residuals are not white noise",
+        Code::Outliers if severity == Severity::Note => "coordinates with possible outliers",
+        Code::Outliers => "coordinates with outliers",
+        Code::ExceedsNoiseScale => "coordinates with residuals beyond their noise scale",
+        Code::UnresolvedCorrelation => "coordinates with unresolved correlation",
+        Code::ConstantAxis => "coordinates with one value only",
+        Code::RepeatedFrames => "observations with repeated frames",
+        Code::SigmaDoubtful => "observations with a doubtful sigma",
+        Code::PredictionFailed => "whose validation data could not be predicted",
+        Code::LargePredictionError => "validation data with larger errors than expected",
+        Code::LostFrames => "gaps of lost frames",
+        Code::Glitches => "markers that jump",
+        Code::SwappedLabels => "exchanges of labels",
+        _ => "warnings of simulations",
+    }
+}
+
+impl Warnings {
+    /// Adds a warning.
+    pub fn add(&mut self, severity: Severity, code: Code, text: impl Into<String>) {
+        let (text, experiment, is_minor) = (text.into(), None, false);
+        self.0.push(Warning { severity, code, text, experiment, is_minor });
+    }
+
+    /// Adds a warning of a finding that changes the estimates by less than their standard errors. It is listed last.
+    pub fn add_minor(&mut self, severity: Severity, code: Code, text: String) {
+        self.0.push(Warning { severity, code, text, experiment: None, is_minor: true });
+    }
+
+    /// Adds a warning of an experiment that other observations may have as well; many of these are summarized.
+    pub fn add_for(&mut self, experiment: &str, severity: Severity, code: Code, text: String) {
+        let experiment = Some(experiment.into());
+        self.0.push(Warning { severity, code, text, experiment, is_minor: false });
+    }
+
+    /// Adds all warnings of another list.
+    pub fn append(&mut self, mut others: Self) {
+        self.0.append(&mut others.0);
+    }
+
+    /// Severity of the most severe warning.
+    pub fn worst(&self) -> Option<Severity> {
+        self.0.iter().map(|w| w.severity).min()
+    }
+
+    /// Text of the first warning of this severity.
+    pub fn first(&self, severity: Severity) -> Option<&str> {
+        self.0.iter().find(|w| w.severity == severity).map(|w| &w.text[..])
+    }
+
+    /// Code of the first warning of this severity.
+    pub fn first_code(&self, severity: Severity) -> Option<Code> {
+        self.0.iter().find(|w| w.severity == severity).map(|w| w.code)
+    }
+
+    /// Text of the first warning with one of these codes.
+    pub fn first_of(&self, codes: &[Code]) -> Option<&str> {
+        self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
+    }
+
+    /// Whether the residuals are no noise, or may not be.
+    pub fn has_misfit(&self) -> bool {
+        let misfits = [Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
+        self.0.iter().any(|w| misfits.contains(&w.severity))
+    }
+
+    /// Replaces warnings of misfit by a note on another cause of the residuals. Large residuals stay.
+    pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
+        if self.has_misfit() {
+            self.0.retain(|w| ![Severity::Misfit, Severity::Ambiguous].contains(&w.severity));
+            self.add(Severity::Note, code, text);
+        }
+    }
+
+    /// Replaces the warnings of autocorrelated noise or a missing effect by a note.
+    pub fn downgrade_ambiguity(&mut self, code: Code, text: &str) {
+        if self.first(Severity::Ambiguous).is_some() {
+            self.0.retain(|w| w.severity != Severity::Ambiguous);
+            self.add(Severity::Note, code, text);
+        }
+    }
+
+    /// Whether there are warnings of misfit, all of them minor.
+    pub fn has_only_minor_misfits(&self) -> bool {
+        let severities = [Severity::Misfit, Severity::Ambiguous];
+        let mut own = self.0.iter().filter(|w| severities.contains(&w.severity)).peekable();
+        own.peek().is_some() && own.all(|w| w.is_minor)
+    }
+
+    /// Names of the outlying experiments.
+    pub fn outlying_experiments(&self) -> Vec<&str> {
+        let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
+        let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();
+        names.dedup();
+        names
+    }
+
+    /// Texts with codes, the most severe first. Of many warnings of one kind the first is listed, with the number of the
+    /// others and their experiments.
+    pub fn into_report(mut self) -> ReportedWarnings {
+        self.0.sort_by_key(|w| (w.is_minor, w.severity));
+        let mut report = ReportedWarnings::default();
+        for warning in &self.0 {
+            let same: Vec<&Warning> = self.0.iter().filter(|w| w.is_like(warning)).collect();
+            let text = match same[..] {
+                [first, ref others @ ..] if same.len() >= SUMMARIZED => {
+                    if !std::ptr::eq(first, warning) {
+                        continue;
+                    }
+                    warning.code.behind(format_args!("{}; {}", warning.text, summary(others)))
+                }
+                _ => warning.code.behind(&warning.text),
+            };
+            report.texts.push(text);
+            report.codes.push(warning.code);
+        }
+        report
+    }
+}
+
+/// Text on the number of further warnings of one kind, and their experiments.
+fn summary(others: &[&Warning]) -> String {
+    let mut experiments: Vec<(&str, usize)> = Vec::new();
+    for name in others.iter().filter_map(|w| w.experiment.as_deref()).filter(|e| !e.is_empty()) {
+        match experiments.iter_mut().find(|(own, _)| *own == name) {
+            Some((_, count)) => *count += 1,
+            None => experiments.push((name, 1)),
+        }
+    }
+    experiments.sort_by_key(|(_, count)| Reverse(*count));
+    let named = experiments.iter().take(NAMED);
+    let named: Vec<String> = named.map(|(name, count)| format!("{count} in {name}")).collect();
+    let mut text = format!("{} more", others.len());
+    if let Some(first) = others.first() {
+        text += &format!(" {}", plural(first.severity, first.code));
+    }
+    if !named.is_empty() {
+        text += &format!(": {}", named.join(", "));
+    }
+    match experiments.len().saturating_sub(NAMED) {
+        0 => text,
+        further => format!("{text}, and in {further} others"),
+    }
+}
+
+/// Text of a fraction in per cent, with at most three digits.
+pub(crate) fn percent(fraction: f64) -> String {
+    match 100.0 * fraction {
+        p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),
+        p if p < 0.01 => format!("{p:.0e} %"),
+        p if p < 9.5 => format!("{p:.2} %"),
+        p => format!("{p:.0} %"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percent;
+
+    #[test]
+    fn percentages_have_few_digits() {
+        let cases = [
+            (1e290, "more than 1000 %"),
+            (f64::INFINITY, "more than 1000 %"),
+            (f64::NAN, "more than 1000 %"),
+            (1.164, "116 %"),
+            (0.0213, "2.13 %"),
+            (1e-6, "1e-4 %"),
+        ];
+        for (fraction, words) in cases {
+            assert_eq!(percent(fraction), words);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Warnings about data and numerics: recordings, leverage, and time steps.
+
+use crate::code::Code;
+use crate::fit::measurement::constant_axes::ConstantAxis;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::repeated_frames::RepeatedFrames;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+
+/// Warns of an optimum that is inexact because halved time steps make the misfit discontinuous.
+pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
+    let is_reached = optimum.converged && search.is_noise(optimum);
+    let text = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
+                jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
+    if optimum.halved && !is_reached {
+        warnings.add(Severity::Numerics, Code::HalvedSteps, text);
+    }
+}
+
+/// Warns of recorded motions whose supports move too fast for the steps.
+pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
+    for experiment in experiments.iter().filter(|e| e.moves()) {
+        for (code, text) in experiment.problem.step_warnings() {
+            let text = experiment.key(&text);
+            warnings.add_for(&experiment.name, Severity::Numerics, code, text);
+        }
+    }
+}
+
+/// Notes coordinates that are left out of the fit.
+pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
+    for ConstantAxis { observation, axis, value, samples } in axes {
+        let text = format!(
+            "{observation}, {axis}: all {samples} values are {value} m. The coordinate is left out of the fit and \
+             of the noise estimate. Leave the column out of the file"
+        );
+        warnings.add_for("", Severity::Note, Code::ConstantAxis, text);
+    }
+}
+
+/// Warns of videos that were converted to a higher frame rate.
+pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings) {
+    for RepeatedFrames { observation, repeated, frames } in found {
+        let text = format!(
+            "{observation}: {repeated} of {frames} frames repeat the one before, as in a video that was converted to a higher \
+             frame rate. Repeated positions belong to earlier times and bias the estimates. Keep one frame of each"
+        );
+        warnings.add_for("", Severity::Misfit, Code::RepeatedFrames, text);
+    }
+}
+
+/// Notes defects of the recordings that drive the ends of rods.
+pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warnings) {
+    for experiment in experiments {
+        for (code, text) in experiment.problem.recording_warnings() {
+            match code {
+                Code::LostFrames | Code::Glitches | Code::SwappedLabels => {
+                    warnings.add_for(&experiment.name, Severity::Note, code, text);
+                }
+                _ => warnings.add(Severity::Note, code, text),
+            }
+        }
+    }
+}
+
+/// Notes sensitivities that grow exponentially.
+pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
+    if search.growth_weights().is_empty() {
+        return;
+    }
+    for growth in search.growths(optimum).into_iter().flatten() {
+        let (later, values) = (growth.later, growth.values);
+        let consequence = format!("the {later} of {values} later positions are down-weighted");
+        warnings.add(Severity::Note, Code::GrowingSensitivity, growth.describe(&consequence));
+    }
+}
+
+/// Notes values with a high leverage, where it is not that of growing sensitivities.
+pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
+    let search = fitted.search;
+    let count_in = |experiment: &Experiment| {
+        let own = fitted.measured().filter(|own| std::ptr::eq(own.experiment, experiment));
+        let rows = own.flat_map(|MeasuredResiduals { rows, .. }| rows);
+        rows.filter(|row| search.leverage_weight(*row) < 1.0).count()
+    };
+    let counts: Vec<usize> = search.experiments.iter().map(count_in).collect();
+    let total: usize = counts.iter().sum();
+    if total == 0 || !search.growth_weights().is_empty() {
+        return;
+    }
+    let named = counts.iter().zip(search.experiments);
+    let named = named.filter(|(count, experiment)| **count > 0 && !experiment.name.is_empty());
+    let named: Vec<String> = named.map(|(count, e)| format!("{count} of {}", e.name)).collect();
+    let places = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
+    let text = format!(
+        "{total} of {} values{places} have a high leverage: they change with the parameters more than 10 times as \
+         much as is usual. They are down-weighted by that factor. Check them, as where a rod whips the model is \
+         least accurate",
+        search.leverage_weights.len()
+    );
+    warnings.add(Severity::Note, Code::HighLeverage, text);
+}

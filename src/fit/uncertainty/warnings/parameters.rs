@@ -1,0 +1,78 @@
+//! Warnings about estimates: one-sided bounds, bounds of the search and priors.
+
+use crate::code::Code;
+use crate::fit::search::damping::is_damping;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use crate::fit::unknown::Unknown;
+
+/// Distance from the mean of a prior, in its standard deviations, from which on data and prior contradict each other.
+const CONTRADICTION: f64 = 3.0;
+
+/// Notes parameters with a one-sided bound.
+pub(crate) fn one_sided_bounds(
+    unknowns: &[Unknown],
+    estimates: &[Estimate],
+    warnings: &mut Warnings,
+) {
+    for (unknown, estimate) in unknowns.iter().zip(estimates) {
+        let (label, unit) = (estimate.label(), estimate.name.unit());
+        match (estimate.lower95, estimate.upper95) {
+            (None, Some(upper)) if is_damping(unknown) => {
+                let text = format!(
+                    "{label} is not distinguishable from zero: at most {upper:.3e} {unit} (one-sided 95 %). The \
+                     upper bound is the result. Record a longer motion to determine it"
+                );
+                warnings.add(Severity::Note, Code::MayBeZero, text);
+            }
+            (Some(bound), _) | (_, Some(bound)) => {
+                let [side, open] = match estimate.lower95 {
+                    Some(_) => ["at least", "larger"],
+                    None => ["at most", "smaller"],
+                };
+                let text = format!(
+                    "{label} is bounded from one side only: {side} {bound:.3e} {unit} (one-sided 95 %). The data fit \
+                     any {open} value as well. Record a motion that depends on it, or keep it fixed"
+                );
+                warnings.add(Severity::Note, Code::OneSided, text);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Warns of identifiable unknowns at a bound of the search.
+pub(crate) fn bounds_reached(
+    unknowns: &[Unknown],
+    optimum: &Optimum,
+    covariance: &Covariance,
+    warnings: &mut Warnings,
+) {
+    for ((unknown, x), deviation) in unknowns.iter().zip(&optimum.x).zip(&covariance.deviation) {
+        let [low, high] = unknown.scaled_bounds();
+        if deviation.is_some() && (*x <= low || *x >= high) {
+            let bound = unknown.from_scale(if *x <= low { low } else { high });
+            let text = format!(
+                "{unknown} is at its bound {bound}. The interval does not account for the bound. Widen the bound, \
+                 or check the model"
+            );
+            warnings.add(Severity::Contradiction, Code::AtBound, text);
+        }
+    }
+}
+
+/// Warns of estimates that contradict their priors.
+pub(crate) fn prior_conflicts(unknowns: &[Unknown], optimum: &Optimum, warnings: &mut Warnings) {
+    for (unknown, x) in unknowns.iter().zip(&optimum.x) {
+        let sigmas = unknown.prior_residual(*x).map_or(0.0, f64::abs);
+        if sigmas > CONTRADICTION {
+            let text = format!(
+                "{unknown} is {sigmas:.1} sigma from the mean of its prior. Data and prior contradict each other. Check \
+                 the prior and the set-up"
+            );
+            warnings.add(Severity::Contradiction, Code::PriorConflict, text);
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Warnings about residuals that are no noise, or noise of another size than stated.
+
+use crate::code::Code;
+use crate::fit::measurement::experiment::all;
+use crate::fit::misfit::initial_sigmas::UNEXPLAINED;
+use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::search::Search;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
+use crate::fit::search::residual_acceptance::{is_noisy, residual_tests};
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, is_sigma_doubtful};
+use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Ratio of root mean square residual and noise above which the residuals are too large, for many values.
+const TOO_LARGE: f64 = 1.5;
+/// Probability that noise alone is below the limit for few values.
+const TOO_LARGE_QUANTILE: f64 = 0.999;
+/// Root mean square residual, in stated sigmas, up to which residuals are never unexplained.
+const EXPLAINED_SIGMAS: f64 = 3.0;
+/// Effective sample size over the number of samples below which autocorrelation is noted.
+const NOTED_INFORMATION: f64 = 0.7;
+/// Independent values for each unknown from which on intervals are accurate.
+const ENOUGH_EACH: f64 = 15.0;
+/// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with white
+/// noise three exceed 0.3 and none 0.56.
+const STRONG_CORRELATION: f64 = 0.5;
+
+/// Whether residuals of this root mean square, in units of their noise, are too large for so many values.
+pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
+    let n = values.max(1) as f64;
+    let quantile = ChiSquared::new(n).map_or(0.0, |chi| chi.inverse_cdf(TOO_LARGE_QUANTILE));
+    rms > (quantile / n).sqrt().max(TOO_LARGE)
+}
+
+/// Warns of measurements with residuals that are large compared with the motion and no noise, and of residuals beyond a stated
+/// sigma. `narrow` is the consequence for the intervals, as a sentence.
+pub(crate) fn unexplained_motion(
+    fitted: Fitted,
+    LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
+    narrow: &str,
+    warnings: &mut Warnings,
+) {
+    let Fitted { search, optimum } = fitted;
+    if search.is_rounding(optimum) {
+        return;
+    }
+    let spreads = search.spreads(optimum);
+    let mut parts = UnexplainedParts::default();
+    let mut are_unexplained = Vec::with_capacity(spreads.len());
+    for (own, rms) in fitted.measured().zip(&spreads) {
+        let size = own.size();
+        let noise = EXPLAINED_SIGMAS * own.measurement.sigma().unwrap_or(0.0);
+        let correlation = |axis: &str| correlations.correlation(own.index, axis);
+        let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
+            && !adequacy.is_explained(own.index)
+            && !is_noisy(&own, *rms, correlation, search.significance_level());
+        let relative = rms / size.max(f64::MIN_POSITIVE);
+        parts.add(&own.experiment.name, relative, own.residuals.len(), is_unexplained);
+        are_unexplained.push(is_unexplained);
+    }
+    for ((own, rms), is_unexplained) in fitted.measured().zip(spreads).zip(are_unexplained) {
+        let MeasuredResiduals { experiment, measurement, residuals, .. } = own;
+        let (name, size) = (&experiment.name, own.size());
+        let relative = rms / size.max(f64::MIN_POSITIVE);
+        let unit = measurement.data_unit();
+        let finding = format!(
+            "{}: the residuals are {} of the observed motion ({:.3e} {unit} of {:.3e} {unit})",
+            experiment.label(measurement),
+            percent(relative),
+            rms / unit.size,
+            size / unit.size,
+            unit = unit.name
+        );
+        let outlying = parts.outlying(name);
+        if let Some(part) = outlying.filter(|_| is_unexplained) {
+            let text = format!(
+                "{finding}, and {} in the whole experiment; the median of {} experiments is {}. This recording is \
+                 an outlier, and a fault of the common set-up is not the reason. Inspect it, or use it as \
+                 validation data (held_out = true)",
+                percent(part),
+                parts.count(),
+                percent(parts.median())
+            );
+            warnings.add_for(name, Severity::Misfit, Code::OutlyingExperiment, text);
+        } else if is_unexplained {
+            // The mean of the observed motion has residuals of its size.
+            let is_worthless = relative >= 1.0;
+            let severity = if is_worthless { Severity::Worthless } else { Severity::Unexplained };
+            let text = format!(
+                "{finding}. The estimates may be wrong. Check the set-up: release time, scale, origin, tracked \
+                 point, dimensions"
+            );
+            warnings.add_for(name, severity, Code::LargeResiduals, text);
+        }
+        let is_beyond = |sigma: &f64| is_too_large(rms / sigma, residuals.len());
+        if let Some(sigma) = measurement.sigma().filter(is_beyond) {
+            let text = format!(
+                "{}: the residuals are {} the stated sigma{narrow}. Correct sigma, or add the missing effect \
+                 to the scene",
+                experiment.label(measurement),
+                factor_text(rms / sigma)
+            );
+            warnings.add_for(name, Severity::Misfit, Code::BeyondSigma, text);
+        }
+    }
+}
+
+/// Text of a factor.
+pub(crate) fn factor_text(factor: f64) -> String {
+    match factor {
+        f if f.is_nan() || f > 1000.0 => "more than 1000 times".into(),
+        f => format!("{f:.1} times"),
+    }
+}
+
+/// Tests of the residuals of all coordinates, with warnings of those that are no noise or have outliers. `narrow` is the
+/// consequence for the intervals, as a sentence.
+pub(crate) fn test_residuals(
+    fitted: Fitted,
+    correlations: &NoiseCorrelations,
+    narrow: &str,
+    warnings: &mut Warnings,
+) -> Vec<ResidualTests> {
+    let (mut all, significance) = (Vec::new(), fitted.search.significance_level());
+    for own in fitted.measured() {
+        let correlation = |axis: &str| correlations.correlation(own.index, axis);
+        for tests in residual_tests(&own, correlation, significance) {
+            let finding = format!("{}, {}: {}", tests.observation, tests.axis, tests.verdict);
+            if !tests.is_noise() {
+                let text = format!(
+                    "{finding}. The model lacks an effect, or the noise is correlated{narrow}. Read the likely \
+                     omitted effects, or try --extend"
+                );
+                let code = Code::ResidualsNotWhite;
+                warnings.add_for(&own.experiment.name, Severity::Misfit, code, text);
+            } else if !tests.passed {
+                let text = format!(
+                    "{finding}. Outliers may bias the estimates. Use a robust loss (huber, cauchy), which \
+                     down-weights them"
+                );
+                warnings.add_for(&own.experiment.name, Severity::Note, Code::Outliers, text);
+            }
+            all.push(tests);
+        }
+    }
+    note_autocorrelation(&all, fitted.search.unknowns.len(), warnings);
+    all
+}
+
+/// Whether the residuals of every measurement are noise of the size that the samples show.
+pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
+    let mut warnings = Warnings::default();
+    unexplained_motion(fitted, local, "", &mut warnings);
+    test_residuals(fitted, &local.correlations, "", &mut warnings);
+    excess_over_noise_scale(fitted.search, &local.adequacy, &mut warnings);
+    !warnings.has_misfit()
+}
+
+/// Warns of residuals that autocorrelated noise or a missing effect would leave: those beyond the noise scale of the
+/// samples, and strongly autocorrelated ones without any scale.
+pub(crate) fn excess_over_noise_scale(
+    search: &Search,
+    adequacy: &Adequacy,
+    warnings: &mut Warnings,
+) {
+    let coordinates = &adequacy.coordinates;
+    for coordinate in coordinates {
+        let CoordinateNoise { scale, measurement, stated_sigma, correlation, is_at_cap, .. } =
+            coordinate;
+        let experiment = all(search.experiments).nth(*measurement).map_or("", |(e, _)| &e.name);
+        let (observation, axis, rms) = (&scale.observation, &scale.axis, scale.residual_rms);
+        let is_exceeded = coordinate.is_exceeded(coordinates.len());
+        let is_unresolved = *correlation > STRONG_CORRELATION && scale.value.is_none();
+        let is_stated = stated_sigma.is_some();
+        let (code, text) = match (scale.p_value, scale.value) {
+            _ if is_exceeded && coordinate.has_outliers && !is_stated => (
+                Code::Outliers,
+                format!(
+                    "the residuals (RMS {rms:.2e} m) exceed the noise scale of the samples, and some \
+                     are outliers, which bias the estimates. Use a robust loss (huber, cauchy)"
+                ),
+            ),
+            (Some(p), Some(value)) if is_exceeded && !is_stated => (
+                Code::ExceedsNoiseScale,
+                format!(
+                    "the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
+                     samples ({value:.2e} m, p = {p:.0e}). The noise is autocorrelated or the model lacks an effect. \
+                     Record the rod at rest and state its scatter as sigma"
+                ),
+            ),
+            _ if *is_at_cap || is_unresolved && !is_stated => {
+                let reason = scale.unavailable.as_ref().map(|reason| format!(" ({reason})"));
+                let reason = reason.unwrap_or_default();
+                let text = format!(
+                    "neighboring residuals correlate by {correlation:.2}, and no independent \
+                     noise scale is available{reason}. Autocorrelated noise and a missing effect cannot be separated. \
+                     State sigma"
+                );
+                (Code::UnresolvedCorrelation, text)
+            }
+            _ => continue,
+        };
+        let text = format!("{observation}, {axis}: {text}");
+        warnings.add_for(experiment, Severity::Ambiguous, code, text);
+    }
+}
+
+/// Notes stated sigmas that differ from the scatter of the data by a factor of about three or more.
+pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
+    for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
+        let Some(sigma) = measurement.sigma() else { continue };
+        let own = adequacy.coordinates.iter().filter(|c| c.measurement == index);
+        let scatters = own.map(|c| match c.scale.value {
+            Some(value) => (value, "differences of the samples"),
+            None => (c.scale.residual_rms, "the residuals"),
+        });
+        // A stated sigma holds for all coordinates: the largest scatter is compared.
+        let largest = scatters.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        if let Some((scatter, source)) = largest
+            && scatter > 0.0
+            && is_sigma_doubtful(sigma, scatter)
+        {
+            let consequence = match sigma > scatter {
+                true => "Intervals are too wide, and a misfit of that size is not detected",
+                false => "Intervals are too narrow",
+            };
+            let text = format!(
+                "{}: the stated sigma ({sigma:.1e} m) differs from the scatter that {source} show \
+                 ({scatter:.1e} m). {consequence}. Check its unit, or leave sigma out to have it estimated",
+                experiment.label(measurement)
+            );
+            warnings.add_for(&experiment.name, Severity::Note, Code::SigmaDoubtful, text);
+        }
+    }
+}
+
+/// Notes the number of independent values that carry the information of autocorrelated ones.
+fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
+    let values: f64 = tests.iter().map(|t| t.values as f64).sum();
+    let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
+    let strongest = tests.iter().max_by(|a, b| a.autocorrelation.total_cmp(&b.autocorrelation));
+    let is_noted = effective < NOTED_INFORMATION * values;
+    let Some(strongest) = strongest.filter(|_| is_noted) else { return };
+    let mut text = format!(
+        "{}, {}: neighboring residuals correlate by {:.2}, so that {values:.0} samples carry the information of \
+         {effective:.0} independent ones. The intervals allow for it",
+        strongest.observation, strongest.axis, strongest.autocorrelation
+    );
+    if effective < ENOUGH_EACH * unknowns as f64 {
+        text += ", but are uncertain themselves. Record longer; more frames a second do not help";
+    }
+    warnings.add(Severity::Note, Code::CorrelatedNoise, text);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_too_large;
+
+    /// Chi-squared: the root of its 99.9 % quantile is 3.29 for one value, and below 1.5 for a hundred.
+    #[test]
+    fn few_values_have_a_larger_limit_than_many() {
+        assert!(!is_too_large(2.0, 1) && is_too_large(3.4, 1));
+        assert!(is_too_large(1.6, 100) && !is_too_large(1.4, 100));
+    }
+}
