@@ -12,7 +12,7 @@ use crate::noise::kinds::Noise;
 const SIGMA: f64 = 1e-3;
 const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
 
-/// Two swings, damped a little.
+/// Two lightly damped oscillations.
 fn scene() -> Scene {
     let mut scene = coarse(12, 4e-3, 0.8);
     scene.loads.damping.mass = 0.5;
@@ -125,7 +125,7 @@ fn repeated_frames_are_reported_and_lower_the_grade() {
     assert_ne!(doubled.grade, Grade::Trustworthy);
 }
 
-/// A sigma three times too large or too small is reported, whichever of the two.
+/// A stated sigma that is three times too large or too small is reported.
 #[test]
 fn stated_sigma_off_by_three_is_reported() {
     let data = noisy(&observe(&scene(), 100), SIGMA, 5);
@@ -180,7 +180,7 @@ fn headline_interval_is_the_expanded_one_beside_known_inputs() {
     let e = &report.parameters[0];
     let [low, high] = e.expanded95.unwrap();
     let half = e.coverage_factor.unwrap() * e.combined_std.unwrap();
-    // E goes with the radius to the power of minus two: 1 % of it is 2 % of E.
+    // E scales as the radius to the power of minus two: 1 % of it is 2 % of E.
     assert!((half / e.value.unwrap() / (2.0 * 0.02) - 1.0).abs() < 0.05, "{report}");
     assert!((high - low - 2.0 * half).abs() < 1e-9 * half);
     let text = report.to_string();

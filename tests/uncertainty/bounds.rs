@@ -7,7 +7,7 @@ use rodfit::{Code, Fit, Parameter, Point, Unknown};
 use crate::common::fits::noisy;
 use crate::common::simulate;
 
-/// A horizontal rod that is let go; without a mesh the program chooses it.
+/// A horizontal rod that is released; without `segments` the program chooses the mesh.
 fn falling(segments: Option<usize>, damping: f64) -> Scene {
     let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(1300.0, 1.602e8) };
@@ -19,7 +19,7 @@ fn falling(segments: Option<usize>, damping: f64) -> Scene {
     scene
 }
 
-/// The tip at these many times.
+/// The tip at `count` times.
 fn tip(scene: &Scene, count: usize, end: f64) -> Observation {
     let run = simulate(scene);
     let sample = |k: usize| {
@@ -63,7 +63,7 @@ fn damping_near_zero_always_has_a_bound_that_covers() {
     }
 }
 
-/// A cantilever so stiff that the noise hides that it bends, with a marker on a tip that a force pulls.
+/// A cantilever so stiff that the noise hides its bending, with a marker on a tip that a force pulls.
 fn stiff(modulus: f64) -> Scene {
     let text = format!(
         "[rod]\nshape = {{ kind = \"helix\", length = 0.03132, radius = 7.287e-4, pitch = 1.474e-3, \
@@ -79,7 +79,7 @@ fn stiff(modulus: f64) -> Scene {
     Scene::from_toml(&text, ".").unwrap()
 }
 
-/// Whatever the start, on either side of the truth: at least so much, and not a value with an error of 5 %.
+/// From start values on both sides of the truth the result is a lower bound, not a value with an error of 5 %.
 #[test]
 fn modulus_without_visible_bending_is_bounded_from_below() {
     let (truth, sigma) = (1.9e10, 5.1e-5);

@@ -1,4 +1,4 @@
-//! The budget of uncertainty against closed forms and against Monte Carlo.
+//! Uncertainty budgets against closed forms and against Monte Carlo.
 
 use rodfit::fit::{
     Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Grade, Known,
@@ -12,7 +12,7 @@ use crate::common::coarse;
 use crate::common::fits::{noisy, observe, of_a_right_mesh};
 use crate::intervals::small;
 
-/// Known numbers, by a part of their values.
+/// Known inputs with their relative standard uncertainties.
 const KNOWN: [(&str, f64); 3] =
     [("rod.shape.length", 0.004), ("rod.section.radius", 0.01), ("material.density", 0.02)];
 
@@ -20,7 +20,7 @@ fn named(name: &str) -> Parameter {
     name.parse().unwrap()
 }
 
-/// A number of the scene with an uncertainty of a part of it.
+/// A known input with a relative standard uncertainty.
 fn known(scene: &Scene, name: &str, part: f64) -> Known {
     Known::new(named(name), part * named(name).of(scene).unwrap())
 }
@@ -29,7 +29,7 @@ fn all_known(fit: Fit, scene: &Scene) -> Fit {
     KNOWN.iter().fold(fit, |fit, (name, part)| fit.known(known(scene, name, *part)))
 }
 
-/// So stiff that it is a beam.
+/// A rod with the small deflections of a linear beam.
 fn stiff(gravity: f64) -> Scene {
     let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
     let section = Section::Circle { radius: 0.005 };
@@ -38,7 +38,7 @@ fn stiff(gravity: f64) -> Scene {
     scene
 }
 
-/// One frequency with a part of it as noise.
+/// A fit of the modulus to one frequency with relative noise.
 fn frequency(noise: f64) -> (Scene, Fit) {
     let scene = stiff(0.0);
     let problem = scene.problem().unwrap();
@@ -47,7 +47,7 @@ fn frequency(noise: f64) -> (Scene, Fit) {
     (scene, fit.identify(Parameter::YoungsModulus))
 }
 
-/// The tip's sag with a part of it as noise.
+/// The deflection of the tip with relative noise.
 fn droop(scene: &Scene, noise: f64) -> RestShape {
     let tip = scene.problem().unwrap().equilibrium().unwrap().tip;
     let position = [None, Some(tip[1]), None];
@@ -60,12 +60,12 @@ fn fit_droop(noise: f64) -> (Scene, Fit) {
     (scene, fit.identify(Parameter::YoungsModulus))
 }
 
-/// A small swing, released under its weight.
+/// A fit of the modulus to a small oscillation, released under its weight.
 fn swing() -> (Scene, Fit) {
     let mut scene = coarse(10, 1e-3, 0.15);
     scene.material.youngs_modulus = 1e10;
     let mut data = observe(&scene, 60);
-    // How far the tip is from the wall would tell the length.
+    // The distance of the tip from the wall would determine the length.
     data.samples.iter_mut().for_each(|sample| sample.position[0] = None);
     let size =
         data.samples.iter().filter_map(|s| s.position[1]).fold(0.0_f64, |m, y| m.max(y.abs()));
@@ -83,7 +83,7 @@ fn near(found: f64, expected: f64, part: f64) {
     assert!((found / expected - 1.0).abs() < part, "{found}, expected {expected}");
 }
 
-/// Per cent of E per per cent of a source.
+/// Relative sensitivity of an estimate to a source.
 #[track_caller]
 fn relative(estimate: &Estimate, source: &str) -> f64 {
     let line = estimate.budget.iter().find(|line| line.source == source);
@@ -96,10 +96,10 @@ fn contribution(estimate: &Estimate, source: &str) -> f64 {
     line.unwrap_or_else(|| panic!("no {source}")).contribution / estimate.value.unwrap()
 }
 
-/// E goes with the square of the frequency, L^4, 1/r^2 and the density; by a swing it does as by a
-/// frequency, as a sag under the weight is one over the squared frequency; by a sag with its inverse.
+/// `E = w^2 L^4 rho/(c r^2)` of the frequency `w` of a beam: exponents 4, -2 and 1 of length, radius and density. An oscillation
+/// has the same, and a deflection `y = rho g L^4/(c E r^2)` too; the noise of `w` counts twice, that of `y` once.
 #[test]
-fn sensitivities_are_those_of_the_closed_forms() {
+fn sensitivities_equal_the_exponents_of_the_closed_forms() {
     let (noise, slack) = (0.003, [1e-6, 1e-3, 5e-3]);
     let fits = [frequency(noise), fit_droop(noise), swing()];
     for (k, ((scene, fit), slack)) in fits.into_iter().zip(slack).enumerate() {
@@ -125,14 +125,14 @@ fn sensitivities_are_those_of_the_closed_forms() {
         near(0.5 * (to - from), expanded, 1e-9);
         near(e.coverage_factor.unwrap(), 1.95996, 1e-5);
         near(e.budget.iter().map(|l| l.share).sum(), 1.0, 1e-12);
-        // The data do not know of it.
+        // The standard error is that of the noise alone.
         near(e.std_error.unwrap() / e.value.unwrap(), contribution(e, "noise"), 1e-9);
     }
 }
 
-/// The error of each known number drawn anew, and the noise, in every fit.
+/// Random errors of all inputs and random noise in 600 fits: their spread has an error of 3 %.
 #[test]
-fn a_monte_carlo_agrees_with_the_budget() {
+fn monte_carlo_spread_agrees_with_the_budget() {
     for (scene, fit) in [frequency(0.003), fit_droop(0.003), swing()] {
         let analysis = Analysis { monte_carlo: 600, seed: 5, ..Analysis::default() };
         let report = all_known(fit, &scene).analyse(analysis).solve().unwrap();
@@ -145,12 +145,12 @@ fn a_monte_carlo_agrees_with_the_budget() {
     }
 }
 
-/// Numbers whose errors go together make up for each other, or add.
+/// Contributions of 4 % and -4 % with the correlation `r` add up to `4 sqrt(2 - 2 r)` per cent.
 #[test]
 fn correlated_errors_add_with_their_signs() {
     for (correlation, expected) in [(1.0, 0.0), (0.5, 4.0), (0.0, 5.656854), (-1.0, 8.0)] {
         let (scene, fit) = frequency(1e-9);
-        // Of one per cent 4, and of two -4.
+        // 1 % of the length is 4 % of E, 2 % of the radius -4 %.
         let radius = named("rod.section.radius");
         let length = known(&scene, "rod.shape.length", 0.01).correlated(radius, correlation);
         let quiet = Analysis {
@@ -163,13 +163,13 @@ fn correlated_errors_add_with_their_signs() {
         let e = modulus(&report);
         let percent = 100.0 * e.combined_std.unwrap() / e.value.unwrap();
         assert!((percent - expected).abs() < 1e-4, "{correlation}: {percent}");
-        // Drawn so, too; where they cancel, what is left is of second order.
+        // The Monte Carlo has the same correlation; where the contributions cancel, a second-order spread remains.
         let drawn = 100.0 * e.monte_carlo.as_ref().unwrap().std / e.value.unwrap();
         assert!((drawn - expected).abs() < 0.25 * expected + 0.2, "{correlation}: {drawn}");
     }
 }
 
-/// One ruler for two rods is an error of both; two rulers are two.
+/// A shared length error of 1 % is 4 % of E; independent ones of two experiments are `4/sqrt(2)` per cent.
 #[test]
 fn experiments_share_an_error_or_have_their_own() {
     let scene = stiff(9.8);
@@ -190,10 +190,9 @@ fn experiments_share_an_error_or_have_their_own() {
     near(percent(vec![own("one"), own("two")]), 4.0 / 2.0_f64.sqrt(), 1e-3);
 }
 
-/// Of few values the noise is known badly, and the expanded uncertainty says so; what is known well makes
-/// up for it.
+/// Eight values and one unknown: Student's t of seven degrees of freedom, 2.3646. A dominant known input has the normal factor.
 #[test]
-fn few_values_widen_the_coverage() {
+fn few_values_increase_the_coverage_factor() {
     let scene = small(0.3);
     let data = noisy(&observe(&scene, 4), 1e-4, 1);
     let fit = |known: Option<Known>| {
@@ -201,7 +200,6 @@ fn few_values_widen_the_coverage() {
         let fit = fit.identify(Parameter::YoungsModulus).analyse(crate::common::fits::same_mesh());
         known.into_iter().fold(fit, Fit::known).solve().unwrap()
     };
-    // Eight values, one unknown.
     let report = fit(None);
     let e = modulus(&report);
     near(e.coverage_factor.unwrap(), 2.364624, 1e-5);
@@ -214,7 +212,7 @@ fn few_values_widen_the_coverage() {
 
 /// Sensitivities to inputs cost one run with derivatives, and omitted effects a run of a coarse model.
 #[test]
-fn input_sensitivities_of_everything_is_said() {
+fn all_inputs_have_sensitivities_and_cost_one_run() {
     let (scene, fit) = swing();
     let asked = Analysis { sensitivity_analysis: Some(true), ..Analysis::default() };
     let fit = fit.analyse(asked);
@@ -234,7 +232,7 @@ fn input_sensitivities_of_everything_is_said() {
         report.to_string().contains("Input sensitivities     +1 % of rod.shape.length "),
         "{report}"
     );
-    // What is said to be known stands in the budget instead.
+    // A known input is in the budget instead.
     let length = known(&scene, "rod.shape.length", 0.01);
     let said = fit.clone().known(length).solve().unwrap();
     assert!(modulus(&said).input_sensitivities.iter().all(|p| p.source != "rod.shape.length"));
@@ -244,9 +242,9 @@ fn input_sensitivities_of_everything_is_said() {
     assert!(report.simulations < 1.3 * quiet.simulations + 1.0, "{report}\n{quiet}");
 }
 
-/// What cannot be is refused before anything is computed, with what is allowed.
+/// Contradictory inputs are rejected before any computation, with the allowed values.
 #[test]
-fn what_cannot_be_known_is_refused() {
+fn contradictory_known_inputs_are_rejected() {
     let folder = std::env::current_dir().unwrap().join("data");
     let head = "scene = \"cantilever.toml\"\nobservation = [{ file = \"cantilever-tip.csv\" }]\n";
     let modulus = "[[parameter]]\nname = \"youngs_modulus\"\n";
@@ -280,7 +278,7 @@ fn what_cannot_be_known_is_refused() {
         let error = FitFile::from_toml(&format!("{head}{parameter}{known}"), &folder).unwrap_err();
         assert!(error.to_string().contains(words), "{known}: {error}");
     }
-    // Three that no numbers have together.
+    // Correlations of 0.9, 0.9 and -0.9 have no positive semidefinite matrix.
     let [a, b, c] = ["radius", "density", "rod.shape.length"].map(named);
     let with = |with, value| Correlation { with, experiment: None, value };
     let one = Known { correlations: vec![with(b, 0.9), with(c, 0.9)], ..Known::new(a, 1.0) };
@@ -290,10 +288,10 @@ fn what_cannot_be_known_is_refused() {
     assert!(error.to_string().contains("negative eigenvalues"), "{error}");
 }
 
-/// A length that is off within its uncertainty explains what it leaves in the residuals: that is no noise, and no fault of
-/// the model. One that is farther off than it can be is a warning.
+/// An error of a known length within its uncertainty explains the residuals that it causes: they are neither noise nor a fault of
+/// the model. A larger error is a warning.
 #[test]
-fn what_a_known_number_leaves_is_no_noise() {
+fn error_of_a_known_input_explains_its_residuals() {
     let true_length = 0.5 * 1.006;
     let mut scene = coarse(10, 2e-3, 0.4);
     let nominal = scene.clone();
@@ -315,7 +313,7 @@ fn what_a_known_number_leaves_is_no_noise() {
     near(relative(&report), relative(&right), 0.25);
     assert!(relative(&wrong) > 3.0 * relative(&right));
     near(report.sigma[0], 2e-4, 0.1);
-    // What is left is said as it is.
+    // The reported residuals are the measured ones.
     near(report.residual_rms, wrong.residual_rms, 1e-6);
     let e = modulus(&report);
     let [from, to] = e.expanded95.unwrap();

@@ -1,4 +1,4 @@
-//! What a plan is expected to tell, against fits of data as planned, against other plans and closed forms.
+//! Expected uncertainty of planned data against fits of such data, other plans and closed forms.
 
 use nalgebra::DMatrix;
 use rodfit::fit::{Advice, Choice, Design, DesignVariable, Frequencies, Known, RestShape};
@@ -42,14 +42,14 @@ fn near(found: &[Option<f64>], expected: &[Option<f64>], part: f64) {
     }
 }
 
-/// Data without noise that are as planned.
+/// Exact data at the planned times.
 fn as_planned(scene: &Scene) -> Observation {
     observe(scene, 80).sigma(SIGMA)
 }
 
-/// Standard errors are those of the normal matrix at the same values, to rounding.
+/// Standard errors are the roots of the diagonal of `(J'J)^-1` at the same values, to rounding.
 #[test]
-fn errors_are_those_of_the_normal_matrix() {
+fn expected_errors_equal_those_of_the_normal_matrix() {
     let scene = scene();
     let fit = Fit::new(&scene.problem().unwrap()).observe(as_planned(&scene));
     let fit = BOTH.iter().fold(fit, |fit, p| fit.identify(*p));
@@ -59,13 +59,13 @@ fn errors_are_those_of_the_normal_matrix() {
     let covariance = j.tr_mul(&j).try_inverse().unwrap();
     let expected = [0, 1].map(|k| Some(covariance[(k, k)].sqrt() * values[k]));
     near(&errors(&design(&scene, planned(0.8, RATE))), &expected, 1e-6);
-    // Of data only the times count.
+    // A design uses only the times of data.
     near(&errors(&design(&scene, noisy(&as_planned(&scene), 0.1, 3))), &expected, 1e-6);
 }
 
-/// Fits of seeded data scatter as expected, and say so themselves.
+/// 120 fits of random data have the expected spread and standard errors.
 #[test]
-fn seeded_fits_scatter_as_expected() {
+fn spread_of_fits_equals_the_expected_error() {
     let scene = scene();
     let expected = errors(&design(&scene, planned(0.8, RATE)));
     let clean = as_planned(&scene);
@@ -77,17 +77,17 @@ fn seeded_fits_scatter_as_expected() {
         }
         said.push(report.estimate(BOTH[0]).unwrap().std_error.unwrap());
     }
-    // Some take chance for noise that remembers.
+    // The median: some fits take white noise for autocorrelated noise by chance.
     said.sort_by(f64::total_cmp);
     near(&[Some(said[said.len() / 2])], &expected[..1], 0.02);
     for (values, expected) in found.iter().zip(expected) {
         let [_, spread] = mean_and_spread(values);
-        // Three standard deviations of a spread of as many.
+        // The spread of n values has the relative standard error 1/sqrt(2 n).
         near(&[Some(spread)], &[expected], 3.0 / (2.0 * values.len() as f64).sqrt());
     }
 }
 
-/// The choices of a design, and that which it marks.
+/// The advice of a design on a variable, and its best choice.
 fn advice(design: &Design, variable: DesignVariable) -> (&Advice, &Choice) {
     let advice = design.advice.iter().find(|a| a.variable == variable).unwrap();
     let best: Vec<&Choice> = advice.choices.iter().filter(|c| c.best).collect();
@@ -96,9 +96,9 @@ fn advice(design: &Design, variable: DesignVariable) -> (&Advice, &Choice) {
     (advice, best[0])
 }
 
-/// Every choice is what a plan of it says.
+/// The errors of a choice are those of a plan with it.
 #[test]
-fn choices_are_plans() {
+fn choices_have_the_errors_of_their_plans() {
     let scene = scene();
     let whole = design(&scene, planned(0.4, RATE));
     let (places, best) = advice(&whole, DesignVariable::MarkerPosition);
@@ -119,9 +119,9 @@ fn choices_are_plans() {
     assert!((best.value / (4.0 * RATE) - 1.0).abs() < 1e-9);
 }
 
-/// White noise has less to say by the root of how many frames there are.
+/// Independent noise of n frames: errors scale as `1/sqrt(n)`.
 #[test]
-fn errors_go_with_the_root_of_the_rate() {
+fn errors_scale_as_the_inverse_root_of_the_frame_rate() {
     let design = design(&scene(), planned(0.8, 1000.0));
     let (rates, _) = advice(&design, DesignVariable::FrameRate);
     for pair in rates.choices.windows(2).skip(1) {
@@ -140,9 +140,9 @@ fn stiff() -> Scene {
     scene
 }
 
-/// A small droop goes with 1/E, a frequency with its root, and budgets follow.
+/// A deflection scales as 1/E, a frequency as its root: 1 % of them is 1 % and 2 % of E.
 #[test]
-fn closed_forms() {
+fn errors_of_deflection_and_frequency_equal_closed_forms() {
     let scene = stiff();
     let problem = scene.problem().unwrap();
     let droop = -problem.equilibrium().unwrap().tip[1];
@@ -152,7 +152,7 @@ fn closed_forms() {
     let fit = Fit::new(&problem).observe(plan).identify(Parameter::YoungsModulus).known(radius);
     let design = fit.design().unwrap();
     near(&errors(&design), &[Some(0.01 * modulus)], 1e-3);
-    // The droop of a rod's own weight goes with r^-2.
+    // The deflection under the own weight scales as r^-2.
     let combined = modulus * 0.01_f64.hypot(2.0 * 0.01);
     near(&[design.parameters[0].combined_std], &[Some(combined)], 1e-3);
 
@@ -162,9 +162,9 @@ fn closed_forms() {
     near(&errors(&fit.design().unwrap()), &[Some(0.02 * modulus)], 1e-3);
 }
 
-/// What enters only as a ratio is not identified by any choice, and a plan is no recording.
+/// Modulus and density enter only as a ratio, whatever the choice. A plan has no data to fit.
 #[test]
-fn what_nothing_tells_is_said() {
+fn ratio_is_never_identifiable_and_a_plan_cannot_be_fitted() {
     let scene = scene();
     let fit = Fit::new(&scene.problem().unwrap()).observe(planned(0.4, RATE));
     let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::Density);
@@ -175,7 +175,7 @@ fn what_nothing_tells_is_said() {
     assert!(refused.contains("observation[0].file") && refused.contains("planned"), "{refused}");
 }
 
-/// Independent measurements of one parameter add their information, and each is what the others lack.
+/// The information of independent measurements, inverse variances, adds up.
 #[test]
 fn contributions_of_independent_measurements_add_up() {
     let problem = scene().problem().unwrap();

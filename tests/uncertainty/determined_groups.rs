@@ -1,4 +1,4 @@
-//! Groups of numbers that the data determine where they do not determine the mass.
+//! Groups of parameters that the data determine without a scale of forces.
 
 use rodfit::fit::DeterminedGroup;
 use rodfit::scene::{PointForce, Scene};

@@ -25,7 +25,7 @@ fn known(scene: &Scene, name: &str) -> Known {
 }
 
 fn fit(scene: &Scene, data: &Observation, unknowns: &[Parameter]) -> Fit {
-    // Sensitivities are of the minimum: nothing is left to the tolerance of the search.
+    // Sensitivities are those of the exact minimum: the tolerance of the search is tight.
     let analysis = Analysis { tolerance: 1e-7, ..of_a_right_mesh() };
     let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone()).analyse(analysis);
     unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown))
@@ -74,7 +74,7 @@ fn check(scene: &Scene, data: &Observation, unknowns: &[Parameter]) {
             );
             let lines = &budget.estimate(*unknown).unwrap().budget;
             let line = lines.iter().find(|line| line.source == input).unwrap();
-            // A negative number has a relative sensitivity, too.
+            // A negative input has a relative sensitivity too.
             let in_budget = line.relative_sensitivity.unwrap();
             assert!(
                 (in_budget - found).abs() < 1e-6 * found.abs()
@@ -85,7 +85,7 @@ fn check(scene: &Scene, data: &Observation, unknowns: &[Parameter]) {
     }
 }
 
-/// A strip of silicone so limp that it whips about; Kelvin-Voigt damping ends that.
+/// A limp strip of silicone with fast motion, which Kelvin-Voigt damping ends.
 fn limp_strip() -> Scene {
     let mut scene = coarse(30, 1e-3, 1.2);
     scene.rod.shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };

@@ -7,16 +7,16 @@ use rodfit::{Fit, Parameter};
 use crate::common::coarse;
 use crate::common::fits::{covers, fit, fit_with, noisy, observe, same_mesh};
 
-/// Damped, of 10 edges.
+/// A damped oscillation of a rod with 10 edges.
 pub fn small(end: f64) -> Scene {
     let mut scene = coarse(10, 4e-3, end);
     scene.loads.damping.mass = 0.8;
     scene
 }
 
-/// Where the model is nearly linear over the noise, all four ways agree.
+/// Profile, bootstrap and observed information agree with the standard error of a nearly linear model.
 #[test]
-fn four_ways_to_an_error() {
+fn four_methods_agree_on_a_nearly_linear_model() {
     let scene = small(0.8);
     let data = noisy(&observe(&scene, 60), 1e-3, 5);
     let analysis = Analysis {
@@ -48,7 +48,7 @@ fn four_ways_to_an_error() {
         near(to.unwrap(), high, 0.1);
     }
     assert!(report.warnings.is_empty(), "{report}");
-    // Seeded: the same again.
+    // The same seed yields the same replicates.
     let again =
         fit_with(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
     assert_eq!(
@@ -57,10 +57,9 @@ fn four_ways_to_an_error() {
     );
 }
 
-/// The profile is the misfit of all other unknowns' best values: its ends are where the likelihood
-/// ratio is, whatever route is taken.
+/// The ends of the profile against fits with the parameter held there: twice the misfit has risen by the squared quantile.
 #[test]
-fn the_profile_ends_where_the_misfit_has_risen() {
+fn profile_ends_at_the_squared_quantile() {
     let scene = small(0.3);
     let data = noisy(&observe(&scene, 12), 1e-2, 3).sigma(1e-2);
     let analysis = Analysis { profile: true, ..Analysis::default() };
@@ -80,9 +79,9 @@ fn the_profile_ends_where_the_misfit_has_risen() {
     }
 }
 
-/// Damping that can hardly be seen is bounded from above only: the profile says so, or the fit.
+/// Damping near zero is bounded from above only, by the profile or by the fit.
 #[test]
-fn an_open_interval_is_open() {
+fn interval_of_undetermined_damping_is_open() {
     let mut scene = small(0.4);
     scene.loads.damping.mass = 0.1;
     let (mut open, mut bounded, mut covered) = (0, 0, 0);
@@ -108,9 +107,9 @@ fn an_open_interval_is_open() {
     assert!(open + bounded >= 4 && covered + 1 >= bounded);
 }
 
-/// A slice of `cargo run --release --example coverage -- 2000`: E with damping.
+/// A part of `cargo run --release --example coverage -- 2000`: E with damping.
 #[test]
-fn intervals_cover() {
+fn intervals_of_modulus_and_damping_cover() {
     let scene = small(0.6);
     let clean = observe(&scene, 30);
     let truths = [(Parameter::YoungsModulus, 1e8), (Parameter::DampingMass, 0.8)];
@@ -128,10 +127,10 @@ fn intervals_cover() {
     assert!(covered.iter().all(|c| (181..=199).contains(c)), "{covered:?}");
 }
 
-/// E from the first tenth of a second: the misfit is far from a parabola. A slice of the same
+/// E from the first tenth of a second: the misfit is far from a parabola. A part of the same
 /// campaign, where the standard error's interval covers 88.6 % and the profile's 94.3 %.
 #[test]
-fn profiles_cover_where_standard_errors_do_not() {
+fn profiles_cover_under_a_nonlinear_model() {
     let scene = coarse(10, 4e-3, 0.1);
     let (mut by_error, mut by_profile) = (0, 0);
     for seed in 0..100 {
@@ -147,10 +146,9 @@ fn profiles_cover_where_standard_errors_do_not() {
     assert!(by_profile >= 88 && by_profile >= by_error, "{by_profile} {by_error}");
 }
 
-/// Where the truth is no damping, or hardly any, a fit says how much there is at most, and the rest
-/// keeps its value and its error.
+/// A damping of zero, or near it, has an upper bound, and does not change the estimate and the error of the modulus.
 #[test]
-fn a_damping_of_zero_has_an_upper_bound() {
+fn damping_of_zero_has_an_upper_bound_that_covers() {
     let mut scene = small(1.0);
     // Its standard error is about 0.006 1/s.
     for (truth, least) in [(0.0, 60), (6e-3, 52)] {
@@ -175,15 +173,14 @@ fn a_damping_of_zero_has_an_upper_bound() {
             }
         }
         println!("{truth}: covered {covered}, {bounded} bounds, modulus {known} of 60");
-        // Of 60 intervals 57 cover, three standard deviations fewer are 52; a bound of what is not
-        // there cannot fail.
+        // Of 60 intervals 57 cover, three standard deviations fewer are 52; an upper bound of zero always covers.
         assert!(covered >= least && known >= 52 && bounded >= 12, "{covered} {known} {bounded}");
     }
 }
 
 /// Data of a mesh four times finer and a tenth of the step: the reported error covers the bias.
 #[test]
-fn the_discretization_error_covers_the_bias() {
+fn discretization_error_covers_the_bias_of_a_coarse_mesh() {
     let (mut covered, mut total, mut ratios) = (0, 0, Vec::new());
     for (segments, step, clamp) in
         [(10, 2e-3, Clamp::MidEdge), (16, 4e-3, Clamp::MidEdge), (20, 2e-3, Clamp::Nodes)]
@@ -213,7 +210,7 @@ fn the_discretization_error_covers_the_bias() {
         }
     }
     assert!(covered + 1 >= total, "{covered} of {total}");
-    // Covering by orders of magnitude would be no estimate.
+    // The estimate is no gross overestimate.
     ratios.sort_by(f64::total_cmp);
     assert!(ratios[total / 2] < 4.0, "{ratios:?}");
 }

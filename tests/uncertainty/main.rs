@@ -1,13 +1,13 @@
-//! Reported errors are the errors made: intervals cover, and what is wrong does not look fine.
+//! Tests of the reported uncertainty: coverage of intervals, budgets against closed forms, and grades of wrong models.
 
 #[path = "../common/mod.rs"]
 mod common;
 
-mod across;
 mod adequacy;
 mod bounds;
 mod budget;
-mod chosen;
+mod chosen_numerics;
+mod cluster_jackknife;
 mod design;
 mod determined_groups;
 mod input_sensitivities;

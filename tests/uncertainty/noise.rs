@@ -1,5 +1,5 @@
-//! Intervals hold where noise is not white: 200 seeds each of what
-//! `cargo run --release --example coverage -- 1000` does.
+//! Coverage of intervals under noise that is not white: 200 seeds each, a part of
+//! `cargo run --release --example coverage -- 1000`.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -17,19 +17,19 @@ use kinds::Noise;
 const TRUTHS: [(Parameter, f64); 2] =
     [(Parameter::YoungsModulus, 1e8), (Parameter::DampingMass, 0.8)];
 
-/// Damped, of 6 edges.
+/// A damped oscillation of a rod with 6 edges.
 fn swinging() -> Scene {
     let mut scene = coarse(6, 8e-3, 0.6);
     scene.loads.damping.mass = 0.8;
     scene
 }
 
-/// Both are known within a factor: the search for a start is another matter.
+/// Both parameters with start values and bounds: no scan.
 fn unknowns() -> [Unknown; 2] {
     TRUTHS.map(|(p, truth)| Unknown::new(p).start(truth).bounds(0.5 * truth, 2.0 * truth))
 }
 
-/// Standard errors of the parameters for independent residuals, as text books have it.
+/// Standard errors of the parameters for independent residuals, `v (J'J)^-1`.
 fn white_errors(report: &FitReport, data: &Observation) -> [f64; 2] {
     let scene = swinging();
     let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone());
@@ -44,11 +44,13 @@ fn white_errors(report: &FitReport, data: &Observation) -> [f64; 2] {
     [0, 1].map(|k| covariance[(k, k)].sqrt() * x[k].exp())
 }
 
+/// Statistics of many fits with random noise.
 struct Campaign {
-    /// Parts of the intervals that cover, for E and damping.
+    /// Fraction of the intervals that contain the truth, for E and damping.
     covered: [f64; 2],
-    /// Mean width over that for independent residuals.
+    /// Mean width of the intervals over that for independent residuals.
     wider: f64,
+    /// Fraction of fits with an accepted grade.
     trustworthy: f64,
     reports: Vec<FitReport>,
 }
@@ -88,21 +90,22 @@ fn campaign(noise: Noise, gap: usize, seeds: u64) -> Campaign {
     Campaign { covered, wider, trustworthy, reports: fits.into_iter().map(|(r, _)| r).collect() }
 }
 
-/// 190 of 200 expected; three standard deviations of the count are 9.
+/// Coverage of 95 % in 200 fits: 190 expected; three standard deviations of the count are 9.
 #[track_caller]
 fn holds(campaign: &Campaign) {
     assert!(campaign.covered.iter().all(|c| (0.905..=0.995).contains(c)), "{:?}", campaign.covered);
 }
 
 #[test]
-fn white_noise_costs_nothing() {
+fn white_noise_keeps_the_intervals_of_independent_residuals() {
     let white = campaign(Noise::White, 0, 200);
     holds(&white);
     assert!(white.wider < 1.05 && white.trustworthy > 0.97, "{}", white.wider);
 }
 
+/// AR(1) noise of the correlation `r` has the effective sample size `n (1 - r)/(1 + r)`.
 #[test]
-fn correlated_noise() {
+fn intervals_cover_under_autocorrelated_noise() {
     for (rho, gap) in [(0.3, 0), (0.8, 12), (0.95, 0)] {
         let found = campaign(Noise::Correlated(rho), gap, 200);
         holds(&found);
@@ -114,24 +117,24 @@ fn correlated_noise() {
         let values = found.reports[0].residual_tests[0].values as f64;
         let effective = mean(&|r| r.residual_tests[0].effective_samples) / values;
         assert!((effective / ((1.0 - rho) / (1.0 + rho)) - 1.0).abs() < 0.25, "{effective}");
-        // No fault of the model is claimed.
+        // The model is not graded as inadequate.
         assert!(found.trustworthy > 0.9, "{}", found.trustworthy);
-        let told =
+        let is_noted =
             |r: &&FitReport| r.warnings.iter().any(|w| w.contains("carry the information of"));
-        assert!(found.reports.iter().filter(told).count() > 190);
+        assert!(found.reports.iter().filter(is_noted).count() > 190);
     }
 }
 
 #[test]
-fn heavy_tails_whole_pixels_and_unlike_coordinates() {
+fn intervals_cover_under_heavy_tails_whole_pixels_and_unequal_variances() {
     for noise in [Noise::HeavyTailed, Noise::Pixels, Noise::Unlike] {
         holds(&campaign(noise, 0, 200));
     }
 }
 
-/// What a wrong model leaves is not taken for noise that remembers.
+/// Residuals of a wrong model are not taken for autocorrelated noise.
 #[test]
-fn a_wrong_model_stays_doubtful() {
+fn wrong_models_are_graded_as_inadequate() {
     type Wrong = (&'static str, fn(&mut Scene));
     let wrong: [Wrong; 6] = [
         ("clock", |scene| scene.camera.time_offset = 1e-3),
@@ -168,9 +171,9 @@ fn a_wrong_model_stays_doubtful() {
     }
 }
 
-/// Blocks of the residuals say of their own how far estimates spread.
+/// The block bootstrap is independent of the AR(1) model of the standard errors.
 #[test]
-fn blocks_of_residuals_spread_as_the_errors_say() {
+fn block_bootstrap_and_profile_agree_with_standard_errors() {
     let scene = swinging();
     let mut data = observe(&scene, 300);
     Noise::Correlated(0.8).add(&mut data, 1e-3, 0, 3);
@@ -180,7 +183,7 @@ fn blocks_of_residuals_spread_as_the_errors_say() {
     for estimate in &report.parameters {
         let sd = estimate.std_error.unwrap();
         let spread = estimate.bootstrap.as_ref().unwrap().std_error;
-        // Blocks miss what they have in common with their neighbours: 10 to 20 % at these lengths.
+        // Correlation across blocks is lost: 10 to 20 % at these lengths.
         assert!((0.6..1.2).contains(&(spread / sd)), "{report}");
         let (interval, profile) = (estimate.interval95.unwrap(), estimate.profile95.unwrap());
         for (end, profile) in interval.into_iter().zip(profile) {
@@ -189,9 +192,9 @@ fn blocks_of_residuals_spread_as_the_errors_say() {
     }
 }
 
-/// Standard deviations of each sample weigh it.
+/// Samples with a sigma of 3e-3 m beside as many with 1e-4 m add 0.1 % of the information.
 #[test]
-fn samples_may_have_a_sigma_each() {
+fn samples_are_weighted_by_their_own_sigmas() {
     let scene = swinging();
     let mut seen = observe(&scene, 100);
     let sigmas: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1e-4 } else { 3e-3 }).collect();
@@ -207,7 +210,7 @@ fn samples_may_have_a_sigma_each() {
     let report = fit_with(&scene, &seen.sigmas(&sigmas), &unknowns(), same_mesh());
     assert!(report.grade == Grade::Trustworthy && report.warnings.is_empty(), "{report}");
     assert!(TRUTHS.iter().all(|(p, truth)| covers(&report, *p, *truth)), "{report}");
-    // Half of the samples have all the information.
+    // The standard errors are those of the accurate half.
     let alone = fit_with(&scene, &alone, &unknowns(), same_mesh());
     for (own, alone) in report.parameters.iter().zip(&alone.parameters) {
         let ratio = own.std_error.unwrap() / alone.std_error.unwrap();

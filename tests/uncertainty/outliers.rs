@@ -1,4 +1,4 @@
-//! Robust losses: a record with gaps and outliers, and what its errors are worth.
+//! Robust losses: estimates and intervals from records with gaps and outliers.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,8 +20,8 @@ fn scene(end: f64) -> Scene {
     scene
 }
 
-/// Noise on every coordinate; of all samples `missing` are gone, and of the coordinates left
-/// `outliers` are off by 50 sigma.
+/// Noise on every coordinate, without the fraction `missing` of the samples; of the other coordinates the fraction `outliers` has
+/// errors of 50 sigma.
 fn spoiled(clean: &Observation, seed: u64, [missing, outliers]: [f64; 2]) -> Observation {
     let (mut random, noise) = (ChaCha8Rng::seed_from_u64(seed), Normal::new(0.0, SIGMA).unwrap());
     let mut data = clean.clone();
@@ -39,11 +39,10 @@ fn fit(scene: &Scene, data: Observation, unknowns: &[Parameter]) -> FitReport {
     fit_with(scene, &data, unknowns, same_mesh())
 }
 
-/// A fifth of the samples missing, a twentieth of the coordinates off by 50 sigma, and a clock that
-/// starts 40 ms late: E within 1 % and inside its interval, from no start, whether sigma is known
-/// or not.
+/// A fifth of the samples missing, a twentieth of the coordinates with errors of 50 sigma, and a clock that
+/// starts 40 ms late: E within 1 % and inside its interval, without a start value, with a stated sigma or without.
 #[test]
-fn gaps_outliers_and_a_late_clock() {
+fn robust_fit_recovers_from_gaps_outliers_and_a_late_clock() {
     let scene = scene(0.8);
     let late = |mut data: Observation| {
         data.samples.iter_mut().for_each(|s| s.time -= 0.04);
@@ -71,7 +70,7 @@ fn gaps_outliers_and_a_late_clock() {
     }
     println!("{covered} of 12 intervals cover");
     assert!(covered >= 10);
-    // Least squares on the same data: an interval many times wider, and a warning or a miss.
+    // Least squares on the same data has a much wider interval, and a warning or a wrong estimate.
     let data = late(spoiled(&clean, 0, [0.2, 0.05]));
     let robust = fit(
         &scene,
@@ -86,7 +85,7 @@ fn gaps_outliers_and_a_late_clock() {
 
 /// 95 % intervals under every loss, with outliers and without, of 120 data sets each.
 #[test]
-fn robust_intervals_cover() {
+fn intervals_of_all_losses_cover_with_and_without_outliers() {
     let scene = scene(0.5);
     let clean = observe(&scene, 40);
     for loss in ROBUST {

@@ -1,4 +1,4 @@
-//! One bad recording of many: it is named, and the set-up of all is not blamed.
+//! One bad recording of many is reported as an outlier, not as a fault of the common set-up.
 
 use rodfit::code::Code;
 use rodfit::fit::{Experiment, Loss};
@@ -17,7 +17,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// A recording in which the rod was another, twice as stiff, or the same.
+/// A recording of the rod, or of one that is twice as stiff.
 fn recording(is_bad: bool, seed: u64) -> Observation {
     let mut other = scene();
     if is_bad {
@@ -41,7 +41,7 @@ fn solve(count: u64, bad: u64) -> FitReport {
 }
 
 #[test]
-fn one_bad_recording_of_eight_is_named_and_the_set_up_is_not_blamed() {
+fn one_bad_recording_of_eight_is_reported_as_an_outlier() {
     let report = solve(8, 1);
     println!("{report}");
     assert!((value(&report, MODULUS) / 1e8 - 1.0).abs() < 0.01, "{report}");
@@ -77,9 +77,8 @@ fn validation_error_follows_the_status() {
     assert!((value * unit.unwrap().1 / NOISE - 1.0).abs() < 0.2, "{line}");
 }
 
-/// Warnings of one kind are one line, whatever their number.
 #[test]
-fn many_warnings_of_one_kind_are_one_line() {
+fn many_warnings_of_one_kind_are_summarized_in_one_line() {
     let report = solve(16, 6);
     println!("{report}");
     for code in &report.warning_codes {

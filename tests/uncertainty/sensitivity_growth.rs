@@ -1,4 +1,4 @@
-//! Sensitivities that grow exponentially along the motion of a limp rod, and what fits and designs make of them.
+//! Sensitivities that grow exponentially along the motion of a limp rod, in fits and designs.
 
 use rodfit::code::Code;
 use rodfit::fit::{Design, DesignVariable};
@@ -38,7 +38,7 @@ fn onset(warnings: &[String]) -> f64 {
     text.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// Against simulations with the modulus changed by 1e-5: the linear model holds before the stated time, and is off by a
+/// Against simulations with the modulus changed by 1e-5: the linear model holds before the stated time, and has an error of a
 /// factor later.
 #[test]
 fn linear_model_holds_before_the_stated_time_and_fails_at_the_end() {
@@ -100,7 +100,7 @@ fn damped_strip_and_long_vibration_have_no_growth() {
 
 /// The motion is that of a damped strip; the model lacks the damping and is chaotic where the search begins.
 #[test]
-fn error_bars_of_a_chaotic_model_are_not_absurd() {
+fn standard_error_of_a_chaotic_model_is_plausible() {
     let truth = limp_strip(0.004, 2.0);
     let data: Observation = noisy(&observe(&truth, 240), NOISE, 3);
     let model = limp_strip(0.0, 2.0);

@@ -76,7 +76,7 @@ fn thick_free_bar_lowers_the_grade_with_the_size_of_its_bias() {
 
 /// A bias of half a standard error is a note, of a sixth nothing; and so is one of 0.2 % of a slender bar.
 #[test]
-fn weight_of_a_bias_is_that_in_standard_errors() {
+fn severity_of_a_bias_follows_its_standard_errors() {
     // 335 Hz of 5077 are 13 % of the modulus.
     let report = free_bar(335.0);
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
@@ -146,7 +146,7 @@ fn stubby_cantilever_at_rest_is_off_by_its_shear_deflection() {
     assert!((stated / off - 1.0).abs() < 0.1, "{off} {words}");
 }
 
-/// Where the deflections along the rod are those of bending alone, nothing is left out.
+/// Deflections along the rod without shear exclude its effect: no warning.
 #[test]
 fn data_without_shear_exclude_the_effect() {
     let report = droop(0.0);

@@ -1,4 +1,4 @@
-//! What is wrong with data, model or mesh does not look fine, and what is not is not warned of.
+//! Wrong data, models and meshes lower the grade, right ones have no warnings.
 
 use rodfit::fit::{FitReport, Grade, NonIdentifiability, Sample};
 use rodfit::scene::{Clamp, Time};
@@ -19,15 +19,15 @@ fn refused(report: &FitReport, kind: NonIdentifiability, words: &[&str]) {
 }
 
 #[test]
-fn what_is_not_identifiable_is_named() {
+fn unidentifiable_parameters_and_combinations_are_reported() {
     let mut scene = small(1.0);
     let data = noisy(&observe(&scene, 100), 2.7e-3, 1);
     let report =
         fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Density, Parameter::DampingMass]);
     refused(&report, NonIdentifiability::Structural, &["youngs_modulus/density"]);
     assert!(report.parameters[2].identifiable, "{report}");
-    // Bending goes with E r^2 at a given density; only stretching tells them apart.
-    // Of a thinner rod the digits lose even that, and the finding is structural.
+    // Bending depends on E r^2 at a given density; only stretching separates the two. For a thinner rod even that is lost to
+    // rounding, and the finding is structural.
     let report = Fit::new(&scene.problem().unwrap())
         .observe(data.clone())
         .identify(Parameter::YoungsModulus)
@@ -57,9 +57,8 @@ fn what_is_not_identifiable_is_named() {
     );
 }
 
-/// A fit at a wrong optimum, of a wrong model, or with a wrong mesh does not look fine.
 #[test]
-fn nothing_wrong_looks_fine() {
+fn wrong_optimum_model_or_mesh_is_never_trustworthy() {
     let scene = small(1.0);
     let data = noisy(&observe(&scene, 100), 1e-3, 4);
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
@@ -84,12 +83,12 @@ fn nothing_wrong_looks_fine() {
     let mut undamped = scene.clone();
     undamped.loads.damping.mass = 0.0;
     warned(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "are autocorrelated");
-    // A clock that runs a hundredth of a second late.
+    // A clock that is late by 10 ms.
     let mut late = data.clone();
     late.samples.iter_mut().for_each(|s| s.time -= 0.008);
     late.samples.retain(|s: &Sample| s.time >= 0.0);
     warned(&fit(&scene, &late, &unknowns), "are autocorrelated");
-    // Ten edges and exact data: the mesh is what is wrong.
+    // Ten edges and exact data: the mesh is too coarse.
     let mut coarse = scene.clone();
     coarse.supports.clamp = Clamp::Nodes;
     let report = fit(&coarse, &data, &unknowns);
@@ -97,10 +96,9 @@ fn nothing_wrong_looks_fine() {
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
 
-/// What a mesh leaves of the data is said to be the mesh's before anything else is suspected; what
-/// the scene lacks is not.
+/// Residuals by a coarse mesh are attributed to the mesh; those by a missing damping are not.
 #[test]
-fn the_mesh_is_blamed_before_the_model() {
+fn discretization_error_is_reported_before_a_missing_effect() {
     let coarse = small(1.0);
     let mut fine = coarse.clone();
     fine.rod.segments = Some(60);
@@ -110,7 +108,7 @@ fn the_mesh_is_blamed_before_the_model() {
     assert!(report.warnings[0].contains("before searching for a missing effect"), "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("are autocorrelated")), "{report}");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
-    // Damping that goes with the strain rates, on a mesh that is good enough for the rest.
+    // Kelvin-Voigt damping, on a mesh that is fine enough for the motion.
     fine.time = Some(Time::new(1.0, 5e-4));
     let mut stiff = fine.clone();
     stiff.loads.damping.mass = 0.0;
@@ -121,9 +119,9 @@ fn the_mesh_is_blamed_before_the_model() {
     assert!(report.verdict.contains("not noise"), "{report}");
 }
 
-/// Every coordinate is tested with its own residuals, also where some are missing.
+/// Every coordinate is tested with its own residuals, also if values are missing.
 #[test]
-fn residuals_are_tested_where_they_belong() {
+fn residual_tests_name_the_coordinate_with_the_defect() {
     let scene = small(1.0);
     let mut data = noisy(&observe(&scene, 120), 1e-3, 8);
     for (k, sample) in data.samples.iter_mut().enumerate() {
@@ -140,9 +138,9 @@ fn residuals_are_tested_where_they_belong() {
     assert!(y.trend < 1e-6 || y.whiteness < 1e-6, "{y:?}");
 }
 
-/// Much noise is not a wrong model.
+/// Large noise of a right model does not lower the grade.
 #[test]
-fn noise_is_no_objection() {
+fn large_noise_keeps_the_grade() {
     let mut scene = small(1.0);
     scene.rod.segments = Some(20);
     let data = noisy(&observe(&scene, 100), 1.2e-2, 2);

@@ -11,22 +11,22 @@ use crate::noise::kinds::Noise;
 
 const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
 
-/// Nothing asks for what the program could have done.
-fn asks_for_nothing(report: &FitReport) {
+/// No warning requires numerics that the program could have chosen.
+fn requires_no_other_numerics(report: &FitReport) {
     let text = report.to_string();
     assert!(!text.contains("refine") && !text.contains("smaller time.step"), "{text}");
     assert_ne!(report.grade, Grade::RefineNumerics, "{text}");
 }
 
-/// With noise intervals hold, and what mesh and step leave is below a quarter of a standard error.
+/// Intervals of noisy data cover, and the remaining discretization error is below a quarter of a standard error.
 #[test]
-fn intervals_hold_without_any_numerics() {
+fn intervals_with_chosen_numerics_cover() {
     let clean = observe(&fine(0.8), 80);
     let (mut held, mut all) = (0, 0);
     for seed in 0..8 {
         let report = fit(&open(0.8), &noisy(&clean, 1e-3, seed), &UNKNOWNS);
         assert!(report.is_success(), "{report}");
-        asks_for_nothing(&report);
+        requires_no_other_numerics(&report);
         for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
             let left = error.relative.unwrap() * estimate.value.unwrap().abs();
             assert!(left <= 0.25 * estimate.std_error.unwrap(), "{report}");
@@ -41,10 +41,10 @@ fn intervals_hold_without_any_numerics() {
     assert!(held + 2 >= all, "{held} of {all}");
 }
 
-/// Mesh and step that are fine enough for the parameters have the second mode out of phase by the end of eight swings: that is
-/// no fault of the model, and is not said to be one. A wrong one stays doubtful.
+/// Mesh and step that are fine enough for the parameters have the second mode out of phase at the end of eight periods. That is
+/// no fault of the model, and does not lower the grade; a wrong model does.
 #[test]
-fn what_numerics_leave_is_not_blamed_on_the_model() {
+fn discretization_error_of_the_residuals_does_not_lower_the_grade() {
     let trusted = |tilt: f64, seeds: std::ops::Range<u64>| {
         let mut truth = fine(2.5);
         truth.rod.segments = Some(96);
@@ -55,7 +55,7 @@ fn what_numerics_leave_is_not_blamed_on_the_model() {
             Noise::Correlated(0.5).add(&mut data, 1.5e-4, 0, *seed);
             let report = fit(&open(2.5), &data, &UNKNOWNS);
             println!("{tilt}, {seed}: {report}");
-            asks_for_nothing(&report);
+            requires_no_other_numerics(&report);
             [Grade::Trustworthy, Grade::CorrelatedOrMissing].contains(&report.grade)
         });
         seeds.count()
@@ -63,16 +63,16 @@ fn what_numerics_leave_is_not_blamed_on_the_model() {
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
 }
 
-/// A fit takes a scheme that its parameters need, whatever was chosen for the motion of the scene that it is given.
+/// A fit replaces a scheme that was chosen for a simulation and has no derivatives by its parameters.
 #[test]
-fn a_scheme_chosen_for_a_motion_does_not_hinder_a_fit() {
+fn fit_replaces_a_chosen_scheme_without_derivatives() {
     let mut truth = fine(0.4);
     truth.loads.damping.mass = 0.0;
     truth.loads.damping.stiffness = 2e-3;
     let data = noisy(&observe(&truth, 80), 1e-3, 3);
     let mut scene = open(0.4);
     scene.loads.damping.mass = 0.0;
-    // Small errors are where a scheme of fourth order is the cheaper one.
+    // At small errors a scheme of fourth order is the cheaper one.
     let by_rodas4 = [1e-4, 3e-5, 1e-5].into_iter().find(|accuracy| {
         scene.accuracy = Some(*accuracy);
         scene.problem().unwrap().time().unwrap().scheme == Scheme::Rodas4
@@ -84,9 +84,9 @@ fn a_scheme_chosen_for_a_motion_does_not_hinder_a_fit() {
     assert!(covers(&report, unknowns[1], 2e-3), "{report}");
 }
 
-/// A fit that chooses mesh and step does at most twice the work of one on the mesh and in the steps that it ends with.
+/// A fit that chooses mesh and step has at most twice the work of one with its final mesh and step.
 #[test]
-fn choosing_costs_at_most_as_much_again() {
+fn chosen_numerics_at_most_double_the_work() {
     let mut truth = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge);
     truth.rod.segments = Some(150);
     let data = noisy(&observe(&truth, 100), 5e-4, 1);
@@ -105,9 +105,9 @@ fn choosing_costs_at_most_as_much_again() {
     assert!(chosen.simulations <= 2.0 * given.simulations);
 }
 
-/// Intervals from how experiments differ are about the corrected value too, and hold what is left open of it.
+/// Intervals of the jackknife over experiments are about the corrected value, and contain the remaining discretization error.
 #[test]
-fn intervals_across_experiments_hold_mesh_and_step() {
+fn jackknife_intervals_contain_the_remaining_discretization_error() {
     let record = |k: u64| {
         let mut scene = fine(0.6);
         scene.material.density *= 1.0 + 5e-3 * (k as f64 - 2.0);
@@ -125,7 +125,7 @@ fn intervals_across_experiments_hold_mesh_and_step() {
     let across = estimate.cluster_jackknife.as_ref().unwrap();
     let (correction, open) = (error.correction.unwrap(), error.relative.unwrap());
     assert!(across.reported && correction.abs() > 1e-6, "{report}");
-    // On the scale of its logarithm.
+    // On the logarithmic scale.
     let [low, high] = across.interval95.map(f64::ln);
     let value = estimate.value.unwrap();
     assert!((0.5 * (low + high) - value.ln()).abs() < 0.01 * correction.abs(), "{report}");
@@ -134,12 +134,12 @@ fn intervals_across_experiments_hold_mesh_and_step() {
     assert!((0.5 * (high - low) / half.hypot(open) - 1.0).abs() < 1e-3, "{report}");
 }
 
-/// Of exact data a value is right to 1e-4, and its interval has it.
+/// Estimates from exact data are accurate to 1e-4, and their intervals contain the truth.
 #[test]
-fn exact_data_are_matched_to_a_ten_thousandth() {
+fn exact_data_are_matched_to_1e_4() {
     let report = fit(&open(0.6), &observe(&fine(0.6), 60), &[Parameter::YoungsModulus]);
     println!("{report}");
-    asks_for_nothing(&report);
+    requires_no_other_numerics(&report);
     let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
     let off = estimate.value.unwrap() / fine(0.6).material.youngs_modulus - 1.0;
     assert!(off.abs() < 1e-4 && error.relative.unwrap() <= 1e-4, "{off:e} {report}");
@@ -148,9 +148,9 @@ fn exact_data_are_matched_to_a_ten_thousandth() {
     assert!(chosen.chosen.segments && chosen.chosen.step, "{chosen:?}");
 }
 
-/// Of a mesh that is given the error is stated and not corrected; of a step that is left open it is.
+/// The error of a given mesh is reported and not corrected; that of a chosen step is corrected.
 #[test]
-fn a_mesh_that_is_given_stays() {
+fn given_mesh_is_kept_without_correction() {
     let mut given = open(0.6);
     given.rod.segments = Some(12);
     let report =
@@ -162,9 +162,9 @@ fn a_mesh_that_is_given_stays() {
     assert!(report.to_string().contains("the program chooses them"), "{report}");
 }
 
-/// Beta means another damping at each step.
+/// The damping by beta depends on the step.
 #[test]
-fn beta_needs_a_step() {
+fn identification_of_beta_requires_a_step() {
     let mut scene = open(0.6);
     scene.time = Some(Time { scheme_left_open: false, ..Time::lasting(0.6) });
     let problem: Result<_, _> = rodfit::Fit::new(&scene.problem().unwrap())
@@ -179,7 +179,7 @@ fn truth(parameter: Parameter) -> f64 {
     parameter.of(&fine(1.0)).unwrap()
 }
 
-/// The scene as its file has it, and as the data are made.
+/// The scene without numerics.
 fn open(end: f64) -> Scene {
     let mut scene = small(end);
     scene.rod.segments = None;
@@ -187,6 +187,7 @@ fn open(end: f64) -> Scene {
     scene
 }
 
+/// The scene with the numerics of the data.
 fn fine(end: f64) -> Scene {
     let mut scene = small(end);
     scene.rod.segments = Some(240);

@@ -1,4 +1,4 @@
-//! Intervals from how experiments differ, where a model lacks something that is another thing in each.
+//! Jackknife over experiments, for a model with an omitted effect that differs between them.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -12,10 +12,10 @@ use crate::common::recordings::{MODULUS, cable, recorded};
 
 const SIGMA: f64 = 1e-5;
 const TRUTH: f64 = MODULUS;
-/// Standard deviation of the logarithm of a cable's density, from recording to recording.
+/// Standard deviation of the logarithm of the density between recordings.
 const OTHER: f64 = 0.08;
 
-/// A fit to 8 recordings of cables that are not all as heavy.
+/// A fit to 8 recordings of cables with different densities.
 fn fit(number: u64) -> FitReport {
     let mut random = ChaCha8Rng::seed_from_u64(number);
     let mut experiments = Vec::new();
