@@ -124,6 +124,7 @@ impl Conclusion {
             (true, true) if end.interrupted => Grade::Interrupted,
             (true, _) => Grade::from_warnings(&warnings),
         };
+        // The status describes the end of the search, the verdict the reason of the grade.
         let status = match grade {
             Grade::NotIdentifiable => format!("not identifiable: {unidentifiable}"),
             Grade::Interrupted => "interrupted after convergence".into(),
@@ -147,6 +148,7 @@ impl Conclusion {
             Grade::NotUsable if end.converged => worthless,
             Grade::NotUsable => format!("the fit did not converge: {}", end.exit),
         };
+        // The verdict on an unusable result does not describe the unidentifiable directions: they become notes.
         if grade == Grade::NotUsable {
             for finding in findings {
                 warnings.add(Severity::Note, finding.kind.code(), &finding.description[..]);
@@ -269,14 +271,14 @@ mod tests {
         assert_eq!(graded(&[]), (Grade::Trustworthy, Vec::new()));
         assert_eq!(graded(&[Note]).0, Grade::Trustworthy);
         assert_eq!(graded(&[Note, Numerics]).0, Grade::RefineNumerics);
-        let (grade, words) = graded(&[Note, Numerics, Misfit]);
+        let (grade, text) = graded(&[Note, Numerics, Misfit]);
         assert_eq!(
-            (grade, &words[0][..]),
+            (grade, &text[0][..]),
             (Grade::ModelDoesNotExplain, "Misfit [residuals-not-white]")
         );
         // Discretization errors explain the misfit.
-        let (grade, words) = graded(&[Misfit, Unexplained, Mesh]);
-        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh [residuals-not-white]"));
+        let (grade, text) = graded(&[Misfit, Unexplained, Mesh]);
+        assert_eq!((grade, &text[0][..]), (Grade::RefineNumerics, "Mesh [residuals-not-white]"));
         assert_eq!(graded(&[Mesh, Worthless]).0, Grade::NotUsable);
     }
 }

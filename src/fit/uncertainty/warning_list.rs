@@ -177,6 +177,7 @@ impl Warnings {
         let mut report = ReportedWarnings::default();
         for warning in &self.0 {
             let same: Vec<&Warning> = self.0.iter().filter(|w| w.is_like(warning)).collect();
+            // The first of many represents them; the others are counted with it.
             let text = match same[..] {
                 [first, ref others @ ..] if same.len() >= SUMMARIZED => {
                     if !std::ptr::eq(first, warning) {
@@ -242,8 +243,8 @@ mod tests {
             (0.0213, "2.13 %"),
             (1e-6, "1e-4 %"),
         ];
-        for (fraction, words) in cases {
-            assert_eq!(percent(fraction), words);
+        for (fraction, text) in cases {
+            assert_eq!(percent(fraction), text);
         }
     }
 }

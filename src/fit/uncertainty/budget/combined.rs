@@ -94,13 +94,13 @@ fn add_monte_carlo(
         // The standard deviation of n values has the relative standard error 1/sqrt(2 n).
         let chance = 3.0 / (2.0 * fits as f64).sqrt();
         if (std / linear_std - 1.0).abs() > chance.max(NOT_LINEAR) {
-            let words = format!(
+            let text = format!(
                 "{}: the Monte Carlo spread is {:.2} times that of the budget. The model is not linear over the \
                  input errors. Quote the Monte Carlo interval",
                 estimate.label(),
                 std / linear_std
             );
-            warnings.add(Severity::Note, Code::BudgetNotLinear, words);
+            warnings.add(Severity::Note, Code::BudgetNotLinear, text);
         }
         let interval95 = spread.interval95;
         estimate.monte_carlo = Some(MonteCarlo { fits, std, interval95, linear_std });

@@ -52,6 +52,7 @@ impl InputChange {
         let mut parts: Vec<ValueChange> = Vec::new();
         for experiment in experiments.iter().filter(|e| number.is_of(e)) {
             let Some(value) = number.parameter.of(experiment.problem.scene()) else { continue };
+            // Experiments with one value share a derivative: they are one part.
             let name = experiment.name.clone();
             match parts.iter_mut().find(|part| part.value == value) {
                 Some(part) => part.number.experiments.push(name),
@@ -82,6 +83,7 @@ impl InputChange {
 
     /// The same change about values that already differ by so many of it.
     pub fn shifted(&self, times: f64) -> Self {
+        // The change itself stays, so that derivatives refer to the same unit.
         let mut parts = self.parts.clone();
         parts.iter_mut().for_each(|part| part.value += times * part.change);
         Self { source: self.source.clone(), parts }
@@ -121,6 +123,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
         let problem = &experiment.problem;
         for parameter in Parameter::all(problem.scene()) {
             let path = parameter.path();
+            // A number of zero has no relative change.
             let is_input = is_below(path, &INPUT_PATHS) && !is_below(path, &DIRECTION_PATHS);
             if !is_input
                 || parameter.of(problem.scene()).is_none_or(|value| value == 0.0)
@@ -136,6 +139,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             numbers.push(parameter);
             let mut change =
                 InputChange::new(search.experiments, &parameter.into(), |value| PER_CENT * value);
+            // One per cent of a vector is one per cent of each component.
             if let Some(vector) = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c)) {
                 change.source = vector.into();
             }

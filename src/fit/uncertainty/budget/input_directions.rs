@@ -34,6 +34,7 @@ impl InputDirections {
         LinearFit { identified, weights }: &LinearFit,
         changes: &[&InputChange],
     ) -> Result<Self, Error> {
+        // Inputs are differentiated like unknowns, in the same run and behind them.
         let n = search.unknowns.len();
         let parts = || changes.iter().flat_map(|change| &change.parts);
         let mut unknowns = search.unknowns.to_vec();
@@ -48,6 +49,7 @@ impl InputDirections {
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
         let free: Vec<usize> = (0..n).filter(|j| identified[*j] && norms[*j] > 0.0).collect();
+        // Columns of length one, so that the factors do not depend on the units.
         let columns =
             DMatrix::from_fn(rows.len(), free.len(), |i, a| rows[i][free[a]] / norms[free[a]]);
         // The derivatives by the parts of all changes come after those by the unknowns.
@@ -75,6 +77,7 @@ impl InputDirections {
         let solved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));
         let response = |c: usize, j: usize| {
             let a = free.iter().position(|k| *k == j)?;
+            // An unknown that other unknowns replace entirely has an infinite response.
             let response = -solved.as_ref()?[(a, c)] / norms[j];
             response.is_finite().then_some(response)
         };

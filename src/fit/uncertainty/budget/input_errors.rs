@@ -69,6 +69,7 @@ impl<'a> InputErrors<'a> {
         let k = self.knowns.len();
         let square = self.orthogonal.tr_mul(&self.orthogonal);
         let product = self.orthogonal.tr_mul(residuals);
+        // The variance of the noise is that of the residuals without the explained part, which depends on the variance.
         let mut errors = DVector::zeros(k);
         let mut variance = noise.variance;
         for _ in 0..ROUNDS {
@@ -99,7 +100,7 @@ impl<'a> InputErrors<'a> {
         let largest = errors.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((i, error)) = largest.filter(|(_, error)| error.abs() > IMPROBABLE) {
             let known = &self.knowns[i];
-            let words = format!(
+            let text = format!(
                 "the data contradict the stated {} by {:.1} standard uncertainties ({:+.1e} {}). Its value is \
                  wrong, or the model lacks a similar effect. Measure it again",
                 known.label(),
@@ -107,9 +108,10 @@ impl<'a> InputErrors<'a> {
                 error * known.sigma,
                 known.parameter.unit()
             );
-            warnings.add(Severity::Misfit, Code::InconsistentInput, words);
+            warnings.add(Severity::Misfit, Code::InconsistentInput, text);
             return None;
         }
+        // Rows of weight zero have no unweighted change.
         let explained = &self.orthogonal * errors;
         let mut optimum = optimum.clone();
         let weighted = explained.iter().zip(&noise.weights).filter(|(_, weight)| **weight > 0.0);

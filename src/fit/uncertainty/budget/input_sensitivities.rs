@@ -60,6 +60,7 @@ impl InputSensitivities {
             knowns.iter().map(|known| InputChange::of_known(experiments, known)).collect();
         let unstated = if with_unstated { unstated_inputs(search, knowns) } else { Vec::new() };
         let changes: Vec<&InputChange> = known.iter().chain(&unstated).collect();
+        // Without inputs no run is needed.
         let (responses, orthogonal) = match changes.is_empty() {
             true => (Vec::new(), DMatrix::zeros(optimum.residuals.len(), 0)),
             false => {
@@ -73,6 +74,7 @@ impl InputSensitivities {
     /// Derivatives of the unknowns, on their scales, by the logarithm of the density of all experiments; none where that is
     /// no input, or its sensitivities were not computed.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
+        // The density may be a known input or an unstated one.
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
         let (change, responses) = changes.find_map(|(change, responses)| {
             Some((change.relative_density_change(search.experiments)?, responses))
@@ -115,6 +117,7 @@ pub(crate) fn are_unstated_wanted(
     spent: f64,
 ) -> bool {
     let derivatives = search.unknowns.len() + unstated_inputs(search, knowns).len() + knowns.len();
+    // One run, and a part of a run for each derivative.
     let cost = 1.0 + COST_OF_DERIVATIVE * derivatives as f64;
     let is_cheap = cost <= MAX_RELATIVE_COST * spent;
     !search.is_stopped() && analysis.sensitivity_analysis.unwrap_or(is_cheap)

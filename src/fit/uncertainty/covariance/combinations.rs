@@ -27,6 +27,7 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
         return None;
     }
     let (a, b) = (direction[one], direction[two]);
+    // The smaller exponent becomes one in absolute value, and that of the first parameter is positive.
     let unit = a.abs().min(b.abs()) * b.signum();
     let rounded = |power: f64| (power * 1e2).round() / 1e2;
     let mut exponents = vec![0.0; unknowns.len()];
@@ -58,6 +59,7 @@ impl Combination {
 
     /// Unit, such as `m^2/s^2`.
     pub fn unit(&self, unknowns: &[Unknown]) -> String {
+        // Composite units in a power are in brackets.
         let unit = product(&self.exponents, |j| {
             let unit = unknowns[j].parameter.unit();
             let is_compound = unit.contains(['/', ' ', '^']) && self.exponents[j] != 1.0;

@@ -66,6 +66,7 @@ pub(crate) fn determined_combinations(
         let corrections = bias.corrections_along(exponents);
         let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
         let log = log + corrections.iter().sum::<f64>();
+        // The largest coverage factor of its unknowns is on the safe side.
         let factors = combination.powers().map(|(j, _)| correlations.coverage_factors[j]);
         let half = (factors.fold(0.0, f64::max) * deviation).hypot(remaining_error(corrections));
         DeterminedGroup {
@@ -110,6 +111,7 @@ fn shared_factors<'a>(
 ) -> Vec<GroupFactor> {
     let Some(first) = experiments.next() else { return Vec::new() };
     let first = group_factors(&first.problem, modulus);
+    // Experiments with other sections or densities have no common group.
     let is_same = |(a, b): (&GroupFactor, &GroupFactor)| {
         a.symbol == b.symbol && (a.value / b.value - 1.0).abs() < SAME_SECTION
     };
@@ -138,6 +140,7 @@ pub(crate) fn determined_groups(
     if !estimates.iter().zip(&responses).all(has_no_scale) {
         return Vec::new();
     }
+    // Every identified modulus has its groups.
     let mut groups = Vec::new();
     for ((estimate, response), unknown) in estimates.iter().zip(&responses).zip(search.unknowns) {
         if let (Some(value), Some(std_error), Some(_)) =

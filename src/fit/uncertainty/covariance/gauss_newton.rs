@@ -1,7 +1,7 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! The singular values of the Jacobian with unit columns show directions of the unknowns without effect (structural), which
-//! are left out of the inverse `(J'J)^-1` of the normal matrix. The covariance is `v (J'J)^-1` for white noise of the variance
+//! Zero singular values of the Jacobian with unit columns belong to directions of the unknowns without effect (structural).
+//! The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance
 //! `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Directions with a standard deviation beyond the
 //! limits below are practically not identifiable.
 
@@ -85,7 +85,7 @@ impl Covariance {
         let bound = |j: usize| bounds.get(j).copied().flatten();
         let is_one_sided = |j: usize| bound(j).is_some_and(|bound| bound.is_one_sided());
         // Unknowns without effect are left out before columns are scaled. The logarithm of a parameter near zero has no effect,
-        // but the parameter has, and errors of the others must not depend on how near to zero the search has ended.
+        // but the parameter has. The errors of the others must not depend on how near to zero the search has ended.
         let least = |j: usize| if is_one_sided(j) { 0.0 } else { SMALLEST_EFFECT * motion };
         let active: Vec<usize> = (0..n).filter(|j| norms[*j] > least(*j)).collect();
         let inactive = (0..n).filter(|j| !active.contains(j) && !is_one_sided(*j));

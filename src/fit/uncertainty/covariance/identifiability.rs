@@ -95,6 +95,7 @@ pub(crate) fn describe_directions(
     let describe = |direction: Vec<f64>| {
         let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
         let own: Vec<&Unknown> = involved.iter().map(|j| &unknowns[*j]).collect();
+        // A direction of two logarithms is described by the product that it leaves constant.
         let invariant = constant_exponents(unknowns, &direction)
             .map(|exponents| Combination { exponents, deviation: 0.0 }.name(unknowns));
         let sum = || weighted_sum(unknowns, &direction, &involved);
@@ -142,6 +143,7 @@ pub(crate) fn sparsest(
     let mut pivots = Vec::new();
     for k in 0..structural.len() {
         let row = structural[k].clone();
+        // Every direction is solved for the unknown with its largest remaining component.
         let free = (0..row.len()).filter(|j| !pivots.contains(j));
         let Some(pivot) = free.max_by(|a, b| row[*a].abs().total_cmp(&row[*b].abs())) else {
             break;
@@ -149,11 +151,13 @@ pub(crate) fn sparsest(
         pivots.push(pivot);
         let others = structural.iter_mut().enumerate().filter(|(i, _)| *i != k);
         for other in others.map(|(_, other)| other).chain(&mut practical) {
+            // The unknown is eliminated from all other directions.
             let factor = other[pivot] / row[pivot];
             other.iter_mut().zip(&row).for_each(|(d, r)| *d -= factor * r);
             other[pivot] = 0.0;
         }
     }
+    // Rounding errors of the singular vectors are no components.
     for direction in structural.iter_mut().chain(&mut practical) {
         let most = largest_component(direction);
         let small = direction.iter_mut().filter(|d| d.abs() <= SMALLEST_COMPONENT * most);
@@ -162,6 +166,7 @@ pub(crate) fn sparsest(
     (structural, practical)
 }
 
+/// Largest absolute component of a direction.
 fn largest_component(direction: &[f64]) -> f64 {
     direction.iter().fold(0.0, |most, d| most.max(d.abs()))
 }
@@ -246,9 +251,9 @@ mod tests {
             assert_eq!(finding.parameters.len(), 2, "{finding:?}");
             assert!(!finding.parameters.contains(&Parameter::DampingMass));
         }
-        let words: String = found.iter().map(|f| f.description.as_str()).collect();
+        let text: String = found.iter().map(|f| f.description.as_str()).collect();
         let known = ["youngs_modulus/density", "youngs_modulus*radius^2", "density/radius^2"];
-        assert_eq!(known.iter().filter(|k| words.contains(**k)).count(), 2, "{words}");
+        assert_eq!(known.iter().filter(|k| text.contains(**k)).count(), 2, "{text}");
     }
 
     /// Four of twenty unknowns and three of nine directions are listed, the others are counted.
@@ -262,11 +267,11 @@ mod tests {
         let kind = NonIdentifiability::Practical;
         let found = describe_directions(&unknowns, directions, kind, &deviations);
         assert_eq!(found[3].parameters.len(), 20);
-        let words = &found[3].description;
-        assert!(words.contains("+1.000 rod.natural_bending.3.d1 +0.500"), "{words}");
+        let text = &found[3].description;
+        assert!(text.contains("+1.000 rod.natural_bending.3.d1 +0.500"), "{text}");
         assert!(
-            words.contains("and 16 others") && words.contains("deviation 3.00 and 0.00"),
-            "{words}"
+            text.contains("and 16 others") && text.contains("deviation 3.00 and 0.00"),
+            "{text}"
         );
         let all = summarize(&found);
         assert!(all.ends_with("; and 6 more like these") && all.len() < 1200, "{all}");

@@ -25,6 +25,7 @@ impl LocalAnalysis {
     /// Analyzes an optimum. After a correction of the residuals the one-sided bounds are those `known` from the data before it.
     pub fn new(fitted: Fitted, known: Option<&[Option<OneSidedBound>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
+        // Noise first: its weights scale the rows of the Jacobian for everything after.
         let noise = ResidualNoise::new(fitted);
         let residuals = search.all_residuals()?;
         let rows = weighted_rows(&optimum.jacobian, &noise.weights);
@@ -46,6 +47,7 @@ impl LocalAnalysis {
         };
         let mut covariance = analyze(&bounds)?;
         let count = bounds.iter().flatten().count();
+        // Bounds are searched for once: after a correction of the residuals they are the same.
         match known {
             Some(known) => {
                 for (bound, known) in bounds.iter_mut().zip(known) {

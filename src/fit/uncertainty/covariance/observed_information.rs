@@ -1,7 +1,7 @@
 //! Observed information: standard errors from the exact Hessian `H` of the misfit.
 //!
-//! The covariance is `v H^-1` for noise of the variance `v`, and `H^-1 M H^-1` for a gradient of the covariance `M`, under
-//! autocorrelated noise or robust losses.
+//! The covariance is `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is
+//! `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -24,11 +24,11 @@ pub(crate) fn std_errors(
     let hessian = match search.all_residuals().and_then(|r| r.hessian_at(&optimum.x)) {
         Ok(hessian) => hessian,
         Err(error) => {
-            let words = format!(
+            let text = format!(
                 "the observed information is missing: its simulation failed ({error}). Standard \
                                  errors are those of the Gauss-Newton approximation"
             );
-            warnings.add(Severity::Note, Code::NoHessian, words);
+            warnings.add(Severity::Note, Code::NoHessian, text);
             return errors;
         }
     };
@@ -37,9 +37,9 @@ pub(crate) fn std_errors(
     let own: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
     let select = |m: &DMatrix<f64>| m.select_rows(&own).select_columns(&own);
     let Some(factors) = select(&DMatrix::from_fn(n, n, |i, j| hessian[i][j])).cholesky() else {
-        let words = "the Hessian of the misfit is not positive definite: the optimum is no isolated minimum. The \
+        let text = "the Hessian of the misfit is not positive definite: the optimum is no isolated minimum. The \
                      intervals are meaningless. Fit fewer parameters, or give bounds";
-        warnings.add(Severity::Worthless, Code::NotAMinimum, words);
+        warnings.add(Severity::Worthless, Code::NotAMinimum, text);
         return errors;
     };
     let inverse = factors.inverse();

@@ -91,6 +91,7 @@ pub(crate) fn add_one_sided_bounds(
         if !has_profile || is_combined || !is_suspect || has_bound || norm == 0.0 {
             continue;
         }
+        // Autocorrelated noise makes the same rise less significant.
         let variance = noise.misfit_scale * correlations.inflation[j].powi(2);
         let profile = OneSidedProfile::new(fitted, j, variance);
         if let Some(bound) = profile.bound(correlations.one_sided_factors[j])? {
@@ -118,6 +119,7 @@ impl<'a> OneSidedProfile<'a> {
         let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
         let optimal = optimum.x[unknown];
+        // The profile starts within the scan, which covers all sensible values.
         let scanned = search.journal.scanned_values(unknown).last().copied();
         let largest = match search.unknowns[unknown].parameter.quantity().candidates {
             Candidates::Decades(_, largest, _) => Some(largest.ln()),
@@ -148,6 +150,7 @@ impl<'a> OneSidedProfile<'a> {
         }
         let least = self.least();
         self.record_lower_minimum(least)?;
+        // Exactly one open side is a bound; none is an interval, two are not identifiable.
         let [is_closed_below, is_closed_above] = self.is_closed();
         let side = match self.is_open() {
             [true, _] if is_closed_above => 1.0,

@@ -82,18 +82,19 @@ pub(crate) fn profile_intervals(
     let mut intervals = vec![None; search.unknowns.len()];
     for (i, unknown) in search.unknowns.iter().enumerate() {
         let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
+        // Autocorrelated noise widens the profile as it does the standard error.
         let noise = noise.misfit_scale.sqrt() * correlations.inflation[i];
         let found = profile_interval(fitted, i, sd, noise, correlations.coverage_factors[i]);
         if search.is_stopped() {
             break;
         }
         if let Some(x) = found.better {
-            let words = format!(
+            let text = format!(
                 "{unknown} = {:e} has a lower misfit. The result is not the global minimum. Give a start near \
                  that value",
                 unknown.from_scale(x)
             );
-            warnings.add(Severity::Worthless, Code::BetterMinimum, words);
+            warnings.add(Severity::Worthless, Code::BetterMinimum, text);
         }
         intervals[i] = Some(found);
     }
@@ -179,6 +180,7 @@ fn rooted_profile(
     from: &[f64],
     noise: f64,
 ) -> Result<RootedProfile, Error> {
+    // By the envelope theorem the derivative of the profile is the partial one at the constrained optimum.
     let there = search.optimum_with_held(i, held, from)?;
     let slopes = misfit_slopes(&search.all_residuals()?, &there);
     let gradient: f64 = there.jacobian.iter().zip(&slopes).map(|(row, slope)| row[i] * slope).sum();

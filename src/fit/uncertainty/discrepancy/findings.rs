@@ -74,6 +74,7 @@ impl fmt::Display for ScoreTest {
 
 /// Descriptions of the significant effects, one for each rank: the best one, and others that the data do not separate.
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
+    // Effects of one rank cannot be separated: a text names all of them.
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
     let found = ranks.filter(|rank| rank[0].is_significant());
     let describe = |rank: &[ScoreTest]| {
@@ -171,6 +172,7 @@ pub(crate) fn biases_beyond_interval<'a>(
 /// The effects with the largest biases above a standard error, each with its biases of all parameters.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
+    // Entries are sorted by their bias: effects appear in the order of their largest one.
     for bias in all.iter().filter(|bias| bias.std_errors > 1.0) {
         match effects.iter_mut().find(|own| own[0].source == bias.source) {
             Some(own) => own.push(bias),

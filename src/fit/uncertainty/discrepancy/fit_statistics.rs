@@ -68,6 +68,7 @@ impl FitStatistics<'_> {
         mode: f64,
     ) -> Result<Relinearization, Error> {
         let Fitted { search, optimum } = self.fitted;
+        // The predicted optimum at this size of the effect.
         let mut there = optimum.clone();
         for ((x, by), unknown) in there.x.iter_mut().zip(slope).zip(search.unknowns) {
             let [low, high] = unknown.scaled_bounds();
@@ -76,14 +77,17 @@ impl FitStatistics<'_> {
         let (fit, change) = (self.local.linear_fit(), change.shifted(mode));
         let at_mode = Fitted { search, optimum: &there };
         let directions = InputDirections::new(at_mode, experiments, &fit, &[&change])?;
+        // Its residuals, of the same run as the derivatives.
         there.residuals.clone_from(&directions.residuals);
         let at_mode = Fitted { search, optimum: &there };
         let residuals = weighted_residuals(at_mode, &self.local.noise);
+        // The Gauss-Newton step removes the error of the prediction.
         let column = DMatrix::from_column_slice(residuals.len(), 1, residuals.as_slice());
         let step = directions.responses_to(&column).remove(0);
         let moved = |j: usize| Some(there.x[j] - optimum.x[j] + step[j]?);
         let direction = directions.orthogonal_changes().column(0).into_owned();
         let mut likelihood = self.likelihood(&direction, &residuals);
+        // The likelihood is about the size of the linearization.
         likelihood.estimate += mode;
         let moved = (0..there.x.len()).map(moved).collect();
         let response =

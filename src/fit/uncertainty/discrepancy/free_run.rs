@@ -72,6 +72,7 @@ impl RecordingErrors {
             held_out: experiment.measurements.iter().all(|m| m.held_out()),
             mean_error: mean_error(experiment, fitted).ok(),
         };
+        // Every experiment is a run of its own; one that fails has no error.
         let list: Vec<RecordingError> = driven.par_iter().map(error).collect();
         let [fitted, held_out] = [false, true].map(|held_out| ErrorSummary::new(&list, held_out));
         (!list.is_empty()).then_some(Self { fitted, held_out, list })
@@ -117,6 +118,7 @@ impl FreeRun {
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
         let (nodes, track) =
             (path.nodes(problem.segments())?, path.track.clone().ok_or_else(none)?);
+        // Only the nodes with markers are compared; plots need all of them.
         let tracked = if all { (0..problem.nodes()).collect() } else { nodes.clone() };
         let time = problem.time()?;
         let mut run = Trajectory::new(problem, &tracked, &[])?;
@@ -128,6 +130,7 @@ impl FreeRun {
     /// Errors of all recorded markers after the start.
     pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
         let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
+        // Frames after the end of the simulation have no prediction.
         let frames = frames.take_while(|(_, t)| **t <= self.end * (1.0 + 1e-9));
         frames.flat_map(move |(frame, t)| {
             let markers = self.nodes.iter().zip(self.track.markers()).enumerate();

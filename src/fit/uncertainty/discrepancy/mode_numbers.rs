@@ -90,17 +90,18 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     let Some(found) = other_numberings(fitted, estimates).filter(|found| !found.is_empty()) else {
         return;
     };
-    let words = format!(
+    let text = format!(
         "other mode numbers fit the frequencies as well: {}. Frequencies alone do not decide between them. Find the \
          nodes of a mode, or add a measurement such as the shape at rest",
         found.join("; ")
     );
-    warnings.add(Severity::Note, Code::ModeNumbers, words);
+    warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
 /// Texts of all other numberings that fit as well; none where other measurements or experiments decide between numberings.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
+    // Another experiment or another kind of measurement decides between numberings.
     let [experiment] = search.experiments else { return None };
     let (mut names, mut measured, mut chi_squared) = (Vec::new(), Vec::new(), 0.0);
     for MeasuredResiduals { measurement, sigma, residuals, .. } in fitted.measured() {
@@ -114,6 +115,7 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
         return None;
     }
     let problem = fitted.problem(experiment).ok()?;
+    // Only a common scale of all frequencies can compensate for other numbers.
     let scale = frequency_scale(search, &problem, &names)?;
     let (estimate, unknown) = (&estimates[scale.unknown], &search.unknowns[scale.unknown]);
     let value = estimate.value.filter(|_| estimate.std_error.is_some())?;
@@ -122,6 +124,7 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
             |name: &ModeName| Some(ModeName { number: numbering.renumber(name.number)?, ..*name });
         let others: Vec<ModeName> = names.iter().map(renumbered).collect::<Option<_>>()?;
         let refitted = scaled_fit(&problem, &others, numbering.mesh_factor(), &measured)?;
+        // `f ~ p^power`: the factor of the frequencies is a power of that of the parameter.
         let other_value = value * refitted.factor.powf(1.0 / scale.power);
         let [low, high] = unknown.scaled_bounds().map(|x| unknown.from_scale(x));
         let from_prior = unknown.prior_residual(unknown.to_scale(other_value));
@@ -163,6 +166,7 @@ fn scaled_fit(
     mesh_factor: usize,
     measured: &[MeasuredFrequency],
 ) -> Option<ScaledFit> {
+    // Higher modes require as many more edges.
     let remeshed = match mesh_factor {
         1 => None,
         _ => Some(problem.like_it(problem.remeshed(mesh_factor * problem.segments())).ok()?),

@@ -1,6 +1,6 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! Each effect is a number of the scene, or of the scene with a term of size zero added, so that its derivative is that of any
+//! Each effect is a number of the scene, or of the scene with a term of size zero added. Its derivative is that of any
 //! number. Its plausible size is an error that is common in laboratories, not the largest possible one.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
@@ -307,6 +307,7 @@ impl OmittedEffect {
 
     /// Whether a scene states the effect, or cannot have it.
     fn is_excluded_by(&self, scene: &Scene) -> bool {
+        // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
         let has_clamp = [scene.supports.start, scene.supports.end].contains(&Support::Clamped);
         own.is_some_and(|(absent, own)| own != absent)

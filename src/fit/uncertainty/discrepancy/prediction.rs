@@ -67,25 +67,25 @@ pub(crate) fn predictions(
         match found {
             Ok(found) => predictions.extend(found),
             Err(error) => {
-                let words = experiment.with_name(format!(
+                let text = experiment.with_name(format!(
                     "the validation data could not be predicted: the simulation failed ({error}). The fit \
                      is not validated by them. Check the scene of these data"
                 ));
-                warnings.add_for(name, severity, Code::PredictionFailed, words);
+                warnings.add_for(name, severity, Code::PredictionFailed, text);
             }
         }
     }
     for p in &predictions {
         let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
         if is_too_large(ratio, p.values) {
-            let words = format!(
+            let text = format!(
                 "{}: the error of the prediction is {} the one that noise and parameter errors explain. The model \
                  does not generalize to these validation data. Look for a missing effect or a difference in the \
                  set-up",
                 p.observation,
                 factor_text(ratio)
             );
-            warnings.add_for("", severity, Code::LargePredictionError, words);
+            warnings.add_for("", severity, Code::LargePredictionError, text);
         }
     }
     predictions

@@ -3,8 +3,9 @@
 //!
 //! Of two effects with the score statistics `a` and `b`, the second may be the cause as well as the first if two conditions
 //! hold: the score of the part of its direction orthogonal to the first is noise, and the first is not significantly
-//! better, `a^2 - b^2 < 1.64^2`. If the second were the cause, `a^2 - b^2` would have the mean `-m` and the standard deviation
-//! `2 sqrt(m)` for some `m` that measures their difference, and exceed this limit in at most 5 % of all cases for any `m`.
+//! better, `a^2 - b^2 < 1.64^2`. If the second is the cause, `a^2 - b^2` has the mean `-m` and the standard deviation
+//! `2 sqrt(m)`, where `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any
+//! `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
@@ -42,6 +43,7 @@ pub(crate) fn ranked(
         if other.explained <= 0.0 || a * a - b * b >= BETTER {
             return false;
         }
+        // The score of the part of the other direction that the best effect cannot explain.
         let share = best.direction.dot(&other.direction) / best.direction.norm_squared();
         let beyond = &other.direction - share * &best.direction;
         beyond.dot(residuals).abs() < NOISE * variance(&beyond).sqrt()
@@ -53,6 +55,7 @@ pub(crate) fn ranked(
         }
         let best = scored.remove(0);
         let is_significant = best.test.is_significant();
+        // Insignificant effects are not joined: noise has no cause.
         let (same, others): (Vec<_>, Vec<_>) =
             scored.into_iter().partition(|other| is_significant && is_inseparable(&best, other));
         scored = others;

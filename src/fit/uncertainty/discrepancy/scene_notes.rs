@@ -1,7 +1,7 @@
 //! Notes on the fitted scenes: implausible units, no gravity, and strains beyond a linear material.
 //!
-//! Strains at rest follow from the equilibrium. Those of a motion take another run of it, which is made only where an
-//! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
+//! Strains at rest follow from the equilibrium. Those of a motion require a run. It is omitted where an upper bound by beam
+//! theory, or twice the strains at equilibrium, are allowed.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -31,12 +31,12 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
         ];
         let largest = strains.into_iter().flatten().max_by(|a, b| a.strain.total_cmp(&b.strain));
         notes.extend(largest.and_then(|largest| largest.warning(modulus)));
-        for (code, words) in notes {
+        for (code, text) in notes {
             // The texts of strains differ between experiments; one note on them is enough.
-            let same = if code == Code::LargeStrain { code.name().into() } else { words.clone() };
+            let same = if code == Code::LargeStrain { code.name().into() } else { text.clone() };
             if !added.contains(&same) {
                 added.push(same);
-                warnings.add(Severity::Note, code, experiment.with_name(words));
+                warnings.add(Severity::Note, code, experiment.with_name(text));
             }
         }
     }

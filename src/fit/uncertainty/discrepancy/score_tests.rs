@@ -102,7 +102,7 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
     let Some(effects) = likely_omitted_effects(tests).into_iter().next() else { return };
     let is_certain = best.p_value.max(best.p_value_if_correlated.unwrap_or(0.0)) < CERTAIN;
     let severity = if is_certain { Severity::Misfit } else { Severity::Ambiguous };
-    let words = format!("the residuals are best explained by {effects}");
+    let text = format!("the residuals are best explained by {effects}");
     // Effects of one rank cannot be separated: any of them may be the cause.
     let same = tests.iter().take_while(|test| test.rank == best.rank);
     match same.max_by(|a, b| a.bias_std_errors.total_cmp(&b.bias_std_errors)) {
@@ -111,10 +111,10 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
         {
             let consequence = format!("It changes {parameter} by {bias:.1} standard errors");
             let action = "Add it to the scene, or fit it (--extend)";
-            let words = format!("{words}. {consequence}. {action}");
-            warnings.add_minor(severity, Code::OmittedEffect, words);
+            let text = format!("{text}. {consequence}. {action}");
+            warnings.add_minor(severity, Code::OmittedEffect, text);
         }
-        _ => warnings.add(severity, Code::OmittedEffect, words),
+        _ => warnings.add(severity, Code::OmittedEffect, text),
     }
 }
 
@@ -130,11 +130,11 @@ impl ScoreTestInputs<'_> {
             return (ModelDiscrepancy::default(), warnings);
         }
         let found = self.run_on_cheapest_model(spent).unwrap_or_else(|error| {
-            let words = format!(
+            let text = format!(
                 "omitted effects were not tested: the run of a coarse model failed ({error}). A missing effect may \
                  bias the estimates. Check the scene"
             );
-            warnings.add(Severity::Note, Code::NoSensitivityAnalysis, words);
+            warnings.add(Severity::Note, Code::NoSensitivityAnalysis, text);
             ModelDiscrepancy::default()
         });
         (found, warnings)

@@ -2,7 +2,7 @@
 //! enough.
 //!
 //! Both make a real rod softer than the model. To first order in `I/(A L^2)` the squared frequency of a mode is lower by
-//! the [thickness effects](thickness_effects), and a rod at rest deflects more by its
+//! the [thickness effects](thickness_effects). A rod at rest deflects more by its
 //! [shear deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a
 //! Young's modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
 //! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation is needed.
@@ -110,6 +110,7 @@ pub(crate) fn check_slenderness(
     {
         return;
     }
+    // The response of the fit to the effects is the opposite of the bias without them.
     let biases = |softening: &Softening, response: &LinearResponse| {
         let bias = |(j, estimate): (usize, &Estimate)| {
             let unknown = &search.unknowns[j];
@@ -119,6 +120,7 @@ pub(crate) fn check_slenderness(
         estimates.iter().enumerate().map(bias).collect::<Vec<_>>()
     };
     let found = biases(&isotropic, &isotropic_response);
+    // An inconsistent shear modulus of the scene yields another bias, which is reported beside.
     let stated = softening(|flexibility| flexibility.stated);
     let stated = stated.map(|softening| biases(&softening, &response(&softening)));
     let stated = |j: usize| stated.as_ref().and_then(|all| all[j].as_ref());
@@ -136,23 +138,23 @@ pub(crate) fn check_slenderness(
             && isotropic.without_row >= SMALLEST_SOFTENING
             && estimates.iter().all(|e| e.input_sensitivities.is_empty())
         {
-            let words = format!(
+            let text = format!(
                 "the rod is thick: shear deformation and rotary inertia, which the model leaves out, make it softer by \
                  {softer}. Parameters that depend on its stiffness are off accordingly. Measure a longer or thinner rod"
             );
-            warnings.add(Severity::Note, Code::ThickRod, words);
+            warnings.add(Severity::Note, Code::ThickRod, text);
         }
         return;
     };
     let is_large = worst.std_errors.abs() > LOWERS_THE_GRADE;
     let severity = if is_large { Severity::Validity } else { Severity::Note };
     let each = named.iter().take(NAMED).map(|(bias, stated)| bias.describe(*stated));
-    let words = format!(
+    let text = format!(
         "the rod is too thick for the model: {}. It leaves out shear deformation and rotary inertia, which make the rod \
          softer by up to {softer}. Measure a longer or thinner rod, or correct the value",
         each.collect::<Vec<_>>().join(", ")
     );
-    warnings.add(severity, Code::ThickRod, words);
+    warnings.add(severity, Code::ThickRod, text);
 }
 
 /// Whether the residuals exclude half of the change: several modes or points determine its amplitude.
@@ -199,8 +201,8 @@ impl SlendernessBias {
     }
 }
 
-/// Change of an estimate on its scale if motions had a Young's modulus that is lower by a fraction, from its sensitivity to
-/// +1 % of the modulus.
+/// Change of an estimate on its scale if motions had a Young's modulus that is lower by a fraction. It follows from the
+/// sensitivity of the estimate to +1 % of the modulus.
 fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) -> f64 {
     let modulus = Parameter::YoungsModulus.path();
     let own = estimate.input_sensitivities.iter().find(|input| input.source == modulus);
@@ -226,6 +228,7 @@ fn softening(
         if !may_be_thick(experiment, &problem, largest) {
             continue;
         }
+        // A scene without a value of its own has that of an isotropic material.
         let flexibility = ratio(&flexibility).unwrap_or(flexibility.isotropic);
         let mut of_motion: Option<f64> = None;
         let own = fitted.measured().filter(|own| std::ptr::eq(own.experiment, experiment));
@@ -236,6 +239,7 @@ fn softening(
                     let reductions = reductions(&problem, frequencies, flexibility)?;
                     let values = frequencies.values.iter().zip(&reductions).zip(sigmas);
                     for (row, ((value, reduction), sigma)) in rows.zip(values) {
+                        // `w^2` is lower by the factor 1/(1 + reduction).
                         let relative = (1.0 + reduction).sqrt().recip() - 1.0;
                         softening.change[row] = value.rad_s * relative / sigma;
                     }
@@ -253,6 +257,7 @@ fn softening(
                         Some(reduction) => reduction,
                         None => *of_motion.insert(first_mode_reduction(&problem, flexibility)?),
                     };
+                    // A softer rod moves as one with a lower modulus: the change is along its column of the Jacobian.
                     let is_modulus = |u: &Unknown| {
                         u.parameter == Parameter::YoungsModulus && u.is_of(experiment)
                     };
@@ -275,6 +280,7 @@ fn softening(
 /// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`].
 fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) -> bool {
     let scene = problem.scene();
+    // The thickest place and the shortest wave bound the effect of all modes.
     let radius = [0.0, 0.5, 1.0].map(|place| scene.at(place).0.radius_of_gyration());
     let radius = radius.into_iter().fold(0.0, f64::max);
     let number = experiment.highest_mode().max(1) as f64;
@@ -323,6 +329,7 @@ fn shear_displacements(
         let sum = stencil.nodes.iter().fold([0.0; 3], |sum, (i, weight)| {
             add(sum, scale(deflections[*i], weight * flexibility))
         });
+        // Differences of positions have no origin.
         let recorded = sub(view.recorded(sum), origin);
         let observed = || sighting.position.iter();
         changes.extend(observed().zip(recorded).filter_map(|(x, change)| x.map(|_| change)));

@@ -46,11 +46,13 @@ impl ExtendedExperiments {
         let mut effects = Vec::new();
         for effect in OMITTED_EFFECTS.iter().filter(|e| !stated.contains(&e.parameter())) {
             let requested = analysis.plausible.get(effect.path).copied();
+            // The first experiment in which the effect is defined determines its size.
             let mut plausible = sizes.iter().filter_map(|sizes| (effect.plausible)(sizes));
             let size = plausible.next().map(|usual| requested.unwrap_or(usual));
             let Some(size) = size.filter(|size| size.is_finite() && *size > 0.0) else { continue };
             let mut own = Vec::new();
             for (experiment, sizes) in experiments.iter_mut().zip(&sizes) {
+                // Every experiment takes the terms that its scene can have.
                 if let Some(problem) = effect.added(&experiment.problem, sizes) {
                     experiment.problem = problem;
                     own.push(experiment.name.clone());
@@ -66,6 +68,7 @@ impl ExtendedExperiments {
             let change = match effect.coupling {
                 None => change(&number, 1.0),
                 Some(coupling) => {
+                    // Both numbers change in one direction.
                     let parameter = Parameter::at(coupling.path);
                     let other = Unknown { parameter, ..number.clone() };
                     let mut both = change(&number, coupling.own);

@@ -3,7 +3,7 @@
 //! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow
 //! all but `u`. Residuals `r` with the variance `v` along `u` give its likelihood, a normal distribution about
 //! `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the
-//! scale one: where the data determine the size they prevail, however large it is, and where the parameters follow all
+//! scale one. Where the data determine the size they prevail, however large it is. Where the parameters follow all
 //! of the effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds with 5 %.
 //!
 //! The response of the parameters is linear. Where the data determine a large size it is linearized again: the run with the
@@ -75,9 +75,11 @@ impl Posterior {
             let data = likelihood.map_or(0.0, |l| -0.5 * ((a - l.estimate) / l.std_error).powi(2));
             prior + data
         };
+        // Densities are relative to the largest one: their logarithms may be far below zero.
         let logs: Vec<f64> = (0..POINTS).map(|k| log_density(size(k))).collect();
         // The first of equal maxima.
         let best = (0..POINTS).rev().max_by(|a, b| logs[*a].total_cmp(&logs[*b])).unwrap_or(0);
+        // The limit of the absolute value: both sides together, from zero on.
         let mut order: Vec<usize> = (0..POINTS).collect();
         order.sort_by_cached_key(|k| total_order(size(*k).abs()));
         let densities: Vec<f64> = order.iter().map(|k| (logs[*k] - logs[best]).exp()).collect();
@@ -189,6 +191,7 @@ pub(crate) fn undetected_biases(
                 continue;
             };
             let ParameterBias { change, relative } = ParameterBias::new(&unknowns[j], value, shift);
+            // A linear response of orders of magnitude has no meaning.
             if !change.is_finite()
                 || relative.is_some_and(|r| !r.is_finite())
                 || shift.abs() > LARGEST_CHANGE

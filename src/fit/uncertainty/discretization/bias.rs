@@ -70,6 +70,7 @@ impl DiscretizationBias {
     pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
         let [low, high] = unknown.scaled_bounds();
         match self.correction(i) {
+            // Without a correction the value stays exactly.
             0.0 => x,
             correction => (x + correction).clamp(low, high),
         }

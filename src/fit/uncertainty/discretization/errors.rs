@@ -46,15 +46,16 @@ pub(crate) fn discretization_errors(
 ) -> Vec<DiscretizationError> {
     let remedy = remedy(search.experiments);
     let mut severity = Severity::Numerics;
+    // Chosen numerics are compared with the residuals by `DiscretizationBias::explains_residuals`.
     let is_given = search.experiments.iter().any(|e| {
         let chosen = e.problem.scene().chosen();
         !chosen.segments || e.moves() && !chosen.step
     });
     if is_given && bias.residual_fraction > EXPLAINING_FRACTION && warnings.has_misfit() {
         severity = Severity::Mesh;
-        let words = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
+        let text = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
                      discretization error. Refine the numerics before searching for a missing effect";
-        warnings.add(severity, Code::NumericsNotModel, format!("{words} ({remedy})"));
+        warnings.add(severity, Code::NumericsNotModel, format!("{text} ({remedy})"));
     }
     let mut errors = Vec::new();
     for (i, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
@@ -91,13 +92,13 @@ pub(crate) fn discretization_errors(
                 true => percent(relative),
                 false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
             };
-            let words = format!(
+            let text = format!(
                 "{}: the discretization error may be {}, more than the half-width of the 95 % interval. The \
                  interval is too narrow. {remedy}",
                 estimate.label(),
                 size.trim_end()
             );
-            warnings.add(severity, Code::DiscretizationError, words);
+            warnings.add(severity, Code::DiscretizationError, text);
         }
     }
     errors

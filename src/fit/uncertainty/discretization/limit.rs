@@ -2,8 +2,8 @@
 //!
 //! Mesh and step are changed alone, and the change of the parameters is extrapolated to zero. Numerics of the scene are
 //! extrapolated as of first order: for a method of second order that is two and a half to three times the error, and mesh and
-//! step never cancel. A mesh and a step that are twice as coarse cost one simulation, 1.5 times as coarse ones 1.3, finer
-//! ones 2.5 by a quarter and 4 by half, with the same coverage
+//! step never cancel. Numerics that are twice as coarse cost one simulation, 1.5 times as coarse ones 1.3. Finer ones cost
+//! 2.5 simulations by a quarter and 4 by half, with the same coverage
 //! (`cargo run --release --example discretization_error -- 400`). Where coarser numerics do not resolve the motion, or fail,
 //! they are finer by a quarter.
 //!
@@ -70,6 +70,7 @@ fn on_other_mesh(
 ) -> Result<Option<OtherNumerics>, Error> {
     let problem = &experiment.problem;
     let (own, scene) = (problem.segments() as f64, problem.scene());
+    // A coarser model must still resolve the measured modes.
     let needed = FEWEST_EDGES.max(FEWEST_PER_MODE * experiment.highest_mode() as f64);
     let is_chosen = scene.chosen().segments;
     let mut fewer = coarser_ratios(is_chosen).iter().map(|ratio| (own / ratio).round());
@@ -99,10 +100,12 @@ fn with_other_step(
     let period = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
     let is_chosen = scene.chosen().step;
     let fewest = if is_chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
+    // A larger step must still resolve the first oscillation and the motion of the supports.
     let largest = (period / fewest).min(scene.supports.largest_good_step());
     let (mut ratio, mut order) = (FINER, 1.0);
     if let Some(time) = &mut scene.time {
         let is_explicit = time.scheme.traits().stability_limit.is_some();
+        // An explicit scheme may be at its stability limit: its step does not grow.
         let mut larger = coarser_ratios(is_chosen).iter().filter(|_| coarser && !is_explicit);
         if let Some(larger) = larger.find(|larger| *larger * time.step_size() <= largest) {
             ratio = larger.recip();
@@ -146,6 +149,7 @@ fn limit_difference(
         Refinement::Refitted => {
             let refitted = other.polish(&optimum.x)?;
             let largest = ratios.iter().copied().fold(0.0, f64::max);
+            // One ratio for all experiments, as they share the fit: the largest is on the safe side.
             let difference = |a: &[f64], b: &[f64]| -> Vec<f64> {
                 a.iter().zip(b).map(|(a, b)| largest * (a - b)).collect()
             };
@@ -188,11 +192,11 @@ pub(crate) fn estimate_bias(
     match bias(fitted, local, analysis.discretization_error) {
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(error) => {
-            let words = format!(
+            let text = format!(
                 "the discretization error is unknown: a run on another mesh failed ({error}). The \
                          intervals do not include it. Leave rod.segments and time.step out of the scene"
             );
-            warnings.add(Severity::Numerics, Code::NumericsUnknown, words);
+            warnings.add(Severity::Numerics, Code::NumericsUnknown, text);
             Ok(None)
         }
         bias => bias,
@@ -211,6 +215,7 @@ fn bias(
     if !optimum.converged || method == Refinement::None && !is_any_chosen {
         return Ok(None);
     }
+    // Chosen numerics need their correction even if no error is requested.
     let method = if method == Refinement::None { Refinement::Linearized } else { method };
     let part = |variation: Variation| {
         let difference = |coarser| limit_difference(fitted, local, method, variation, coarser);
@@ -223,6 +228,7 @@ fn bias(
         }
     };
     let (mesh, step) = rayon::join(|| part(on_other_mesh), || part(with_other_step));
+    // Mesh and step may cancel in the residuals: the larger of the two is their size.
     let mut largest = 0.0_f64;
     let [mesh, step] = [mesh?, step?].map(|part| {
         part.map_or_else(Vec::new, |difference| {

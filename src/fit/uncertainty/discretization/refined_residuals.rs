@@ -54,6 +54,7 @@ impl<'a> RefinedResiduals<'a> {
     /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed.
     fn change(&self) -> Result<Option<Vec<f64>>, Error> {
         let Fitted { search, optimum } = self.fitted;
+        // The original mesh and step, both refined.
         let finer = |e: &Experiment| {
             let scene = e.problem.scene();
             let step = scene.time.as_ref().map_or(1.0, |time| time.step_size());
@@ -68,10 +69,12 @@ impl<'a> RefinedResiduals<'a> {
         }
         let finer = Task { experiments: &experiments, ..search.task() }.search();
         let unknowns = search.unknowns.iter().zip(&optimum.x).enumerate();
+        // At the corrected estimates, where the finer model has its optimum.
         let x: Vec<f64> = unknowns.map(|(i, (u, x))| self.bias.corrected(u, i, *x)).collect();
         let residuals = finer.all_residuals()?.plain(&x)?;
         search.work.add(finer.work.total());
         search.report("finer numerics");
+        // The change to the finer numerics is a part of that to the limit.
         let pairs = residuals.iter().zip(&optimum.residuals);
         let change: Vec<f64> = pairs.map(|(a, b)| TO_LIMIT.error_before() * (a - b)).collect();
         Ok(Some(self.covariance.response(&change, &self.weights, &optimum.jacobian).residuals))

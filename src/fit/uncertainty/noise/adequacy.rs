@@ -2,8 +2,8 @@
 //!
 //! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
 //! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of
-//! the residuals and the variance `s` from differences have the same expectation. They share their samples, so that
-//! `s/r` has the relative variance `2/nu - 2/n`, with `nu` degrees of freedom of `s` and `n` of `r`, and is compared with
+//! the residuals and the variance `s` from differences have the same expectation. They share their samples: with `nu` degrees of
+//! freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with
 //! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
 //!
 //! A scale below the residuals means autocorrelated noise or a missing effect. It changes the grade and the score
@@ -101,6 +101,7 @@ impl Adequacy {
             }
             for coordinate in measurement.coordinates(&experiment.problem) {
                 let samples = CoordinateSamples::new(search, &own, &coordinate, used);
+                // The autocorrelation of the residuals accompanies the scale.
                 let series = correlations.series_of(index, coordinate.axis);
                 coordinates.push(CoordinateNoise {
                     has_outliers: samples.outliers().contains(&true),

@@ -99,6 +99,7 @@ impl NoiseCorrelations {
             found.inflation[j] = (covariance[(j, j)] / white).sqrt();
         }
         found.degrees_of_freedom = degrees_of_freedom(&found.series, &inverse, &covariance, noise);
+        // Intervals follow from the degrees of freedom of each unknown.
         let freedom = || found.degrees_of_freedom.iter();
         found.coverage_factors = freedom().map(|f| quantile95(*f)).collect();
         found.one_sided_factors = freedom().map(|f| one_sided95(*f)).collect();
@@ -116,6 +117,7 @@ impl NoiseCorrelations {
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let mut variance = noise.variance * square(direction);
         for series in self.series.iter().filter(|s| s.has_own_noise()) {
+            // The common noise of the rows of a series is replaced by their own.
             let own: Vec<f64> = series.rows.iter().map(|k| direction[*k]).collect();
             let correlated = series.ar1().apply(&own);
             let product: f64 = own.iter().zip(&correlated).map(|(a, b)| a * b).sum();
@@ -140,8 +142,8 @@ impl NoiseCorrelations {
     }
 }
 
-/// Degrees of freedom of the variance of each unknown, `2/e^2` for the relative error `e` of the variance by the errors of the
-/// variance and the correlation of each series; none where the variance is known.
+/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e` of the
+/// variance, which stems from the errors of variance and correlation of each series.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,

@@ -95,10 +95,12 @@ impl CoordinateSeries {
         (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
     }
 
+    /// All pairs of neighbors without gaps between them.
     fn neighbors(&self) -> NeighborSums {
         let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
         for (first, times) in self.times.windows(2).enumerate() {
             let spacings = (times[1] - times[0]) / self.spacing;
+            // Across a gap the correlation is too small to be estimated.
             if spacings <= MOST_SPACINGS {
                 let [a, b] = [self.residuals[first], self.residuals[first + 1]];
                 sums.pairs.push(Neighbors { first, spacings });
@@ -145,8 +147,8 @@ impl CoordinateSeries {
         Self { correlation, variance, ..self.clone() }.score_covariance()
     }
 
-    /// One round of moment matching for the variance and, where it is significant, the correlation, with the `inverse` of
-    /// the normal matrix and the `covariance` of the unknowns by the noise of all series.
+    /// Updates the variance and, where it is significant, the correlation by one round of moment matching. It takes the
+    /// `inverse` of the normal matrix, and the `covariance` of the unknowns by the noise of all series.
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
         let (n, correlated) = (self.len(), self.correlated_jacobian());
         let white = &self.jacobian * inverse;
@@ -158,6 +160,7 @@ impl CoordinateSeries {
                 - white.row(b).dot(&correlated.row(a))
         };
         let diagonal: Vec<f64> = (0..n).map(|k| absorbed(k, k)).collect();
+        // A stated sigma is not estimated again.
         if !self.is_sigma_stated {
             let remaining = 1.0 + diagonal.iter().sum::<f64>() / n as f64;
             self.variance = self.mean_square() / remaining.max(1.0 - MOST_ABSORBED);
@@ -177,6 +180,7 @@ impl CoordinateSeries {
         }
     }
 
+    /// Mean square residual, in units of sigma squared.
     fn mean_square(&self) -> f64 {
         self.residuals.iter().map(|r| r * r).sum::<f64>() / self.len() as f64
     }
@@ -217,6 +221,7 @@ pub(crate) fn coordinate_series(
     for own in fitted.measured() {
         let MeasuredResiduals { index, experiment, measurement, residuals, .. } = own;
         let (first, loss) = (own.rows.start, measurement.loss());
+        // Robust losses bound the residuals; their root mean square becomes one, the unit of the noise.
         let influence = |(k, r)| loss.influence(fitted.search.leverage_weight(k) * r)[0];
         let mut influences: Vec<f64> = own.rows.zip(residuals).map(influence).collect();
         if loss.is_robust() {
@@ -227,6 +232,7 @@ pub(crate) fn coordinate_series(
         for coordinate in measurement.coordinates(&experiment.problem) {
             let places = coordinate.ascending(residuals.len());
             let times: Vec<f64> = places.iter().map(|(_, t)| *t).collect();
+            // Short series have no reliable correlation.
             let Some(spacing) = usual_spacing(&times).filter(|_| times.len() >= FEWEST) else {
                 continue;
             };

@@ -103,6 +103,7 @@ impl CoordinateSamples {
         if let Err(reason @ (NoEstimate::Constant | NoEstimate::Oversampled { .. })) = observed {
             return Err(reason);
         }
+        // Residuals of a nearly right model leak less motion than the samples.
         let residual = self.noise(&self.residuals)?;
         let Ok(observed) = observed else { return Ok(residual) };
         let freedom = observed.degrees_of_freedom.min(residual.degrees_of_freedom);
@@ -115,6 +116,7 @@ impl CoordinateSamples {
     pub fn outliers(&self) -> Vec<bool> {
         let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
+        // The median is robust against the outliers themselves.
         let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
         let limit = OUTLYING * median / MEDIAN_DEVIATION;
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
@@ -173,6 +175,7 @@ impl CoordinateSamples {
 /// Probability that the residuals of white noise, with `count` degrees of freedom, are `ratio` times its scale, which has
 /// `freedom` degrees of freedom and the same samples.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
+    // A scale with as many degrees of freedom as the residuals is certain.
     if ratio <= 1.0 || freedom >= count {
         return if ratio <= 1.0 { 1.0 } else { 0.0 };
     }
@@ -239,6 +242,7 @@ mod tests {
         }
     }
 
+    /// Noise scale of samples at unit spacing.
     fn scale_of(observed: Vec<f64>, residuals: Vec<f64>) -> NoiseScale {
         let n = observed.len();
         let samples = CoordinateSamples {

@@ -1,8 +1,8 @@
 //! Experiments whose residuals are an outlier among those of all experiments.
 //!
-//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point. So
-//! the unexplained part of the motion of an experiment, the root mean square residual over the size of the motion, is compared
-//! with its median over the experiments.
+//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point.
+//! The unexplained part of a motion is the root mean square residual over the size of the motion. That of an experiment is
+//! compared with the median over all experiments.
 
 use crate::numerics::total_order;
 
@@ -62,6 +62,7 @@ impl UnexplainedParts {
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;
+        // In the majority bad experiments are a fault of the common set-up.
         let most_are_explained = self.count() >= FEWEST && 2 * unexplained < self.count();
         let stands_out = own.is_unexplained && own.relative() > self.median();
         (most_are_explained && stands_out).then(|| own.relative())

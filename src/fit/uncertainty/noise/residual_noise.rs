@@ -48,6 +48,7 @@ impl ResidualNoise {
         let freedom = (total - search.unknowns.len()) as f64 - lost - arc_lengths as f64;
         let freedom = if lost > 0.0 || arc_lengths > 0 { freedom.max(1.0) } else { freedom };
 
+        // Where the weights depend on the fit, sigma has been estimated before and is the unit of the residuals.
         let is_stated = all(search.experiments).all(|(_, m)| m.sigma().is_some());
         let is_estimated =
             !is_stated && !weights_depend_on_the_fit(search.experiments, search.unknowns);
@@ -142,6 +143,7 @@ pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
         }
         (count > 0).then(|| (sum / count as f64).sqrt())
     };
+    // Units are not mixed: positions have priority.
     let first = all(fitted.search.experiments).next().map_or("m", |(_, m)| m.unit());
     of_unit("m").or_else(|| of_unit("rad/s")).or_else(|| of_unit(first)).unwrap_or(0.0)
 }
@@ -188,6 +190,7 @@ pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEff
             continue;
         }
         let beyond = |size: f64| residuals.iter().filter(|r| r.abs() > size).count();
+        // Values of one loss share a weight, but for their leverage.
         let largest_weight = noise.weights[rows].iter().copied().reduce(f64::max);
         let effect = LossEffect {
             observation: experiment.group(measurement),

@@ -102,6 +102,7 @@ impl ReplicateInputs<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
         random.set_stream(number as u64);
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        // White noise of all values first, so that the random numbers do not depend on the series.
         let mut noise: Vec<f64> = self.noise.iter().map(|sigma| sigma * draw()).collect();
         // A prior is a measurement of the parameter, with an error of its own.
         let mut unknowns = self.task.unknowns.to_vec();
@@ -127,6 +128,7 @@ impl ReplicateInputs<'_> {
                 rows.iter().zip(colored).for_each(|(row, x)| noise[*row] = self.noise[*row] * x);
             }
         }
+        // Simulated values with noise replace the measured ones.
         let mut experiments = self.task.experiments.to_vec();
         let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
         let values = measurements.flat_map(|m| m.data.values_mut());
@@ -160,13 +162,14 @@ pub(crate) fn spreads(
         return vec![None; search.unknowns.len()];
     }
     let (name, count) = (resampling.name, resampling.numbers.len());
+    // Failed replicates are no random sample of all: the spread without them is doubtful.
     let failed = count - found.len();
     if failed > 0 {
-        let words = format!(
+        let text = format!(
             "{failed} of {count} fits of the {name} did not converge. They are left out, and the \
                              spread may be too small. Give a start or bounds"
         );
-        warnings.add(Severity::Note, Code::ReplicatesFailed, words);
+        warnings.add(Severity::Note, Code::ReplicatesFailed, text);
     }
     let spread = |(i, unknown): (usize, &Unknown)| {
         let estimates: Vec<f64> = found.iter().map(|x| unknown.from_scale(x[i])).collect();
@@ -200,6 +203,7 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
             noise[*row] = series.variance.sqrt() * units[*row];
         }
     }
+    // All replicates start at the optimum.
     let (task, root, start) = (search.task(), known::root(resampling.knowns)?, &optimum.x[..]);
     let inputs = ReplicateInputs { resampling, task, simulated, noise, residuals, start, root };
     let mut found = Vec::new();
@@ -238,6 +242,7 @@ impl Bootstrap {
         let n = x.len() as f64;
         let mean = x.iter().sum::<f64>() / n;
         let sd = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        // Percentiles on the scale of the fit, where the distribution is nearly normal.
         let percentile = |p: f64| {
             let place = p * (n - 1.0);
             let (below, fraction) = (place.floor() as usize, place.fract());

@@ -127,6 +127,7 @@ pub(crate) fn add_cluster_jackknife(
     if experiments.len() < FEWEST {
         return;
     }
+    // Priors belong to no experiment.
     let mut prior = DMatrix::zeros(determined.len(), determined.len());
     for row in &optimum.jacobian[optimum.counts.iter().sum()..] {
         let by = DVector::from_iterator(determined.len(), determined.iter().map(|j| row[*j]));

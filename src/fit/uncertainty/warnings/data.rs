@@ -10,6 +10,7 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 /// Warns of an optimum that is inexact because halved time steps make the misfit discontinuous.
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
+    // At a converged optimum with residuals of noise the jumps did no harm.
     let text = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
                 jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
     if optimum.halved && !is_reached {
@@ -54,6 +55,7 @@ pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warni
     for experiment in experiments {
         for (code, text) in experiment.problem.recording_warnings() {
             match code {
+                // Defects that many recordings share are summarized.
                 Code::LostFrames | Code::Glitches | Code::SwappedLabels => {
                     warnings.add_for(&experiment.name, Severity::Note, code, text);
                 }
@@ -85,6 +87,7 @@ pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     };
     let counts: Vec<usize> = search.experiments.iter().map(count_in).collect();
     let total: usize = counts.iter().sum();
+    // Weights of growing sensitivities have a note of their own.
     if total == 0 || !search.growth_weights().is_empty() {
         return;
     }

@@ -20,6 +20,7 @@ pub(crate) fn one_sided_bounds(
     for (unknown, estimate) in unknowns.iter().zip(estimates) {
         let (label, unit) = (estimate.label(), estimate.name.unit());
         match (estimate.lower95, estimate.upper95) {
+            // A damping may be zero: its upper bound is a result.
             (None, Some(upper)) if is_damping(unknown) => {
                 let text = format!(
                     "{label} is not distinguishable from zero: at most {upper:.3e} {unit} (one-sided 95 %). The \
@@ -52,6 +53,7 @@ pub(crate) fn bounds_reached(
 ) {
     for ((unknown, x), deviation) in unknowns.iter().zip(&optimum.x).zip(&covariance.deviation) {
         let [low, high] = unknown.scaled_bounds();
+        // Unidentifiable unknowns drift to their bounds by themselves.
         if deviation.is_some() && (*x <= low || *x >= high) {
             let bound = unknown.from_scale(if *x <= low { low } else { high });
             let text = format!(

@@ -47,6 +47,7 @@ pub(crate) fn unexplained_motion(
     if search.is_rounding(optimum) {
         return;
     }
+    // All experiments first: outliers are relative to the median.
     let spreads = search.spreads(optimum);
     let mut parts = UnexplainedParts::default();
     let mut are_unexplained = Vec::with_capacity(spreads.len());
@@ -54,6 +55,7 @@ pub(crate) fn unexplained_motion(
         let size = own.size();
         let noise = EXPLAINED_SIGMAS * own.measurement.sigma().unwrap_or(0.0);
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
+        // Large residuals may still be large noise: of the scale of the samples, or white.
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
             && !adequacy.is_explained(own.index)
             && !is_noisy(&own, *rms, correlation, search.significance_level());
@@ -172,6 +174,7 @@ pub(crate) fn excess_over_noise_scale(
             coordinate;
         let experiment = all(search.experiments).nth(*measurement).map_or("", |(e, _)| &e.name);
         let (observation, axis, rms) = (&scale.observation, &scale.axis, scale.residual_rms);
+        // Outliers first, as they enlarge the residuals; then the excess; then correlation without a scale.
         let is_exceeded = coordinate.is_exceeded(coordinates.len());
         let is_unresolved = *correlation > STRONG_CORRELATION && scale.value.is_none();
         let is_stated = stated_sigma.is_some();
@@ -244,6 +247,7 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
     let strongest = tests.iter().max_by(|a, b| a.autocorrelation.total_cmp(&b.autocorrelation));
     let is_noted = effective < NOTED_INFORMATION * values;
     let Some(strongest) = strongest.filter(|_| is_noted) else { return };
+    // The interval widens with the correlation, and becomes uncertain with few independent values.
     let mut text = format!(
         "{}, {}: neighboring residuals correlate by {:.2}, so that {values:.0} samples carry the information of \
          {effective:.0} independent ones. The intervals allow for it",
