@@ -362,7 +362,7 @@ fn add_requested_intervals(
         for (i, (interval, unknown)) in intervals.zip(fitted.search.unknowns).enumerate() {
             let Some(interval) = interval else { continue };
             estimates[i].profile95 = Some(interval.values(unknown));
-            profiles.push(interval.profile(unknown, correlations.coverage_factors[i]));
+            profiles.push(interval.profile(unknown, correlations.coverage_factor(i)));
         }
     }
     if analysis.bootstrap > 0 {

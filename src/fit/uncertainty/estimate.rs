@@ -165,7 +165,7 @@ pub(crate) fn local_estimates(
         let deviation = deviation.filter(|_| optimum.converged);
         let corrected = unknown.from_scale(x);
         let [low, high] = unknown.parameter.limits();
-        let half = |sd: f64| (correlations.coverage_factors[i] * sd).hypot(remaining);
+        let half = |sd: f64| (correlations.coverage_factor(i) * sd).hypot(remaining);
         // The misfit is a parabola over a poorly determined damping itself, not over its logarithm.
         let ends = |sd: f64| match bounds[i] {
             Some(_) => [1.0 - half(sd), 1.0 + half(sd)].map(|factor| factor * corrected),

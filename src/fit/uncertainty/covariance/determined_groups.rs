@@ -67,7 +67,7 @@ pub(crate) fn determined_combinations(
         let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
         let log = log + corrections.iter().sum::<f64>();
         // The largest coverage factor of its unknowns is on the safe side.
-        let factors = combination.powers().map(|(j, _)| correlations.coverage_factors[j]);
+        let factors = combination.powers().map(|(j, _)| correlations.coverage_factor(j));
         let half = (factors.fold(0.0, f64::max) * deviation).hypot(remaining_error(corrections));
         DeterminedGroup {
             name: combination.name(search.unknowns),

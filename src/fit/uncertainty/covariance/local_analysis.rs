@@ -8,6 +8,7 @@ use crate::fit::uncertainty::covariance::one_sided_bound::add_one_sided_bounds;
 use crate::fit::uncertainty::covariance::zero_bound::{OneSidedBound, zero_bounds};
 use crate::fit::uncertainty::noise::adequacy::Adequacy;
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, weighted_rows};
 use crate::numerics::half_sum_of_squares;
 
@@ -33,12 +34,11 @@ impl LocalAnalysis {
         let adequacy = Adequacy::new(fitted, &correlations);
         let mut bounds = zero_bounds(fitted, &rows, &noise, &correlations, &residuals);
         // Rise of twice the misfit by a step, over that at the end of a 95 % interval; infinite where the simulation fails.
+        let end = noise.misfit_scale * quantile95(noise.degrees_of_freedom).powi(2);
         let rise = |step: &[f64]| {
             let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
-            residuals.residuals(&x).map_or(f64::INFINITY, |r| {
-                2.0 * (half_sum_of_squares(&r) - optimum.cost)
-                    / (noise.misfit_scale * noise.coverage_factor.powi(2))
-            })
+            let found = residuals.residuals(&x);
+            found.map_or(f64::INFINITY, |r| 2.0 * (half_sum_of_squares(&r) - optimum.cost) / end)
         };
         let motion = motion_norm(fitted);
         let scores = correlations.score_covariance.as_ref();

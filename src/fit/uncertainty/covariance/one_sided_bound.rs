@@ -94,7 +94,7 @@ pub(crate) fn add_one_sided_bounds(
         // Autocorrelated noise makes the same rise less significant.
         let variance = noise.misfit_scale * correlations.inflation[j].powi(2);
         let profile = OneSidedProfile::new(fitted, j, variance);
-        if let Some(bound) = profile.bound(correlations.one_sided_factors[j])? {
+        if let Some(bound) = profile.bound(correlations.one_sided_factor(j))? {
             let deviation = noise.variance.sqrt() / norm;
             let log_deviation = if deviation.is_finite() { deviation.max(1.0) } else { 1.0 };
             bounds[j] = Some(OneSidedBound { log_deviation, ..bound });

@@ -84,7 +84,7 @@ pub(crate) fn profile_intervals(
         let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
         // Autocorrelated noise widens the profile as it does the standard error.
         let noise = noise.misfit_scale.sqrt() * correlations.inflation[i];
-        let found = profile_interval(fitted, i, sd, noise, correlations.coverage_factors[i]);
+        let found = profile_interval(fitted, i, sd, noise, correlations.coverage_factor(i));
         if search.is_stopped() {
             break;
         }

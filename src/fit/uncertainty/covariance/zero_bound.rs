@@ -78,7 +78,7 @@ pub(crate) fn zero_bounds(
 
     for (a, j) in active.iter().copied().enumerate().filter(|(_, j)| is_damping(&unknowns[*j])) {
         let inflation = correlations.inflation[j];
-        let quantile = correlations.one_sided_factors[j];
+        let quantile = correlations.one_sided_factor(j);
         let white = (noise.variance * inverse[(a, a)]).sqrt();
         let log_deviation = inflation * white / norms[j];
         let here = unknowns[j].from_scale(optimum.x[j]);

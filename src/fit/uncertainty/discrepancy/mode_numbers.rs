@@ -32,13 +32,32 @@ const HIGHEST_MODE: usize = 60;
 /// Distance from the mean of a prior, in its standard deviations, from which on it excludes a value.
 const EXCLUDED_BY_PRIOR: f64 = 3.0;
 
-/// Another numbering of modes: multiples, parts, the next or the previous number.
+/// Another numbering of modes: `number * factor/divisor + offset`.
 #[derive(Clone, Copy)]
-enum Numbering {
-    Times(usize),
-    Over(usize),
-    Up,
-    Down,
+struct Numbering {
+    factor: usize,
+    divisor: usize,
+    offset: isize,
+}
+
+/// Numberings by common mistakes: counting both planes, only modes of one symmetry, or from 0.
+const NUMBERINGS: [Numbering; 6] = [
+    Numbering { factor: 1, divisor: 2, offset: 0 },
+    Numbering { factor: 1, divisor: 3, offset: 0 },
+    Numbering { factor: 1, divisor: 1, offset: -1 },
+    Numbering { factor: 1, divisor: 1, offset: 1 },
+    Numbering { factor: 2, divisor: 1, offset: 0 },
+    Numbering { factor: 3, divisor: 1, offset: 0 },
+];
+
+impl Numbering {
+    /// The other number of a mode; none if that is no whole number from 1 to [`HIGHEST_MODE`].
+    fn renumber(self, number: usize) -> Option<usize> {
+        let multiple = number * self.factor;
+        let is_whole = multiple.is_multiple_of(self.divisor);
+        let other = (multiple / self.divisor).checked_add_signed(self.offset)?;
+        (is_whole && (1..=HIGHEST_MODE).contains(&other)).then_some(other)
+    }
 }
 
 /// A parameter that scales all frequencies.
@@ -60,29 +79,6 @@ struct MeasuredFrequency {
 struct ScaledFit {
     factor: f64,
     chi_squared: f64,
-}
-
-impl Numbering {
-    /// All numberings by common mistakes: counting both planes, only modes of one symmetry, or from 0.
-    const ALL: [Self; 6] =
-        [Self::Over(2), Self::Over(3), Self::Down, Self::Up, Self::Times(2), Self::Times(3)];
-
-    /// The other number of a mode; none where it has none.
-    fn renumber(self, number: usize) -> Option<usize> {
-        let other = match self {
-            Self::Times(factor) => number * factor,
-            Self::Over(divisor) if number.is_multiple_of(divisor) => number / divisor,
-            Self::Over(_) => return None,
-            Self::Up => number + 1,
-            Self::Down => number.checked_sub(1)?,
-        };
-        (1..=HIGHEST_MODE).contains(&other).then_some(other)
-    }
-
-    /// Factor on the edges of a mesh that resolves the other modes.
-    fn mesh_factor(self) -> usize {
-        if let Self::Times(factor) = self { factor } else { 1 }
-    }
 }
 
 /// Notes other numberings that fit as well, with the value that they give.
@@ -123,7 +119,7 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
         let renumbered =
             |name: &ModeName| Some(ModeName { number: numbering.renumber(name.number)?, ..*name });
         let others: Vec<ModeName> = names.iter().map(renumbered).collect::<Option<_>>()?;
-        let refitted = scaled_fit(&problem, &others, numbering.mesh_factor(), &measured)?;
+        let refitted = scaled_fit(&problem, &others, numbering.factor, &measured)?;
         // `f ~ p^power`: the factor of the frequencies is a power of that of the parameter.
         let other_value = value * refitted.factor.powf(1.0 / scale.power);
         let [low, high] = unknown.scaled_bounds().map(|x| unknown.from_scale(x));
@@ -136,7 +132,7 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
         let numbers = numbers.join(", ");
         fits.then(|| format!("modes {numbers} give {label} = {other_value:.3e} {unit}"))
     };
-    Some(Numbering::ALL.into_iter().filter_map(describe).collect())
+    Some(NUMBERINGS.into_iter().filter_map(describe).collect())
 }
 
 /// The unknown that is a common scale of all frequencies; none without one.

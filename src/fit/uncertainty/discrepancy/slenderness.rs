@@ -83,9 +83,8 @@ struct Softening {
 }
 
 /// Bias of an estimate by the omitted effects.
-struct SlendernessBias {
-    label: String,
-    unit: &'static str,
+struct SlendernessBias<'a> {
+    estimate: &'a Estimate,
     bias: ParameterBias,
     std_errors: f64,
 }
@@ -112,12 +111,12 @@ pub(crate) fn check_slenderness(
     }
     // The response of the fit to the effects is the opposite of the bias without them.
     let biases = |softening: &Softening, response: &LinearResponse| {
-        let bias = |(j, estimate): (usize, &Estimate)| {
+        let all = estimates.iter().enumerate().map(|(j, estimate)| {
             let unknown = &search.unknowns[j];
             let by_motions = response_to_modulus(estimate, unknown, softening.without_row);
             SlendernessBias::new(estimate, unknown, response.unknowns[j]? + by_motions)
-        };
-        estimates.iter().enumerate().map(bias).collect::<Vec<_>>()
+        });
+        all.collect::<Vec<_>>()
     };
     let found = biases(&isotropic, &isotropic_response);
     // An inconsistent shear modulus of the scene yields another bias, which is reported beside.
@@ -172,31 +171,34 @@ fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoi
     -product / square + CERTAIN * (noise.variance / square).sqrt() < EXCLUDED_AMPLITUDE
 }
 
-impl SlendernessBias {
+impl<'a> SlendernessBias<'a> {
     /// Bias of an estimate that the effects would move by `change` on its scale; none without a standard error.
-    fn new(estimate: &Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
+    fn new(estimate: &'a Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
         let std_error = estimate.combined_std.or(estimate.std_error)?;
         let bias = ParameterBias::new(unknown, estimate.value?, -change);
         let std_errors = bias.change / std_error;
-        Some(Self { label: estimate.label(), unit: estimate.name.unit(), bias, std_errors })
+        Some(Self { estimate, bias, std_errors })
     }
 
     /// Text of the absolute bias, relative if the parameter is positive.
     fn size(&self) -> String {
         match self.bias.relative {
             Some(relative) => percent(relative.abs()),
-            None => format!("{:.1e} {}", self.bias.change.abs(), self.unit).trim_end().into(),
+            None => {
+                let unit = self.estimate.name.unit();
+                format!("{:.1e} {unit}", self.bias.change.abs()).trim_end().into()
+            }
         }
     }
 
     /// Text of the bias, with the one for the `stated` shear modulus of the scene if that differs.
     fn describe(&self, stated: Option<&Self>) -> String {
-        let Self { label, bias, std_errors, .. } = self;
+        let Self { estimate, bias, std_errors } = self;
         let direction = if bias.change < 0.0 { "low" } else { "high" };
         let other = stated.map_or(String::new(), |other| {
             format!("; {} with the scene's shear modulus", other.size())
         });
-        let (size, errors) = (self.size(), std_errors.abs());
+        let (label, size, errors) = (estimate.label(), self.size(), std_errors.abs());
         format!("{label} is {size} too {direction} ({errors:.1} standard errors{other})")
     }
 }

@@ -7,6 +7,7 @@ use crate::fit::uncertainty::discretization::bias::{
     BiasPart, DiscretizationBias, EXPLAINING_FRACTION, REMAINING_FRACTION,
 };
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
 use crate::scene::{Parameter, Shape};
@@ -57,6 +58,7 @@ pub(crate) fn discretization_errors(
                      discretization error. Refine the numerics before searching for a missing effect";
         warnings.add(severity, Code::NumericsNotModel, format!("{text} ({remedy})"));
     }
+    let coverage_factor = quantile95(noise.degrees_of_freedom);
     let mut errors = Vec::new();
     for (i, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
         let correction = bias.correction(i);
@@ -85,7 +87,7 @@ pub(crate) fn discretization_errors(
         // Errors of chosen numerics are corrected, and in the interval.
         let relative = sum(|part| !part.is_chosen);
         if let (Some(value), Some(sd)) = (estimate.value, estimate.std_error)
-            && relative * value.abs() > 2.0 * noise.coverage_factor * sd
+            && relative * value.abs() > 2.0 * coverage_factor * sd
         {
             let name = estimate.name;
             let size = match name.is_positive() {

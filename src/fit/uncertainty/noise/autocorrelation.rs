@@ -36,10 +36,6 @@ pub(crate) struct NoiseCorrelations {
     pub inflation: Vec<f64>,
     /// Degrees of freedom of the variance of each unknown; none where it is known.
     pub degrees_of_freedom: Vec<Option<f64>>,
-    /// Half-width of the 95 % interval of each unknown in standard deviations.
-    pub coverage_factors: Vec<f64>,
-    /// Distance of the one-sided 95 % limit of each unknown in standard deviations.
-    pub one_sided_factors: Vec<f64>,
 }
 
 impl NoiseCorrelations {
@@ -52,8 +48,6 @@ impl NoiseCorrelations {
             score_covariance: None,
             inflation: vec![1.0; n],
             degrees_of_freedom: vec![noise.degrees_of_freedom; n],
-            coverage_factors: vec![noise.coverage_factor; n],
-            one_sided_factors: vec![noise.one_sided_factor; n],
         };
         if search.is_rounding(optimum) || !noise.variance.is_normal() {
             return found;
@@ -99,10 +93,6 @@ impl NoiseCorrelations {
             found.inflation[j] = (covariance[(j, j)] / white).sqrt();
         }
         found.degrees_of_freedom = degrees_of_freedom(&found.series, &inverse, &covariance, noise);
-        // Intervals follow from the degrees of freedom of each unknown.
-        let freedom = || found.degrees_of_freedom.iter();
-        found.coverage_factors = freedom().map(|f| quantile95(*f)).collect();
-        found.one_sided_factors = freedom().map(|f| one_sided95(*f)).collect();
         found.score_covariance = Some(scores / noise.variance);
         found
     }
@@ -134,6 +124,16 @@ impl NoiseCorrelations {
     /// Correlation of neighboring residuals of a coordinate; 0 where it is not significant.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         self.series_of(measurement, axis).map_or(0.0, |s| s.correlation)
+    }
+
+    /// Half-width of the 95 % interval of unknown `j` in standard deviations.
+    pub fn coverage_factor(&self, j: usize) -> f64 {
+        quantile95(self.degrees_of_freedom[j])
+    }
+
+    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations.
+    pub fn one_sided_factor(&self, j: usize) -> f64 {
+        one_sided95(self.degrees_of_freedom[j])
     }
 
     /// The fewest degrees of freedom of any unknown; none where all variances are known.

@@ -11,7 +11,6 @@ use crate::fit::misfit::initial_sigmas::weights_depend_on_the_fit;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -26,10 +25,6 @@ pub(crate) struct ResidualNoise {
     pub is_estimated: bool,
     /// Rise of twice the misfit per squared standard deviation of a parameter.
     pub misfit_scale: f64,
-    /// Half-width of a 95 % interval in standard deviations.
-    pub coverage_factor: f64,
-    /// Distance of a one-sided 95 % limit in standard deviations.
-    pub one_sided_factor: f64,
     /// Degrees of freedom of an estimated sigma; none where all sigmas are stated.
     pub degrees_of_freedom: Option<f64>,
     /// Weight of every row: root of the information of its loss, times the leverage weight.
@@ -73,14 +68,11 @@ impl ResidualNoise {
         weights.resize(total, 1.0);
         weights.iter_mut().zip(&search.leverage_weights).for_each(|(w, leverage)| *w *= leverage);
         let is_robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
-        let degrees_of_freedom = (!is_stated).then_some(freedom);
         Self {
             variance,
             is_estimated,
             misfit_scale: if is_robust { sum_of_squares / sum_of_slopes } else { variance },
-            coverage_factor: quantile95(degrees_of_freedom),
-            one_sided_factor: one_sided95(degrees_of_freedom),
-            degrees_of_freedom,
+            degrees_of_freedom: (!is_stated).then_some(freedom),
             weights,
         }
     }
