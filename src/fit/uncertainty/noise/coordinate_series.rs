@@ -95,7 +95,7 @@ impl CoordinateSeries {
         (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
     }
 
-    /// All pairs of neighbors without gaps between them.
+    /// Pairs of neighbors without a gap between them, with their sums of products and mean squares.
     fn neighbors(&self) -> NeighborSums {
         let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
         for (first, times) in self.times.windows(2).enumerate() {
