@@ -86,7 +86,8 @@ pub(crate) struct AssessmentInputs<'a> {
     pub experiments: &'a [Experiment],
 }
 
-/// Assesses an optimum.
+/// Computes the estimates of an optimum with their intervals and budgets, the tests of residuals and model, and all warnings.
+/// An analysis whose run fails is left out with a warning; without a covariance or after an interruption the result is an error.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,

@@ -131,7 +131,7 @@ impl Estimate {
     }
 }
 
-/// Bias of an estimate.
+/// Difference of an estimate to the true value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParameterBias {
     /// In the parameter's unit.

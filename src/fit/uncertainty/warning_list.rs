@@ -219,7 +219,7 @@ fn summary(others: &[&Warning]) -> String {
     }
 }
 
-/// Text of a fraction in per cent, with at most three digits.
+/// Text of a fraction in per cent: one digit below 0.01 %, two decimals up to 9.5 %, whole numbers above.
 pub(crate) fn percent(fraction: f64) -> String {
     match 100.0 * fraction {
         p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),

@@ -27,7 +27,7 @@ pub(crate) struct InputDirections {
 }
 
 impl InputDirections {
-    /// Derivatives at an optimum; `experiments` are those of the search, or a coarse model of them.
+    /// Computes the derivatives at an optimum by one run of the `experiments`, those of the search or a coarse model of them.
     pub fn new(
         Fitted { search, optimum }: Fitted,
         experiments: &[Experiment],

@@ -40,7 +40,7 @@ pub(crate) struct InputErrors<'a> {
 }
 
 impl<'a> InputErrors<'a> {
-    /// From the sensitivities to the known inputs.
+    /// Known inputs with their correlations and the responses to them, from the sensitivities.
     pub fn new(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
         let count = knowns.len();
         Ok(Self {

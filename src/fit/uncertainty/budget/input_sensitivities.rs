@@ -46,8 +46,8 @@ pub(crate) struct InputSensitivities {
 }
 
 impl InputSensitivities {
-    /// From one run of the full model with derivatives by the unknowns and the inputs, the unstated ones included if
-    /// `with_unstated`.
+    /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs. Unstated inputs are
+    /// included if `with_unstated`.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,

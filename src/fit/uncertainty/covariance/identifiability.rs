@@ -15,14 +15,15 @@ use std::cmp::Reverse;
 
 /// Components of a direction below this part of the largest are zero.
 const SMALLEST_COMPONENT: f64 = 0.05;
-/// A description lists up to `MOST_LISTED` unknowns of a direction, of more the `LISTED` with the largest components.
+/// Most unknowns of a direction that its description lists completely.
 const MOST_LISTED: usize = 6;
+/// Unknowns that the description of a longer direction lists: those with the largest components.
 const LISTED: usize = 4;
 /// Directions that are described in a summary; the others are counted.
 const SUMMARIZED: usize = 3;
-/// Largest standard deviation of an identifiable unknown on its scale: a factor of e of logarithms,
+/// Largest standard deviation of the logarithm of an identifiable parameter: a factor of e.
 pub(crate) const PRACTICAL_LOG: f64 = 1.0;
-/// and of other unknowns a quarter of the range of beta or Poisson's ratio.
+/// The same of parameters that are not positive, in their units: a quarter of the range of beta or Poisson's ratio.
 const PRACTICAL_LINEAR: f64 = 0.25;
 /// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is computed: it
 /// may be flatter than at the optimum.

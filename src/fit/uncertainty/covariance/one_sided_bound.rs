@@ -34,8 +34,9 @@ const BEYOND_SCAN: f64 = 4.0 * LN_2;
 /// Misfit of the scan at the end of an axis over its least one below which the profile is evaluated. A rise by
 /// [`OPEN_BELOW`] of twenty values is less.
 const FLAT: f64 = 1.5;
-/// Most points of the search for an end, and its accuracy on the scale of logarithms.
+/// Most points of the search for an end.
 const MOST_STEPS: usize = 12;
+/// Accuracy of an end on the scale of logarithms.
 const TOLERANCE: f64 = 0.02;
 
 /// A point of the profile.

@@ -61,7 +61,7 @@ pub(crate) struct ProfileInterval {
     points: Vec<ProfileSample>,
 }
 
-/// Profile likelihood as a function of one unknown, as the signed root of the rise.
+/// The optimum with one unknown held at a value: a point of the profile with its derivative.
 struct RootedProfile {
     /// All unknowns at the point.
     x: Vec<f64>,

@@ -112,7 +112,7 @@ pub(crate) struct MarkerError {
 }
 
 impl FreeRun {
-    /// Simulates a problem, and stores the motion of all nodes, or of those with markers.
+    /// Simulates a problem, and stores the motion of all nodes if `all`, else of those with markers.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -170,7 +170,7 @@ impl ErrorSummary {
 }
 
 impl RecordingErrors {
-    /// Adds the errors to the summary of a fit or a prediction.
+    /// Adds the mean, median and worst error, and a table of all recordings, to the summary of a fit or a prediction.
     pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
         let shown = |x: f64| quantity(x, "m", 3);
         for (what, errors) in [("fitted", &self.fitted), ("held out", &self.held_out)] {

@@ -77,11 +77,16 @@ const EVERY_SCENE: OmittedEffect = OmittedEffect {
     absent: None,
     coupling: None,
 };
+/// Experiment that distinguishes compliance and length of the clamp from the modulus.
 const ANOTHER_LENGTH: &str = "repeat at another free length";
+/// Experiment that determines damping.
 const A_LONGER_RECORD: &str = "record until the motion has decayed";
 
+/// Path of the size of internal friction.
 const FRICTION: &str = "loads.damping.friction.stiffness";
+/// Path of the stiffness factor of the first part of the rod.
 const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
+/// Path of the first attached mass.
 const TIP_MASS: &str = "rod.mass.0.mass";
 
 /// All omitted effects that a fit tests.

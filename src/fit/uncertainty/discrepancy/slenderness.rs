@@ -38,9 +38,10 @@ const LOWERS_THE_GRADE: f64 = 1.0;
 const SMALLEST_SOFTENING: f64 = 4e-3;
 /// Largest mean square of the slope of mode n over that of the mode, in units of ((n + 1) pi/L)^2: 1.25 of a free rod.
 const LARGEST_SLOPE: f64 = 1.3;
-/// The data exclude the effect if its amplitude, 1 by the theory, is below `EXCLUDED_AMPLITUDE` by `CERTAIN` standard errors.
-/// The theory is more accurate: shear coefficient and Poisson's ratio change it by a fifth at most.
+/// Amplitude of the effect, 1 by the theory, below which the data exclude it. The theory is more accurate: shear coefficient and
+/// Poisson's ratio change it by a fifth at most.
 const EXCLUDED_AMPLITUDE: f64 = 0.5;
+/// Standard errors by which the amplitude must be below that limit.
 const CERTAIN: f64 = 3.0;
 /// Poisson's ratio of a rod whose scene gives none.
 const USUAL_RATIO: f64 = 0.3;
@@ -72,7 +73,7 @@ impl ShearFlexibility {
     }
 }
 
-/// Changes of the simulated values of one fit by the omitted effects.
+/// Changes of the simulated values of one fit by shear deformation and rotary inertia.
 struct Softening {
     /// Change of every residual.
     change: Vec<f64>,
@@ -82,7 +83,7 @@ struct Softening {
     without_row: f64,
 }
 
-/// Bias of an estimate by the omitted effects.
+/// Bias of an estimate by shear deformation and rotary inertia.
 struct SlendernessBias<'a> {
     estimate: &'a Estimate,
     bias: ParameterBias,
@@ -172,7 +173,7 @@ fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoi
 }
 
 impl<'a> SlendernessBias<'a> {
-    /// Bias of an estimate that the effects would move by `change` on its scale; none without a standard error.
+    /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale; none without a standard error.
     fn new(estimate: &'a Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
         let std_error = estimate.combined_std.or(estimate.std_error)?;
         let bias = ParameterBias::new(unknown, estimate.value?, -change);
@@ -212,8 +213,8 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
     own.map_or(0.0, |input| -100.0 * fraction.ln_1p() * input.change / slope)
 }
 
-/// Effects on all experiments at a ratio E/(kappa G), the isotropic one where `ratio` returns none; none where it does so for
-/// all scenes.
+/// Changes of the simulated values of all experiments by shear deformation and rotary inertia. `ratio` selects the ratio
+/// E/(kappa G) of a scene; it is the isotropic one where that returns none, and the result is none if it does so for all scenes.
 fn softening(
     fitted: Fitted,
     ratio: fn(&ShearFlexibility) -> Option<f64>,

@@ -29,8 +29,8 @@ const FARTHEST: f64 = 8.0;
 const LARGEST_SIZE: f64 = 60.0;
 /// Standard deviations from zero of an effect that is linearized again.
 const SIGNIFICANT: f64 = 2.0;
-/// Change of a parameter on its scale (2 % of a positive one) by an effect that is linearized again: second-order terms are
-/// then a hundredth of it.
+/// Change of a parameter on its scale (2 % of a positive one) above which an effect is linearized again: second-order terms then
+/// begin to matter.
 const LARGE: f64 = 0.02;
 /// Largest change of a parameter on its scale for which the linear response has a meaning.
 const LARGEST_CHANGE: f64 = 8.0;

@@ -11,7 +11,7 @@ pub(crate) const EXPLAINING_FRACTION: f64 = 0.5;
 /// residuals.
 const VISIBLE_FRACTION: f64 = 0.25;
 
-/// Bias by the mesh, or by the step.
+/// Bias of all unknowns by the mesh, or by the step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BiasPart {
     /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh or
@@ -31,7 +31,7 @@ pub(crate) struct DiscretizationBias {
 }
 
 impl BiasPart {
-    /// Difference of unknown `i` to the limit.
+    /// Difference of unknown `i`, on its scale, to the limit; none where it is not identifiable or has none.
     pub fn shift(&self, i: usize) -> Option<f64> {
         self.shifts.get(i).copied().flatten()
     }
@@ -43,7 +43,7 @@ impl BiasPart {
 }
 
 impl DiscretizationBias {
-    /// By mesh and by step.
+    /// The bias by mesh and the one by step.
     pub fn parts(&self) -> [&BiasPart; 2] {
         [&self.mesh, &self.step]
     }

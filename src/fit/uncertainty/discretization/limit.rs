@@ -24,16 +24,19 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
-/// Ratios of coarser element or step sizes of numerics that the scene gives, in the order of the trials; of those that the
-/// program chose; and of finer ones where none is coarse enough.
+/// Ratios of coarser element or step sizes, in the order of the trials, of numerics that the scene gives.
 const COARSER: [f64; 2] = [2.0, 1.5];
+/// The same of numerics that the program chose: their changes are extrapolated with the order of the method.
 const COARSER_CHOSEN: [f64; 1] = [1.5];
+/// Ratio of finer element or step sizes, where no coarser ones resolve the motion.
 const FINER: f64 = 1.25;
-/// Requirements on a coarser model: edges, edges for each mode up to the highest measured one, and steps in the first period,
-/// of a given and of a chosen step.
+/// Fewest edges of a coarser model.
 const FEWEST_EDGES: f64 = 16.0;
+/// Fewest edges of a coarser model for each mode up to the highest measured one.
 const FEWEST_PER_MODE: f64 = 4.0;
+/// Fewest steps in the first period of a coarser model, where the scene gives the step.
 const FEWEST_STEPS: f64 = 100.0;
+/// The same where the program chose the step.
 const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
 /// An experiment with another mesh or step.
@@ -57,12 +60,13 @@ struct LimitDifference {
     work: f64,
 }
 
-/// Ratios of coarser numerics in the order of the trials.
+/// Ratios of coarser numerics in the order of the trials, for chosen or given ones.
 fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
 
-/// An experiment on another mesh.
+/// An experiment on a mesh that is coarser by [`coarser_ratios`], else finer: by [`FINER`], or twice as fine with markers at the
+/// nodes.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -86,7 +90,8 @@ fn on_other_mesh(
     Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
 }
 
-/// An experiment with another step; none without a motion, or where beta is identified: it depends on the step.
+/// An experiment with a step that is larger by [`coarser_ratios`], else smaller by [`FINER`]; none without a motion, or where
+/// beta is identified: its damping depends on the step.
 fn with_other_step(
     search: &Search,
     experiment: &Experiment,

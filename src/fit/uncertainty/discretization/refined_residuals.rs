@@ -34,7 +34,7 @@ pub(crate) struct RefinedResiduals<'a> {
 }
 
 impl<'a> RefinedResiduals<'a> {
-    /// For an optimum whose unknowns have this `bias`.
+    /// Residuals of an optimum whose unknowns have this `bias`; the run is made when they are needed.
     pub fn new(fitted: Fitted<'a>, local: &LocalAnalysis, bias: &'a DiscretizationBias) -> Self {
         let (covariance, weights) = (local.covariance.clone(), local.noise.weights.clone());
         Self { fitted, bias, covariance, weights, change: OnceLock::new() }

@@ -127,8 +127,9 @@ impl Adequacy {
 
     /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom.
     ///
-    /// A coordinate without a stated sigma has white noise: of its noise scale where the residuals are doubtful, of the
-    /// variance of its residuals otherwise or without a scale. With a stated sigma the autocorrelation is that of the noise.
+    /// Where the residuals of a coordinate are doubtful, its noise is white with its noise scale, or without one with the variance
+    /// of its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have the noise of
+    /// the residuals with its autocorrelation.
     pub fn variance_along(
         &self,
         direction: &[f64],

@@ -21,7 +21,7 @@ const MOST_SPACINGS: f64 = 1.5;
 /// Largest part of the squared residuals that the fit is assumed to have absorbed.
 const MOST_ABSORBED: f64 = 0.9;
 
-/// One coordinate of one measurement.
+/// Residuals and Jacobian of one coordinate of one measurement, with the model of its noise.
 #[derive(Clone)]
 pub(crate) struct CoordinateSeries {
     /// Index of the measurement among all.
@@ -47,7 +47,7 @@ pub(crate) struct CoordinateSeries {
     pub is_correlated: bool,
 }
 
-/// Two neighboring values.
+/// A pair of neighboring values of a series.
 struct Neighbors {
     /// Index of the first one in the series.
     first: usize,
@@ -118,7 +118,7 @@ impl CoordinateSeries {
         n + 1 >= FEWEST && products > SIGNIFICANT * squares / (n as f64).sqrt()
     }
 
-    /// `R J`.
+    /// `R J`: the rows of its Jacobian times the AR(1) correlation matrix.
     fn correlated_jacobian(&self) -> DMatrix<f64> {
         let (ar1, mut product) = (self.ar1(), self.jacobian.clone());
         for mut column in product.column_iter_mut() {
@@ -128,7 +128,7 @@ impl CoordinateSeries {
         product
     }
 
-    /// `J'J` of its rows.
+    /// `J'J` of its rows of the Jacobian.
     pub fn normal_matrix(&self) -> DMatrix<f64> {
         self.jacobian.tr_mul(&self.jacobian)
     }

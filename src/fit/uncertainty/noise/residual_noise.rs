@@ -32,7 +32,7 @@ pub(crate) struct ResidualNoise {
 }
 
 impl ResidualNoise {
-    /// Scale of the residuals at an optimum.
+    /// Estimates the variance of the residuals at an optimum, and the weights of their rows.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -84,7 +84,7 @@ pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>>
     rows.iter().zip(weights).map(scaled).collect()
 }
 
-/// `psi` of the residuals of a measurement.
+/// `psi(r)` of the residuals `r` of a measurement with a loss.
 fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
     residuals.iter().map(move |r| loss.influence(*r)[0])
 }

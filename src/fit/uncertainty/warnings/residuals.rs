@@ -110,7 +110,7 @@ pub(crate) fn unexplained_motion(
     }
 }
 
-/// Text of a factor.
+/// Text of a factor with one decimal, such as `2.4 times`.
 pub(crate) fn factor_text(factor: f64) -> String {
     match factor {
         f if f.is_nan() || f > 1000.0 => "more than 1000 times".into(),
