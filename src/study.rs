@@ -155,7 +155,7 @@ impl Study {
             if let Some(time) = &mut scene.time {
                 (time.scheme, time.beta, time.step) = (scheme.0, scheme.1, Some(step));
             }
-            scene.posed()
+            scene.build()
         };
 
         // The finest step on every mesh, and on a finer one than any.

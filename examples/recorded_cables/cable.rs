@@ -2,8 +2,8 @@
 
 use rodfit::fit::{Analysis, Experiment, Glitches, Loss, Refinement};
 use rodfit::scene::{
-    Discretization, InitialState, LostFrames, Material, Recorded, Scheme, Section, Shape, Support,
-    SwappedLabels, Time, Tolerance, Track,
+    Discretization, InitialState, LostFrames, Material, Recorded, Scheme, Section, Shape,
+    StepTolerance, Support, SwappedLabels, Time, Track,
 };
 use rodfit::{Fit, Observation, Point, Problem, Scene};
 use std::error::Error;
@@ -101,7 +101,7 @@ impl Cable {
         let mut time = Time::new(Time::TO_THE_END, times[1] - times[0]);
         time.scheme = Scheme::GeneralisedAlpha;
         // A nanometre; markers are seen to 20 micrometres.
-        time.tolerance = Tolerance::Predicted(1e-9);
+        time.tolerance = StepTolerance::Predicted(1e-9);
         scene.time = Some(time);
         scene.problem()
     }

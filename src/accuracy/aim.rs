@@ -1,6 +1,6 @@
 //! Purposes that a mesh is chosen for, and limits of the choice: Newton tolerances, largest meshes, allowed numbers of edges.
 
-use crate::scene::{Recorded, Scene, Time, Tolerance};
+use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
 /// Purpose that mesh, step and scheme are chosen for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
     if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
-        time.tolerance = Tolerance::Predicted((part * requested).min(LARGEST_TOLERANCE));
+        time.tolerance = StepTolerance::Predicted((part * requested).min(LARGEST_TOLERANCE));
     }
 }
 

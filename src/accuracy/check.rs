@@ -214,7 +214,7 @@ fn numbered(
 ) -> Result<Problem, Error> {
     let end = scene.time.as_ref().map_or(0.0, |time| time.end);
     let mut step = (end / numerics.steps as f64).min(scene.supports.largest_good_step());
-    let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).posed()?;
+    let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).build()?;
     if let Some(largest) = largest_stable_step(&posed)? {
         step = step.min(largest);
     }
@@ -223,7 +223,7 @@ fn numbered(
         (resolution.error, resolution.work) = (error, work);
     }
     set_newton_tolerance(&mut scene, RUN_TOLERANCE);
-    scene.posed()
+    scene.build()
 }
 
 impl Scene {

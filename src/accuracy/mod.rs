@@ -78,7 +78,7 @@ impl Scene {
         let check = basis
             .filter(|_| open.any())
             .map(|basis| RunCheck::new(&scene, basis, open.step, search.work()));
-        Ok((chosen.posed()?, check))
+        Ok((chosen.build()?, check))
     }
 
     /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium, modes, or a first guess.
@@ -90,7 +90,7 @@ impl Scene {
         let open = self.left_open();
         let checked = self.accuracy.is_some() && aim == Aim::Motion;
         if !open.any() && !checked {
-            return self.posed();
+            return self.build();
         }
         if aim == Aim::Motion {
             return Ok(self.checked_problem()?.0);
@@ -107,7 +107,7 @@ impl Scene {
             let known = error.filter(|error| error.is_finite());
             (resolution.error, resolution.bound) = (known, bound);
         }
-        scene.posed()
+        scene.build()
     }
 }
 

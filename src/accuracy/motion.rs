@@ -430,7 +430,7 @@ impl<'a> MotionSearch<'a> {
         };
         if self.given_steps.is_none() {
             let scene = self.scene.resolved(numerics.segments, step).by(numerics.scheme);
-            if let Some(largest) = largest_stable_step(&scene.posed()?)? {
+            if let Some(largest) = largest_stable_step(&scene.build()?)? {
                 step = step.min(largest);
             }
             step = step.min(self.scene.supports.largest_good_step());

@@ -59,7 +59,7 @@ pub(super) fn choose_static_mesh(
         _ => (MAX_SEGMENTS, 2),
     };
     loop {
-        let now = match compared(&scene.resolved(segments, step).posed()?, aim) {
+        let now = match compared(&scene.resolved(segments, step).build()?, aim) {
             // A coarse mesh may have no equilibrium where a finer one has.
             Err(Error::Equilibrium { .. }) if 2 * segments <= most => None,
             compared => Some(compared?),

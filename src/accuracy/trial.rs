@@ -60,7 +60,7 @@ pub(super) struct TrialRuns<'a> {
 
 impl<'a> TrialRuns<'a> {
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
-        let guess = guess.posed()?;
+        let guess = guess.build()?;
         let dimension = usize::from(guess.planar().is_none());
         Ok(Self {
             points: comparison_points(&guess),
@@ -108,14 +108,14 @@ impl<'a> TrialRuns<'a> {
         }
         set_newton_tolerance(&mut scene, TRIAL_TOLERANCE);
         let stop = Arc::new(AtomicBool::new(false));
-        let mut problem = scene.posed()?.stop_when(stop.clone());
+        let mut problem = scene.build()?.stop_when(stop.clone());
         if let Some(largest) = largest_stable_step(&problem)?
             && step > largest
         {
             if let Some(time) = &mut scene.time {
                 time.step = Some(largest);
             }
-            problem = scene.posed()?.stop_when(stop.clone());
+            problem = scene.build()?.stop_when(stop.clone());
         }
         let mut tracked = Vec::new();
         for point in &self.points {

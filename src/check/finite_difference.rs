@@ -1,37 +1,40 @@
 //! Central differences of fourth order over a valley of step sizes.
 
-/// Steps over the [scale](scale) of the energy.
+/// Step sizes relative to the [length scale](scale) of the energy.
 pub(crate) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// How many decades below the largest unknown a scale is looked for.
+/// Decades below the largest unknown over which a length scale is searched for.
 const DECADES: i32 = 10;
-/// Steps of this part of the scale change a derivative by less than this part.
+/// Step, relative to the length scale, at which a difference must not have changed by more than the same fraction of the
+/// stiffest entry.
 const SMOOTH: f64 = 0.1;
 
-/// A difference with what it is compared with.
+/// Finite difference of a derivative, and the value that it is compared with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Difference {
-    /// By which unknown of which component.
+    /// Indices of the unknown and of the component of the function.
     pub place: [usize; 2],
+    /// Hand-derived derivative.
     pub expected: f64,
+    /// Finite difference.
     pub found: f64,
-    /// Of `found - expected` over the size of the terms.
+    /// Absolute difference over the size of the terms.
     pub error: f64,
 }
 
-/// The energy's own scale at a state: the largest step, in decades below the largest unknown, up to
-/// which differences of its `gradient` stay what they are for small ones. Coordinates may be large
-/// against the distances that an energy sees. The stiffest entry of its Hessian is given.
+/// Length scale of an energy at the unknowns `q`: the largest step, in decades below the largest unknown, up to which
+/// differences of its `gradient` equal those of small steps. Coordinates may be much larger than this scale. `stiffest` is
+/// the largest entry of the Hessian.
 pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: f64) -> f64 {
     let largest = q.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let largest = if largest > 0.0 { largest } else { 1.0 };
     let near = |a: f64, b: f64, part: f64| (a - b).abs() <= part * stiffest;
     let mut found: Option<(f64, Vec<[f64; 2]>)> = None;
-    // From below: far from the state an energy may be smooth again, and another.
+    // From small steps to large ones: far from the state an energy may be smooth again, with other derivatives.
     for k in (0..=DECADES).rev() {
         let scale = largest * 0.1_f64.powi(k);
         let all: Vec<[f64; 2]> =
             (0..q.len()).flat_map(|j| pairs(q, j, SMOOTH * scale, gradient)).collect();
-        // The first to be taken must be well out of the rounding errors.
+        // The first accepted step must be large against rounding errors.
         let part = if found.is_none() { SMOOTH * SMOOTH } else { SMOOTH };
         let smooth = all.iter().enumerate().all(|(k, &[one, two])| {
             let as_before = found.as_ref().is_none_or(|(_, before)| near(one, before[k][0], part));
@@ -39,7 +42,7 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
         });
         match (smooth, &found) {
             (true, _) => found = Some((scale, all)),
-            // Steps too small, lost in rounding errors.
+            // Too small a step: rounding errors dominate.
             (false, None) => {}
             (false, Some(_)) => break,
         }
@@ -47,9 +50,9 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
     found.map_or(largest, |(scale, _)| scale)
 }
 
-/// Differences over one and two steps of size `h` along unknown `j`, of every component.
+/// Central differences of every component of a function over one and two steps of size `h` along unknown `j`.
 fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<[f64; 2]> {
-    // The step that is really taken.
+    // Differences are divided by the rounded step.
     let shifted = |s: f64| {
         let mut moved = q.to_vec();
         moved[j] += s * h;
@@ -61,18 +64,30 @@ fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> 
     (0..a1.len()).map(pair).collect()
 }
 
-/// Differences of `function` by every unknown at every step, against what `expected` says of the
-/// derivative by unknown `k[0]` of component `k[1]` and of the size it is measured by, given the
-/// step. Returns the largest error per step, and of every difference the best over the steps: some
-/// derivatives do not change where others do, and each has a step of its own.
-pub(crate) fn difference(
+/// Derivative that a finite difference is compared with, and the size to which its error is relative.
+pub(crate) struct Expected {
+    pub derivative: f64,
+    pub size: f64,
+}
+
+/// Differences by every unknown at every step size.
+pub(crate) struct DifferenceErrors {
+    /// Largest error for each step size.
+    pub worst_per_step: [f64; STEPS.len()],
+    /// Every difference at the step size with the smallest error, since derivatives have different length scales.
+    pub best: Vec<Difference>,
+}
+
+/// Fourth-order differences of `function` by every unknown at every step size, compared with `expected(place, h)`: the
+/// derivative by unknown `place[0]` of component `place[1]`, for the step `h`.
+pub(crate) fn compare_differences(
     q: &[f64],
     scale: f64,
     function: &dyn Fn(&[f64]) -> Vec<f64>,
-    expected: &dyn Fn([usize; 2], f64) -> (f64, f64),
-) -> ([f64; STEPS.len()], Vec<Difference>) {
+    expected: &dyn Fn([usize; 2], f64) -> Expected,
+) -> DifferenceErrors {
     let mut best: Vec<Difference> = Vec::new();
-    let worst = STEPS.map(|step| {
+    let worst_per_step = STEPS.map(|step| {
         let h = step * scale;
         let all = (0..q.len()).flat_map(|j| {
             pairs(q, j, h, function).into_iter().enumerate().map(move |(i, pair)| ([j, i], pair))
@@ -80,7 +95,7 @@ pub(crate) fn difference(
         let at_step: Vec<Difference> = all
             .map(|(place, [near, far])| {
                 let found = (4.0 * near - far) / 3.0;
-                let (derivative, size) = expected(place, h);
+                let Expected { derivative, size } = expected(place, h);
                 let error = relative(found - derivative, size);
                 Difference { place, expected: derivative, found, error }
             })
@@ -97,14 +112,14 @@ pub(crate) fn difference(
         }
         worst
     });
-    (worst, best)
+    DifferenceErrors { worst_per_step, best }
 }
 
-/// An error over its scale; infinite where it should be zero, and for NaN.
+/// Error relative to the sum of terms; infinite for an error of vanishing terms, and for NaN.
 pub(crate) fn relative(error: f64, terms: f64) -> f64 {
     match error.abs() {
         0.0 => 0.0,
-        // Below the normal numbers every result carries absolute rounding errors.
+        // Results below the normal numbers have absolute rounding errors.
         e if e <= f64::MIN_POSITIVE => 0.0,
         e if (e / terms).is_finite() => e / terms,
         _ => f64::INFINITY,

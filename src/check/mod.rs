@@ -1,23 +1,25 @@
-//! Hand-derived derivatives against num-dual against finite differences.
+//! Comparison of hand-derived derivatives with dual numbers (num-dual) and with finite differences.
 //!
-//! An entry's error is relative to the sum of the absolute terms that make it ([`Terms`]), so that
-//! rounding errors of a cancellation are not mistaken for a wrong formula, nor a wrong formula for
-//! rounding. That sum has a floor of the element's own scale: what rounding errors of its strains change of
-//! the terms, so that an element at rest, whose terms vanish, is not compared with zero. Finite differences are a third opinion with a verdict of its own: they say whether both
-//! derivatives are those of the energy. [`check`] takes any energy with hand-derived derivatives, [`check_hessian`] a Hessian
-//! from elsewhere, and [`check_problem`] all elements of a scene.
+//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding errors of a
+//! cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains, so that an
+//! element at rest, whose terms vanish, is not compared with zero. Finite differences have a verdict of their own: whether
+//! both derivatives are those of the energy. [`check`] compares any energy with hand-derived derivatives, [`check_hessian`]
+//! a given Hessian, and [`check_problem`] all elements of a scene.
 
 mod finite_difference;
 mod own;
+mod random_states;
 mod scaled;
 mod scene;
 
 pub use crate::numerics::term_bound::Terms;
-pub use own::{Configuration, check_own};
+pub use own::{Configuration, NodesAndEdges, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;
 
-use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
+use crate::check::finite_difference::{
+    Difference, Expected, STEPS, compare_differences, relative, scale,
+};
 use crate::code::Code;
 use crate::energy::{Analytic, Energy};
 use crate::numerics::out_of_line::OutOfLine;
@@ -59,7 +61,7 @@ pub struct Errors {
     pub finite_difference: f64,
 }
 
-/// The entry where hand and dual differ most.
+/// Entry with the largest difference between the hand-derived value and dual numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Worst {
@@ -90,7 +92,7 @@ pub struct Above {
     pub dof: String,
     /// The hand-derived value.
     pub hand: f64,
-    /// What it is compared with: `dual` or `finite difference`.
+    /// Method of comparison: `dual` or `finite difference`.
     pub against: String,
     /// The value by that.
     pub other: f64,
@@ -99,17 +101,17 @@ pub struct Above {
     pub relative_error: f64,
 }
 
-/// Whether two ways to a derivative agree.
+/// Whether derivatives of two methods agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// At every state.
+    /// They agree at every state.
     Agree,
-    /// Somewhere not.
+    /// They disagree at one state or more.
     Disagree,
 }
 
-/// What the check says of the derivation, and what the third opinion is.
+/// Verdicts on the hand-derived derivatives by both methods.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdicts {
@@ -119,9 +121,9 @@ pub struct Verdicts {
     pub finite_difference: Verdict,
 }
 
-/// What ought to be zero may be this part of what is beside it.
-const STAYS: f64 = 1e-9;
-/// So many entries above the limits are kept.
+/// Largest size of an entry that must vanish, relative to its terms.
+const LARGEST_ZERO: f64 = 1e-9;
+/// Number of entries above the limits that a report lists.
 const MOST_ABOVE: usize = 20;
 
 /// Errors of finite differences at one step size: large steps truncate, small ones round.
@@ -144,24 +146,24 @@ pub struct ValleyPoint {
 pub struct CheckReport {
     /// Largest errors over all states.
     pub max_relative_error: Errors,
-    /// Absent when hand and dual agree to the last bit everywhere.
+    /// Entry with the largest difference; absent if all hand-derived entries equal those by dual numbers.
     pub worst: Option<Worst>,
-    /// Which ways to the derivatives agree.
+    /// Verdicts by both methods.
     pub verdicts: Verdicts,
     /// The first twenty derivatives above the limits.
     pub above: Vec<Above>,
-    /// How many there are.
+    /// Number of all derivatives above the limits.
     pub above_count: usize,
-    /// Over all states, by step size.
+    /// Errors of finite differences over all states, by step size.
     pub valley: Vec<ValleyPoint>,
-    /// How many states were compared.
+    /// Number of compared states.
     pub states: usize,
     /// The limits that errors must stay below.
     pub tolerance: Tolerance,
 }
 
 impl CheckReport {
-    /// A report of nothing yet.
+    /// A report before the first state.
     pub fn new(tolerance: Tolerance) -> Self {
         let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
         Self {
@@ -181,7 +183,7 @@ impl CheckReport {
         self.derivatives_agree() && self.verdicts.finite_difference == Verdict::Agree
     }
 
-    /// Whether hand-derived and automatic derivatives agree, whatever finite differences say.
+    /// Whether hand-derived and automatic derivatives agree, independent of finite differences.
     pub fn derivatives_agree(&self) -> bool {
         self.states > 0 && self.verdicts.hand_dual == Verdict::Agree
     }
@@ -199,14 +201,14 @@ impl CheckReport {
         let routes = Routes {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),
-            hand: both(&energy.gradient(q), &energy.hessian(q)),
-            dual: both(&dual_gradient(energy, q), &dual_hessian(energy, q)),
-            terms: both(&terms.first, &terms.second),
+            hand: GradientAndHessian::new(&energy.gradient(q), &energy.hessian(q)),
+            dual: GradientAndHessian::new(&dual_gradient(energy, q), &dual_hessian(energy, q)),
+            terms: GradientAndHessian::new(&terms.first, &terms.second),
         };
         self.compare_routes(routes, q, element, &dof);
     }
 
-    /// The same of what is known of an energy at `q`.
+    /// Compares the derivatives of several methods at the unknowns `q`.
     fn compare_routes(
         &mut self,
         routes: Routes<'_>,
@@ -215,140 +217,161 @@ impl CheckReport {
         dof: &dyn Fn(usize) -> String,
     ) {
         let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
-        let ((hand_gradient, hand_hessian), (gradient, hessian)) = (hand, dual);
-        let (first_terms, second_terms) = terms;
         for i in 0..q.len() {
             let name = || dof(i);
-            let pair = [hand_gradient[i], gradient[i]];
-            self.entry("gradient", pair, first_terms[i], element, &name);
+            let entry = DerivativeEntry { quantity: "gradient", element, dof: &name };
+            self.compare_entry(&entry, hand.gradient[i], dual.gradient[i], terms.gradient[i]);
             for j in 0..q.len() {
                 let name = || format!("{} {}", dof(i), dof(j));
-                let pair = [hand_hessian[i][j], hessian[i][j]];
-                self.entry("hessian", pair, second_terms[i][j], element, &name);
+                let entry = DerivativeEntry { quantity: "hessian", element, dof: &name };
+                let terms = terms.hessian[i][j];
+                self.compare_entry(&entry, hand.hessian[i][j], dual.hessian[i][j], terms);
             }
         }
-        // A difference sees the values around the state too, so where a derivative vanishes its
-        // error is measured by what it grows to within a step.
-        let stiffest = (0..q.len()).map(|i| second_terms[i][i]).fold(0.0, f64::max);
+        // A difference depends on the values around the state too. So where a derivative vanishes, its error is relative to
+        // the values that it reaches within a step.
+        let stiffest = (0..q.len()).map(|i| terms.hessian[i][i]).fold(0.0, f64::max);
         let scale = scale(q, by_hand, stiffest);
-        let (by_energy, gradients) = difference(q, scale, &|q| vec![energy(q)], &|[j, _], h| {
-            (hand_gradient[j], first_terms[j] + h * stiffest)
+        let gradients = compare_differences(q, scale, &|q| vec![energy(q)], &|[j, _], h| {
+            Expected { derivative: hand.gradient[j], size: terms.gradient[j] + h * stiffest }
         });
-        let (by_gradient, hessians) = difference(q, scale, by_hand, &|[j, i], h| {
-            (hand_hessian[i][j], second_terms[i][j] + h / scale * stiffest)
+        let hessians = compare_differences(q, scale, by_hand, &|[j, i], h| Expected {
+            derivative: hand.hessian[i][j],
+            size: terms.hessian[i][j] + h / scale * stiffest,
         });
         for (k, point) in self.valley.iter_mut().enumerate() {
-            point.gradient = point.gradient.max(by_energy[k]);
-            point.hessian = point.hessian.max(by_gradient[k]);
+            point.gradient = point.gradient.max(gradients.worst_per_step[k]);
+            point.hessian = point.hessian.max(hessians.worst_per_step[k]);
         }
-        for d in gradients {
-            self.third_opinion("gradient", d, element, &|| dof(d.place[0]));
+        for d in gradients.best {
+            let name = || dof(d.place[0]);
+            self.compare_difference(
+                &DerivativeEntry { quantity: "gradient", element, dof: &name },
+                &d,
+            );
         }
-        for d in hessians {
-            let [j, i] = d.place;
-            self.third_opinion("hessian", d, element, &|| format!("{} {}", dof(i), dof(j)));
+        for d in hessians.best {
+            let name = || format!("{} {}", dof(d.place[1]), dof(d.place[0]));
+            self.compare_difference(
+                &DerivativeEntry { quantity: "hessian", element, dof: &name },
+                &d,
+            );
         }
         self.states += 1;
     }
 
-    fn entry(
-        &mut self,
-        quantity: &'static str,
-        [hand, dual]: [f64; 2],
-        terms: f64,
-        element: &str,
-        dof: &dyn Fn() -> String,
-    ) {
+    /// Compares a hand-derived entry with its value by dual numbers; `terms` is the sum of its absolute terms.
+    fn compare_entry(&mut self, entry: &DerivativeEntry<'_>, hand: f64, dual: f64, terms: f64) {
         let relative_error = relative(hand - dual, terms);
-        let (largest, allowed) = match quantity {
+        let (largest, allowed) = match entry.quantity {
             "gradient" => (&mut self.max_relative_error.gradient, self.tolerance.gradient),
             _ => (&mut self.max_relative_error.hessian, self.tolerance.hessian),
         };
         *largest = largest.max(relative_error);
         if relative_error > allowed {
             self.verdicts.hand_dual = Verdict::Disagree;
-            let (element, dof) = (element.to_string(), dof());
-            self.list(Above {
-                element,
-                quantity: quantity.into(),
-                dof,
-                hand,
-                against: "dual".into(),
-                other: dual,
-                relative_error,
-            });
+            self.list_above(entry, hand, "dual", dual, relative_error);
         }
         let before = self.worst.as_ref().map_or(0.0, |worst| worst.relative_error);
         if relative_error > before {
-            let (element, dof) = (element.to_string(), dof());
-            let quantity = quantity.into();
+            let (element, quantity) = (entry.element.into(), entry.quantity.into());
+            let dof = (entry.dof)();
             self.worst = Some(Worst { element, quantity, dof, hand, dual, relative_error });
         }
     }
 
-    /// Takes a difference at its best step.
-    fn third_opinion(
-        &mut self,
-        quantity: &'static str,
-        d: Difference,
-        element: &str,
-        dof: &dyn Fn() -> String,
-    ) {
+    /// Compares a hand-derived entry with its finite difference at the best step.
+    fn compare_difference(&mut self, entry: &DerivativeEntry<'_>, d: &Difference) {
         let largest = &mut self.max_relative_error.finite_difference;
         *largest = largest.max(d.error);
         if d.error > self.tolerance.finite_difference {
             self.verdicts.finite_difference = Verdict::Disagree;
-            let (element, dof) = (element.to_string(), dof());
-            let (hand, other, relative_error) = (d.expected, d.found, d.error);
-            let (quantity, against) = (quantity.into(), "finite difference".into());
-            self.list(Above { element, quantity, dof, hand, against, other, relative_error });
+            self.list_above(entry, d.expected, "finite difference", d.found, d.error);
         }
     }
 
-    /// Something that ought to be zero beside what is of some `size`.
-    fn stays(&mut self, what: &str, found: f64, size: f64, element: &str) {
+    /// Compares a component of a gradient that must vanish with the size of its terms.
+    fn compare_with_zero(&mut self, name: &str, found: f64, size: f64, element: &str) {
         let relative_error = relative(found, size);
-        if relative_error > STAYS {
+        if relative_error > LARGEST_ZERO {
             self.verdicts.hand_dual = Verdict::Disagree;
-            self.list(Above {
-                element: element.into(),
-                quantity: "gradient".into(),
-                dof: what.into(),
-                hand: 0.0,
-                against: "the energy in space".into(),
-                other: found,
+            let name = || name.to_string();
+            let entry = DerivativeEntry { quantity: "gradient", element, dof: &name };
+            self.list_above(&entry, 0.0, "the energy in space", found, relative_error);
+        }
+    }
+
+    /// Counts an entry above the limits, and lists it if it is one of the first.
+    fn list_above(
+        &mut self,
+        entry: &DerivativeEntry<'_>,
+        hand: f64,
+        against: &str,
+        other: f64,
+        relative_error: f64,
+    ) {
+        self.above_count += 1;
+        if self.above.len() < MOST_ABOVE {
+            self.above.push(Above {
+                element: entry.element.into(),
+                quantity: entry.quantity.into(),
+                dof: (entry.dof)(),
+                hand,
+                against: against.into(),
+                other,
                 relative_error,
             });
         }
     }
+}
 
-    fn list(&mut self, above: Above) {
-        self.above_count += 1;
-        if self.above.len() < MOST_ABOVE {
-            self.above.push(above);
+/// Name of an entry of a gradient or Hessian.
+struct DerivativeEntry<'a> {
+    /// `gradient` or `hessian`.
+    quantity: &'static str,
+    /// Name of the element.
+    element: &'a str,
+    /// Name of the unknown, or of the two of a Hessian's entry.
+    dof: &'a dyn Fn() -> String,
+}
+
+/// Gradient and Hessian, or their terms, of any size: a check is compiled more often than its speed matters.
+struct GradientAndHessian {
+    gradient: Vec<f64>,
+    hessian: Vec<Vec<f64>>,
+}
+
+impl GradientAndHessian {
+    /// Copies derivatives by `N` unknowns.
+    fn new<const N: usize>(gradient: &[f64; N], hessian: &[[f64; N]; N]) -> Self {
+        Self {
+            gradient: gradient.to_vec(),
+            hessian: hessian.iter().map(|row| row.to_vec()).collect(),
         }
     }
 }
 
-/// Gradient and Hessian, or their terms. Of any size: nobody waits for a check, but for its compilation.
-type Both = (Vec<f64>, Vec<Vec<f64>>);
-
-fn both<const N: usize>(gradient: &[f64; N], hessian: &[[f64; N]; N]) -> Both {
-    (gradient.to_vec(), hessian.iter().map(|row| row.to_vec()).collect())
-}
-
-/// An energy by all routes at a state.
+/// Energy and its derivatives at a state, from independent formulas.
 struct Routes<'a> {
+    /// Energy of given unknowns.
     energy: &'a dyn Fn(&[f64]) -> f64,
+    /// Hand-derived gradient of given unknowns.
     gradient: &'a dyn Fn(&[f64]) -> Vec<f64>,
-    hand: Both,
-    dual: Both,
-    terms: Both,
+    /// Hand-derived derivatives at the state.
+    hand: GradientAndHessian,
+    /// Derivatives by dual numbers at the state.
+    dual: GradientAndHessian,
+    /// Sums of the absolute terms of every entry.
+    terms: GradientAndHessian,
 }
 
-/// The energy by num-dual along two unknowns, by two at a time: what numbers of a size for each number of unknowns would save is
-/// nothing beside the time to compile them.
-fn along<const N: usize>(energy: &impl Energy<N>, q: &[f64; N], pair: [usize; 2]) -> HyperDual64 {
+/// Energy as a hyper-dual number with derivatives by two unknowns. Larger dual numbers, with all unknowns, would save less
+/// run time than they cost to compile.
+fn energy_along<const N: usize>(
+    energy: &impl Energy<N>,
+    q: &[f64; N],
+    pair: [usize; 2],
+) -> HyperDual64 {
     let [one, other] = pair.map(|i| move |k: usize| f64::from(u8::from(k == i)));
     let along = |k: usize| OutOfLine(HyperDual64::new(q[k], one(k), other(k), 0.0));
     energy.energy(&std::array::from_fn(along)).0
@@ -356,14 +379,14 @@ fn along<const N: usize>(energy: &impl Energy<N>, q: &[f64; N], pair: [usize; 2]
 
 /// The gradient by num-dual.
 fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
-    std::array::from_fn(|i| along(energy, q, [i, i]).eps1)
+    std::array::from_fn(|i| energy_along(energy, q, [i, i]).eps1)
 }
 
 /// The Hessian by num-dual.
 fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
     let mut hessian = [[0.0; N]; N];
     for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-        let slope = along(energy, q, [i, j]).eps1eps2;
+        let slope = energy_along(energy, q, [i, j]).eps1eps2;
         (hessian[i][j], hessian[j][i]) = (slope, slope);
     }
     hessian
@@ -395,8 +418,7 @@ pub fn check<const N: usize>(
     report
 }
 
-/// Checks a Hessian from elsewhere at one state, against num-dual and finite differences of
-/// num-dual's gradient.
+/// Checks a given Hessian at one state against num-dual, and against finite differences of the gradient by num-dual.
 pub fn check_hessian<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -452,17 +474,15 @@ impl CheckReport {
             TextColumn::right("allowed"),
             TextColumn::left("verdict"),
         ]);
-        let verdict = |is_agreement: bool| if is_agreement { "agree" } else { "DISAGREE" };
         let mut row = |name: &str, against: &str, error: f64, limit: f64, agree: bool| {
-            let [error, limit] = [format!("{error:.2e}"), format!("{limit:.0e}")];
-            table.row([name, against, &error, &limit, verdict(agree)]);
+            let verdict = if agree { "agree" } else { "DISAGREE" };
+            table.row([name, against, &format!("{error:.2e}"), &format!("{limit:.0e}"), verdict]);
         };
-        let is_within = |error: f64, limit: f64| error <= limit;
-        let dual = "dual numbers";
-        let own = is_within(found.gradient, allowed.gradient);
-        row("gradient", dual, found.gradient, allowed.gradient, own);
-        let own = is_within(found.hessian, allowed.hessian);
-        row("Hessian", dual, found.hessian, allowed.hessian, own);
+        let mut dual = |name: &str, error: f64, limit: f64| {
+            row(name, "dual numbers", error, limit, error <= limit);
+        };
+        dual("gradient", found.gradient, allowed.gradient);
+        dual("Hessian", found.hessian, allowed.hessian);
         let (error, limit) = (found.finite_difference, allowed.finite_difference);
         row("both", "finite differences", error, limit, is_confirmed);
         let mut summary = summary
@@ -485,16 +505,13 @@ impl CheckReport {
             TextColumn::right("error"),
         ]);
         for a in &self.above {
-            let hand = format!("{:e}", a.hand);
-            let other = format!("{:e} ({})", a.other, a.against);
-            let error = format!("{:.1e}", a.relative_error);
             above.row([
-                a.quantity.to_string(),
-                a.element.to_string(),
-                a.dof.to_string(),
-                hand,
-                other,
-                error,
+                a.quantity.clone(),
+                a.element.clone(),
+                a.dof.clone(),
+                format!("{:e}", a.hand),
+                format!("{:e} ({})", a.other, a.against),
+                format!("{:.1e}", a.relative_error),
             ]);
         }
         let title = match self.above_count > self.above.len() {
@@ -509,9 +526,11 @@ impl CheckReport {
             TextColumn::right("Hessian"),
         ]);
         for p in &self.valley {
-            let numbers = [format!("{:.0e}", p.step), format!("{:.2e}", p.gradient)];
-            let [step, gradient] = numbers;
-            steps.row([step, gradient, format!("{:.2e}", p.hessian)]);
+            steps.row([
+                format!("{:.0e}", p.step),
+                format!("{:.2e}", p.gradient),
+                format!("{:.2e}", p.hessian),
+            ]);
         }
         summary.table(title, above).table("Errors of finite differences by their step", steps)
     }

@@ -1,6 +1,6 @@
-//! Checks of [energies of one's own](crate::energy::own).
+//! Checks of the derivatives of [user-defined energies](crate::energy::own).
 
-use crate::check::{CheckReport, Routes, Tolerance};
+use crate::check::{CheckReport, GradientAndHessian, Routes, Tolerance};
 use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
 use crate::energy::own::{By, OwnEnergy};
 use crate::energy::place::{Directors, Place, numbers};
@@ -8,26 +8,33 @@ use crate::energy::{Analytic, Derivatives, Energy};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot};
 
-/// Where an energy over `N` nodes is looked at, and where it is at rest; all in the world, m. Of the
-/// edges the first `N - 1` count.
+/// State of the nodes and edges of an energy over `N` nodes, and its state at rest, in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<const N: usize> {
-    /// Arc length from the wall.
+    /// Arc length from the wall, m.
     pub arc_length: f64,
-    /// How much of the rod's length it stands for.
+    /// Length of the rod that the element represents, m.
     pub length: f64,
     /// Nodes and edges at rest.
-    pub rest: ([Vector<f64>; N], [Directors<f64>; 2]),
-    /// Nodes and edges now.
-    pub now: ([Vector<f64>; N], [Directors<f64>; 2]),
+    pub rest: NodesAndEdges<N>,
+    /// Nodes and edges in the present state.
+    pub now: NodesAndEdges<N>,
 }
 
-/// Checks the derivatives of an energy of one's own by nodes and directors, each independent of all
-/// others, with these values of its parameters: those by hand, if it has any, against automatic ones,
-/// and both against finite differences.
+/// Positions of `N` nodes, m, and directors of edges, of which the first `N - 1` are used.
+#[derive(Clone, Copy, Debug)]
+pub struct NodesAndEdges<const N: usize> {
+    /// Positions of the nodes, m.
+    pub nodes: [Vector<f64>; N],
+    /// Directors of the edges.
+    pub edges: [Directors<f64>; 2],
+}
+
+/// Checks the derivatives of a user-defined energy by nodes and directors, as independent variables, with these values of its
+/// parameters. Hand-derived ones, if any, are compared with automatic ones, and both with finite differences.
 ///
 /// ```
-/// use rodfit::check::{Configuration, Tolerance, check_own};
+/// use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own};
 /// use rodfit::energy::{By, Curvatures, Directors, OwnEnergy, Place, Slopes};
 /// use rodfit::numerics::vector::{Vector, scale, sub};
 /// use rodfit::{Scalar, scene::number::Quantity};
@@ -60,7 +67,8 @@ pub struct Configuration<const N: usize> {
 /// }
 ///
 /// let none = [[[0.0; 3]; 3]; 2];
-/// let at = |x| Configuration { arc_length: 0.1, length: 0.01, rest: ([[0.0; 3]], none), now: ([x], none) };
+/// let state = |x| NodesAndEdges { nodes: [x], edges: none };
+/// let at = |x| Configuration { arc_length: 0.1, length: 0.01, rest: state([0.0; 3]), now: state(x) };
 /// let states = [at([0.1, 0.2, -0.3]), at([2.0, 0.0, 1.0])];
 /// let report = check_own(&Spring([0.0, 1.0, 0.0]), [3.0], &states, Tolerance::default());
 /// assert!(report.passed(), "{report}");
@@ -76,11 +84,11 @@ where
 {
     let mut report = CheckReport::new(tolerance);
     for (k, state) in states.iter().enumerate() {
-        let (nodes, edges) = &state.rest;
+        let NodesAndEdges { nodes, edges } = &state.rest;
         let lengths = [state.arc_length, state.length];
         let numbers = numbers(lengths, nodes, &edges[..N - 1]);
-        let there = There { energy, parameters, numbers };
-        let (nodes, edges) = &state.now;
+        let there = IndependentInputs { energy, parameters, numbers };
+        let NodesAndEdges { nodes, edges } = &state.now;
         let now = nodes.iter().chain(edges[..N - 1].iter().flatten()).flatten().copied();
         let inputs: Vec<f64> = now.collect();
         let name = format!("state {k}");
@@ -103,14 +111,15 @@ where
     report
 }
 
-/// An energy over all it is given.
-struct There<'a, E, const N: usize, const P: usize> {
+/// User-defined energy as a function of the coordinates of its nodes and directors.
+struct IndependentInputs<'a, E, const N: usize, const P: usize> {
     energy: &'a E,
     parameters: [f64; P],
     numbers: Vec<f64>,
 }
 
-impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> There<'_, E, N, P> {
+impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E, N, P> {
+    /// Evaluates a function of place, parameters, nodes and edges at the given inputs.
     fn with<D: Scalar, T>(
         &self,
         inputs: &[D],
@@ -126,7 +135,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> There<'_, E, N, P> {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<M>
-    for There<'_, E, N, P>
+    for IndependentInputs<'_, E, N, P>
 {
     fn energy<D: Scalar>(&self, inputs: &[D; M]) -> D {
         self.with(inputs, |place, p, nodes, edges| self.energy.energy(place, p, nodes, edges))
@@ -134,7 +143,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analytic<M>
-    for There<'_, E, N, P>
+    for IndependentInputs<'_, E, N, P>
 {
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
@@ -155,15 +164,24 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
     }
 }
 
-/// Compares an energy at a place of a rod by the rod's unknowns, of node `first` on, in units of a
-/// `length`, m, and 1 rad.
-pub(super) fn compare(
-    report: &mut CheckReport,
-    (energy, site): (&dyn AnyEnergy, &Site<f64>),
-    q: &[f64],
-    (name, first): (&str, usize),
-    length: f64,
-) {
+/// User-defined energy at one place of a rod.
+#[derive(Clone, Copy)]
+pub(super) struct EnergyAt<'a> {
+    /// The energy.
+    pub energy: &'a dyn AnyEnergy,
+    /// Its place.
+    pub site: &'a Site<'a, f64>,
+    /// Name for the report.
+    pub name: &'a str,
+    /// First node of the element.
+    pub first: usize,
+    /// Length of the edges there, m.
+    pub length: f64,
+}
+
+/// Compares the derivatives of an energy by the unknowns `q` of its element, in units of an edge length and of 1 rad.
+pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) {
+    let EnergyAt { energy, site, name, first, length } = place;
     let stride = site.chart.stride();
     let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
     let over: &dyn Over<f64> = energy;
@@ -173,7 +191,10 @@ pub(super) fn compare(
             let entry = |c: usize| second[r.max(c)][r.min(c)] * unit(r) * unit(c);
             (0..q.len()).map(entry).collect()
         };
-        ((0..q.len()).map(|r| first[r] * unit(r)).collect(), (0..q.len()).map(row).collect())
+        GradientAndHessian {
+            gradient: (0..q.len()).map(|r| first[r] * unit(r)).collect(),
+            hessian: (0..q.len()).map(row).collect(),
+        }
     };
     let by = |derivatives: Derivatives| {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
@@ -197,29 +218,28 @@ pub(super) fn compare(
     });
 }
 
-/// Looks for a force along the normal, given in the rod's axes, or a moment about the tangents, of an
-/// energy that says it keeps the plane in which the unknowns `q` of a rod in space lie, with edges of a
-/// `length`, m.
-pub(super) fn compare_across(
+/// Checks that an energy that keeps a plane has no force along its normal, in the axes of the model, and no moment about the
+/// tangents, at the unknowns `q` of a rod in space that lies in this plane.
+pub(super) fn check_plane_is_kept(
     report: &mut CheckReport,
-    (energy, site): (&dyn AnyEnergy, &Site<f64>),
+    place: EnergyAt<'_>,
     q: &[f64],
-    (name, length): (&str, f64),
     normal: Vector<f64>,
 ) {
+    let EnergyAt { energy, site, name, length, .. } = place;
     let over: &dyn Over<f64> = energy;
     let mut gradient = [0.0; MOST];
     over.gradient(site, q, Derivatives::Hand, &mut gradient);
-    // Rounding errors are measured by the terms that cancel, and by what a change of the unknowns
-    // makes of the forces: at rest these may be rounding errors themselves.
+    // Rounding errors are relative to the terms that cancel, and to the change of the forces with the unknowns: at rest the
+    // terms may be rounding errors themselves.
     let (first, second) = energy.terms(site, q);
     let largest = |terms: &[f64]| terms.iter().fold(0.0_f64, |most, term| most.max(*term));
     let size = largest(&first) + largest(second.as_flattened()) * length;
     for node in gradient[..q.len()].chunks(site.chart.stride()) {
         let force = dot([node[0], node[1], node[2]], normal);
-        report.stays("force along the plane's normal", force, size, name);
+        report.compare_with_zero("force along the plane's normal", force, size, name);
         if let Some(moment) = node.get(3) {
-            report.stays("moment about the tangent", *moment, size, name);
+            report.compare_with_zero("moment about the tangent", *moment, size, name);
         }
     }
 }

@@ -1,10 +1,9 @@
-//! Unknowns in units of their own.
+//! Energies as functions of unknowns in given units.
 
 use crate::energy::{Analytic, Energy};
 use crate::numerics::scalar::Scalar;
 
-/// An energy as a function of `q / units`: lengths and angles side by side become comparable, as
-/// finite differences need them.
+/// Energy as a function of `q / units`, so that finite differences by lengths and angles have comparable steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Scaled<E, const N: usize> {
     /// The energy.
@@ -19,6 +18,7 @@ impl<E, const N: usize> Scaled<E, N> {
         std::array::from_fn(|i| q[i] / self.units[i])
     }
 
+    /// Unknowns from those in units.
     fn unscaled(&self, x: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| x[i] * self.units[i])
     }

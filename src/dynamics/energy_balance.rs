@@ -29,7 +29,7 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
 
 /// Whether every change of the total energy of a scene is an error of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
-    !(scene.supports.move_ends() || scene.loads.flow() || scene.loads.take_energy())
+    !(scene.supports.move_ends() || scene.loads.have_flow() || scene.loads.are_dissipative())
 }
 
 /// The warning of a run whose total energy changed by `change` of the largest kinetic energy.

@@ -258,9 +258,9 @@ impl SimulationReport {
             "the rod stays where it is".into()
         } else if scene.supports.move_ends() {
             format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
-        } else if scene.loads.flow() {
+        } else if scene.loads.have_flow() {
             format!("energy went from {start:.3e} to {end:.3e} J, with the work of the fluid")
-        } else if scene.loads.take_energy() {
+        } else if scene.loads.are_dissipative() {
             format!("damping took {:.3e} J of energy", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);

@@ -7,7 +7,7 @@ use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
 use crate::rod::Energies;
 use crate::scene::Stencil;
-use crate::scene::marker::Marker;
+use crate::scene::marker::MarkerStencil;
 use crate::statics::Reactions;
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -210,7 +210,7 @@ impl<D: Scalar> Recorded<'_, D> {
     }
 
     /// The position of a marker at a time, m, likewise.
-    pub fn marker(&self, marker: &Marker<D>, time: D) -> Result<[D; 3], Error> {
+    pub fn marker(&self, marker: &MarkerStencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         let mut columns = self.columns(&marker.centre)?;
         for (edge, weight) in &marker.edges {

@@ -9,7 +9,7 @@ use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
-use crate::problem::{Directors, Discretized, FramesOf, Model, Problem};
+use crate::problem::{DirectorRotation, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
 use num_dual::Dual64;
@@ -306,9 +306,9 @@ fn add_rates<M: Model>(
 /// The axes that markers beside the centre line move with.
 struct Markers {
     edges: Arc<[usize]>,
-    directors: Directors<f64>,
+    directors: DirectorRotation<f64>,
     /// With the derivatives by every parameter.
-    derived: Vec<Directors<Dual64>>,
+    derived: Vec<DirectorRotation<Dual64>>,
 }
 
 impl Markers {
@@ -336,7 +336,7 @@ impl Markers {
     ) -> impl Iterator<Item = Motion> {
         self.edges
             .iter()
-            .flat_map(move |edge| discretized.axes(self.directors, (q, v), frames, *edge))
+            .flat_map(move |edge| discretized.axes(self.directors, q, v, frames, *edge))
     }
 
     /// The derivatives of the axes by parameter `k`.
@@ -351,7 +351,7 @@ impl Markers {
     {
         let (q, v, frames) = sensitivities.motion(k, state);
         let axes = |edge: &usize| {
-            let axes = discretized.axes::<Dual64>(self.derived[k], (&q, &v), &frames, *edge);
+            let axes = discretized.axes::<Dual64>(self.derived[k], &q, &v, &frames, *edge);
             axes.map(|axis| axis.map(|x| x.map(|c| c.eps)))
         };
         self.edges.iter().flat_map(axes).collect()
@@ -411,7 +411,7 @@ pub(super) fn follow<D: Nestable, M: Model>(
             let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
             let axes = directors.into_iter().flat_map(|directors| {
                 let State { q, v, frames, .. } = state;
-                edges.iter().flat_map(move |e| discretized.axes(directors, (q, v), frames, *e))
+                edges.iter().flat_map(move |e| discretized.axes(directors, q, v, frames, *e))
             });
             record.push(state.time, tracked.iter().map(motion).chain(axes));
         }

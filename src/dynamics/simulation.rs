@@ -10,7 +10,7 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, NodalDrag, Rod, State};
-use crate::scene::{Damping, Scheme, Tolerance};
+use crate::scene::{Damping, Scheme, StepTolerance};
 use num_dual::Dual64;
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         free: Range<usize>,
         damping: Damping<D>,
         (scheme, beta): (Scheme, D),
-        tolerance: (Tolerance, f64),
+        tolerance: (StepTolerance, f64),
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);

@@ -7,12 +7,12 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
 use crate::problem::Discretized;
 use crate::problem::Model;
-use crate::problem::Placed;
 use crate::problem::Setup;
+use crate::problem::UnknownsAndFrames;
 use crate::rod::{Rod, Sensitive};
 use crate::scene::InitialState;
 use crate::scene::Parameter;
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
@@ -127,7 +127,7 @@ impl<M: Model> Discretized<'_, M> {
         &self,
         setup: &Setup<D, M>,
         rod: &M::Rod<D>,
-    ) -> Result<Placed<D, M>, Error> {
+    ) -> Result<UnknownsAndFrames<D, M>, Error> {
         let (mut q, mut frames) = self.unperturbed_start(setup, rod)?;
         if self.scene().initial.perturbation != 0.0 {
             self.perturb(setup, &mut q);
@@ -140,7 +140,7 @@ impl<M: Model> Discretized<'_, M> {
         &self,
         setup: &Setup<D, M>,
         rod: &M::Rod<D>,
-    ) -> Result<Placed<D, M>, Error> {
+    ) -> Result<UnknownsAndFrames<D, M>, Error> {
         let (begin, mut frames) = self.begin(setup);
         if self.scene().initial.state != InitialState::Equilibrium {
             return Ok((begin, frames));
@@ -153,11 +153,11 @@ impl<M: Model> Discretized<'_, M> {
         if D::ORDER == 0 {
             return Ok((q, frames));
         }
-        self.hold(setup, Moment::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
-        let held = (&setup.held(self.model, rod), &frames);
+        self.hold(setup, MotionTime::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
+        let held = (&setup.rod_with_release_forces(self.model, rod), &frames);
         let mut plain_frames = self.begin(self.setup).1;
         M::Rod::<f64>::rebase(&mut plain_frames, found);
-        let plain = (&self.setup.held(self.model, &self.rod()), &plain_frames);
+        let plain = (&self.setup.rod_with_release_forces(self.model, &self.rod()), &plain_frames);
         // Where nothing resists, such as a motion as a whole of a rod that nothing holds, it goes along with where the rod begins.
         let indifferent = self.is_neutral((found, &plain_frames)).unwrap_or(false);
         let mut followed = q.clone();

@@ -21,7 +21,7 @@ use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scene::scheme::EnergyKept;
+use crate::scene::scheme::EnergyConservation;
 use crate::scene::{Scene, Scheme};
 
 /// How often a step is halved before the run ends.
@@ -65,13 +65,13 @@ impl Limits {
     /// What the scene's scheme may do; none where supports do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
-        if scene.supports.move_ends() || scene.loads.flow() {
+        if scene.supports.move_ends() || scene.loads.have_flow() {
             return None;
         }
-        let damped = scene.loads.take_energy();
+        let damped = scene.loads.are_dissipative();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
-        let exactly = traits.energy == EnergyKept::Exactly && scene.energies.is_empty();
+        let exactly = traits.energy == EnergyConservation::Exact && scene.energies.is_empty();
         if exactly && !damped {
             return Some(Self {
                 per_step: 1e-10,
@@ -95,13 +95,13 @@ impl Limits {
             interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
             rounding: 1e-8,
             remedy: match traits.energy {
-                EnergyKept::Roughly if time.scheme == Scheme::GeneralisedAlpha => {
+                EnergyConservation::Inexact if time.scheme == Scheme::GeneralisedAlpha => {
                     SMALLER_OR_SMALLER_RHO
                 }
-                EnergyKept::Roughly if dissipates => SMALLER_OR_LARGER_BETA,
-                EnergyKept::Roughly if time.scheme.takes_beta() => SMALLER_OR_DISSIPATION,
-                EnergyKept::Roughly => SMALLER_OR_KEEPING,
-                EnergyKept::Exactly | EnergyKept::OnAverage => SMALLER,
+                EnergyConservation::Inexact if dissipates => SMALLER_OR_LARGER_BETA,
+                EnergyConservation::Inexact if time.scheme.takes_beta() => SMALLER_OR_DISSIPATION,
+                EnergyConservation::Inexact => SMALLER_OR_KEEPING,
+                EnergyConservation::Exact | EnergyConservation::OnAverage => SMALLER,
             },
         })
     }

@@ -164,7 +164,7 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         self.check_run(problem, steps)?;
-        let felt = problem.felt_by(&self.parameters)?;
+        let felt = problem.with_trace_viscosity(&self.parameters)?;
         let problem = felt.as_ref().unwrap_or(problem);
         let (asked, record) = ((&self.parameters[..], steps), &mut self.record);
         match problem.discretized() {

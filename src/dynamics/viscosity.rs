@@ -48,8 +48,10 @@ impl<D: Scalar> Memory<D> {
         let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
         let past = [(1.0, 0.0), (0.0, 1.0)]
             .map(|(strain, rate)| coefficients.viscous_past(D::from(strain), D::from(rate)));
-        let (eta, time) =
-            (damping.stiffness * part, map_components(&damping.own_times(), |time| time * part));
+        let (eta, time) = (
+            damping.stiffness * part,
+            map_components(&damping.additional_times(), |time| time * part),
+        );
         let own_factor = map_components(&time, |time| time * past[0]);
         let [left, taken] = match &damping.maxwell {
             Some(maxwell) => relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x),
@@ -78,7 +80,7 @@ impl<D: Scalar> Memory<D> {
             relaxing: damping.maxwell.as_ref().map_or(zero, |maxwell| -maxwell.stiffness),
             past: [zero, D::from(-1.0)],
             own_factor: [zero; 3],
-            time: map_components(&damping.own_times(), |time| time * part),
+            time: map_components(&damping.additional_times(), |time| time * part),
         }
     }
 }

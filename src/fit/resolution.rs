@@ -14,7 +14,7 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAINING_FRACTION};
 use crate::fit::unknown::Unknown;
-use crate::scene::Tolerance;
+use crate::scene::StepTolerance;
 
 /// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.
 const OF_ERROR: f64 = 0.25;
@@ -59,8 +59,8 @@ pub(crate) fn smooth(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Er
         let mut scene = experiment.problem.scene().clone();
         let chosen = scene.chosen().scheme;
         let Some(time) = scene.time.as_mut().filter(|_| chosen) else { return Ok(experiment) };
-        time.tolerance = Tolerance::default();
-        let other = experiment.problem.like_it(scene)?;
+        time.tolerance = StepTolerance::default();
+        let other = experiment.problem.with_scene(scene)?;
         Ok(experiment.posed_as(other))
     };
     experiments.into_iter().map(smooth).collect()
@@ -74,7 +74,7 @@ fn posed(experiment: Experiment, segments: usize, step: f64) -> Result<Experimen
         None => 1,
     };
     let segments = segments.div_ceil(spans) * spans;
-    let other = problem.like_it(problem.scene().resolved(segments, step))?;
+    let other = problem.with_scene(problem.scene().resolved(segments, step))?;
     Ok(experiment.posed_as(other))
 }
 

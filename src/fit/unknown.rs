@@ -43,7 +43,7 @@ pub(crate) fn laid_out(
 ) -> Result<Vec<Experiment>, Error> {
     let of = |experiment: &Experiment| {
         let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
-        let problem = experiment.problem.laid_out_for(own.collect())?;
+        let problem = experiment.problem.with_generic_layout_for(own.collect())?;
         Ok(Experiment { problem, ..experiment.clone() })
     };
     experiments.iter().map(of).collect()

@@ -182,7 +182,9 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| of_the_rod(u)) {
         let Some(start) = unknown.start else { continue };
         // What else is wrong with a rod of this start is said where it is simulated.
-        let Ok(there) = experiment.problem.varied([(unknown.parameter, start)]) else { continue };
+        let Ok(there) = experiment.problem.with_fixed_layout([(unknown.parameter, start)]) else {
+            continue;
+        };
         for (k, measurement) in experiment.measurements.iter().enumerate() {
             let Some(motion) = measurement.motion() else { continue };
             if let Err(error) = there.stencil(motion.point) {

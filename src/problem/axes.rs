@@ -1,73 +1,71 @@
-//! The axes of a rod's edges, that markers beside its centre line move with.
+//! Axes of the edges of a rod, which carry markers beside its center line.
 //!
-//! The first is the tangent, the others are material directors `d1` and `d2 = t x d1`. On the first
-//! edge at rest `d1` is the part across it of the section's `up`; of a circle or a tube, which have none, of
-//! the y axis, or of the x axis where the rod begins within 8 degrees of y. So a marker is where it is
-//! whether the model is planar or spatial.
+//! The first axis is the tangent, the others are the material directors `d1` and `d2 = t x d1`. On the first edge at rest
+//! `d1` is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
+//! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in both models.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::Discretized;
 use crate::problem::model::{Model, first_director};
 use crate::problem::setup::Setup;
+use crate::problem::start::FramesOver;
 use crate::rod::Rod;
-use crate::scene::marker::Marker;
+use crate::scene::marker::MarkerStencil;
 
 /// An axis in the world and its rate, 1/s.
 type Axis<D> = [Vector<D>; 2];
-type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
 
-/// How the directors lie to those of the model: the components of the first along the model's two. They
-/// are the same for every edge at every time.
+/// Components of the first material director along the two directors of the model, equal for all edges and times.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Directors<D>([D; 2]);
+pub(crate) struct DirectorRotation<D>([D; 2]);
 
 impl<M: Model> Discretized<'_, M> {
-    /// The directors of a setup's rod.
-    pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> Directors<D> {
+    /// Rotation from the directors of the model to the material directors, for the rod of a setup.
+    pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> DirectorRotation<D> {
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
         let tangent = unit(sub(nodes[1], nodes[0]));
         let first = self.model_director(&q, &frames, 0, tangent);
         let along = first_director(&setup.scene, &nodes);
-        Directors([dot(along, first), dot(along, cross(tangent, first))])
+        DirectorRotation([dot(along, first), dot(along, cross(tangent, first))])
     }
 
-    /// The axes of an edge of a rod at `q` that moves with `v`.
+    /// Axes of an edge, and their rates, 1/s, of a rod with the unknowns `q` and the velocities `v`.
     pub(crate) fn axes<D: Nestable>(
         &self,
-        directors: Directors<D>,
-        (q, v): (&[D], &[D]),
+        directors: DirectorRotation<D>,
+        q: &[D],
+        v: &[D],
         frames: &FramesOver<D, M>,
         edge: usize,
     ) -> [Axis<D>; 3] {
-        let between = |of: &dyn Fn(usize) -> Vector<D>| sub(of(edge + 1), of(edge));
-        let chord = between(&|i| self.model.position(q, i));
-        let rate = between(&|i| self.model.rate(v, i));
+        let chord = sub(self.model.position(q, edge + 1), self.model.position(q, edge));
+        let rate = sub(self.model.rate(v, edge + 1), self.model.rate(v, edge));
         let inverse_length = dot(chord, chord).sqrt().recip();
         let tangent = scale(chord, inverse_length);
         let first = self.model_director(q, frames, edge, tangent);
-        let Directors([c, s]) = directors;
+        let DirectorRotation([c, s]) = directors;
         let d1 = add(scale(first, c), scale(cross(tangent, first), s));
-        // The reference of an angle does not turn about the tangent.
+        // The reference frame of the angle does not rotate about the tangent.
         let angle = M::STRIDE * edge + 3;
         let spin = if M::Rod::<D>::HAS_FRAMES { v[angle] } else { D::from(0.0) };
         let turning = add(scale(cross(tangent, rate), inverse_length), scale(tangent, spin));
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
     }
 
-    /// How far a marker is beside the centre line of the rest shape, m.
-    pub(crate) fn beside_at_rest(&self, marker: &Marker) -> Vector<f64> {
+    /// Offset of a marker from the center line of the rest shape in the world, m.
+    pub(crate) fn beside_at_rest(&self, marker: &MarkerStencil) -> Vector<f64> {
         let (directors, q, frames) = (self.directors(self.setup), self.rest(), self.rest_frames());
         let still = vec![0.0; q.len()];
         marker.edges.iter().fold([0.0; 3], |sum, (edge, weight)| {
-            let axes = self.axes(directors, (&q, &still), &frames, *edge);
+            let axes = self.axes(directors, &q, &still, &frames, *edge);
             let parts = axes.iter().zip(marker.offset);
             parts.fold(sum, |sum, ([axis, _], part)| add(sum, scale(*axis, part * weight)))
         })
     }
 
-    /// The model's own first director in the world: in a plane, across the edge within it.
+    /// First director of the model in the world; in a plane the in-plane vector across the edge.
     fn model_director<D: Nestable>(
         &self,
         q: &[D],

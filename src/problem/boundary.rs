@@ -1,98 +1,115 @@
-//! Supports that move: where the held nodes and edges are at a time.
+//! Prescribed motion of the supports: positions, velocities and accelerations of held nodes and edges at a time.
 //!
-//! A moved end turns as a rigid body about its own point and is then displaced,
+//! A moved end is rotated as a rigid body about its own point and then displaced,
 //!
 //! ```text
 //! x = c + u + exp(r) (x0 - c)
 //! ```
 //!
-//! and a wall turns its edge about itself by the twist besides. Displacements, rotation vectors and
-//! twists of several motions of one end are added. A recorded end has its nodes where markers were seen;
-//! its angles stay what they are, against references that go along by parallel transport, or are free. Nodes between the
-//! ends may be led likewise. The masses of held and of free unknowns are
-//! apart, so that a step needs to know no more than where the supports are at its end. All vectors
-//! are in the model's axes; in the plane the third component is zero.
+//! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by the twist.
+//! Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded end are at
+//! the recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the
+//! ends may be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only
+//! the positions of the supports at its end. All vectors are in the axes of the model; in the plane the third component
+//! is zero.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::model::Model;
 use crate::rod::Rod;
-use crate::scene::supports::Moment;
+use crate::scene::path::RecordedNode;
+use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Motion, Track};
 use num_dual::{Dual, Dual2_64, Dual64};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The ends that supports hold.
+/// Prescribed motion of the held nodes and edges of a rod.
 #[derive(Clone, Debug)]
 pub struct BoundaryMotion<D = f64> {
     ends: Vec<MovedEnd<D>>,
     recorded: Vec<RecordedPart>,
-    /// Unknowns from one node to the next.
+    /// Number of unknowns from one node to the next.
     stride: usize,
 }
 
-/// An end that a support holds, and may move.
+/// End that a support holds, and may move.
 #[derive(Clone, Debug)]
 pub struct MovedEnd<D = f64> {
-    /// The end that is held.
+    /// The held end.
     pub end: End,
-    /// The motions it is given, vectors in the model's axes.
+    /// Its motions, with vectors in the axes of the model.
     pub motions: Vec<Motion<D>>,
-    /// The model's axes in the world, for motions that were recorded.
+    /// Axes of the model in the world, for recorded motions.
     pub axes: [[f64; 3]; 3],
-    /// The point it turns about, m.
+    /// Center of its rotation, m.
     pub centre: Vector<D>,
-    /// Held nodes, and where they are without motion, m.
-    pub nodes: Vec<(usize, Vector<D>)>,
-    /// The held edge with its tangent and its first material director without motion.
-    pub edge: Option<(usize, [Vector<D>; 2])>,
+    /// Held nodes with their positions without motion.
+    pub nodes: Vec<HeldNode<D>>,
+    /// Held edge with its axes without motion.
+    pub edge: Option<HeldEdge<D>>,
 }
 
-/// A part of the rod, an end or nodes between the ends, that goes as markers were seen to go.
+/// Held node of an end and its position without motion, m.
+#[derive(Clone, Debug)]
+pub struct HeldNode<D = f64> {
+    /// Index of the node.
+    pub node: usize,
+    /// Position without motion, m.
+    pub position: Vector<D>,
+}
+
+/// Held edge of a clamped end and its axes without motion.
+#[derive(Clone, Debug)]
+pub struct HeldEdge<D = f64> {
+    /// Index of the edge.
+    pub edge: usize,
+    /// Unit tangent without motion.
+    pub tangent: Vector<D>,
+    /// First material director without motion.
+    pub director: Vector<D>,
+}
+
+/// Part of the rod, an end or nodes between the ends, that follows recorded markers.
 #[derive(Clone, Debug)]
 pub struct RecordedPart {
     /// The recording.
     pub track: Arc<Track>,
-    /// Held nodes, each with the two markers it stands between and its part of the way from one to the
-    /// other.
-    pub nodes: Vec<(usize, [usize; 2], f64)>,
-    /// The model's axes in the world.
+    /// Held nodes with the markers that they follow.
+    pub nodes: Vec<RecordedNode>,
+    /// Axes of the model in the world.
     pub axes: [[f64; 3]; 3],
 }
 
 impl RecordedPart {
-    /// The held nodes and where they are at a time, s, in the model's axes, m.
-    fn places<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
-        self.nodes.iter().map(move |(node, [from, to], part)| {
-            let markers = self.track.markers();
-            let mut x = markers[*from].at(time);
-            if *part != 0.0 {
-                x = add(
-                    scale(x, D::from(1.0 - part)),
-                    scale(markers[*to].at(time), D::from(*part)),
-                );
+    /// Held nodes and their positions, m, in the axes of the model at a time, s.
+    fn positions<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
+        self.nodes.iter().map(move |held| {
+            let ([from, to], part) = (held.markers.map(|j| &self.track.markers()[j]), held.part);
+            let mut x = from.at(time);
+            if part != 0.0 {
+                x = add(scale(x, D::from(1.0 - part)), scale(to.at(time), D::from(part)));
             }
-            (*node, along(&self.axes, x))
+            (held.node, along(&self.axes, x))
         })
     }
 }
 
-/// The components of a vector along some axes.
+/// Components of a vector along three axes.
 fn along<D: Scalar>(axes: &[[f64; 3]; 3], x: Vector<D>) -> Vector<D> {
     axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2])
 }
 
-/// The time of a moment, s; on the way to a state at rest recorded ends are where they start.
-fn time<D: Scalar>(moment: Moment<D>) -> D {
+/// The time, s, of recorded motions; on the way to an equilibrium that of the start.
+fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     match moment {
-        Moment::Time(time) => time,
-        Moment::Approach { .. } => D::from(0.0),
+        MotionTime::Time(time) => time,
+        MotionTime::Approach { .. } => D::from(0.0),
     }
 }
 
-/// A rigid motion.
+/// Rigid displacement of an end, m, its rotation vector, rad, and its twist, rad.
 #[derive(Clone, Copy, Debug)]
 struct Pose<D> {
     displacement: Vector<D>,
@@ -101,23 +118,24 @@ struct Pose<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    fn pose(&self, moment: Moment<D>) -> Pose<D> {
+    /// Sum of the motions of the end at a time.
+    fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
         for motion in &self.motions {
-            let fraction = motion.fraction(moment);
+            let fraction = motion.factor(at);
             let share = |v: [D; 3]| v.map(|c| fraction * c);
             pose.displacement = add(pose.displacement, share(motion.displacement));
             pose.rotation = add(pose.rotation, share(motion.rotation));
             pose.twist += fraction * motion.twist;
-            if let Some(x) = motion.recorded(moment) {
+            if let Some(x) = motion.recorded_displacement(at) {
                 pose.displacement = add(pose.displacement, along(&self.axes, x));
             }
         }
         pose
     }
 
-    /// Where the pose takes a point.
+    /// Position, m, of a point of the end after its displacement and rotation.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
         add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
@@ -125,52 +143,54 @@ impl<D: Scalar> MovedEnd<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// The same over other numbers, such as ones that carry rates in time; its nodes only.
+    /// The end over another number type, such as dual numbers in time; without its edge.
     fn over<E: Scalar>(&self, to: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
         MovedEnd {
             end: self.end,
             motions: self.motions.iter().map(|motion| motion.map(to)).collect(),
             axes: self.axes,
             centre: self.centre.map(to),
-            nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(to))).collect(),
+            nodes: (self.nodes.iter())
+                .map(|held| HeldNode { node: held.node, position: held.position.map(to) })
+                .collect(),
             edge: None,
         }
     }
 }
 
 impl<D: Nestable> BoundaryMotion<D> {
-    /// The motion of these ends, for a model's unknowns.
+    /// Prescribed motion of these ends and recorded parts, for the unknowns of a model.
     pub fn new<M: Model>(ends: Vec<MovedEnd<D>>, recorded: Vec<RecordedPart>) -> Self {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
-    /// Whether its numbers can be parameters: a recording has none.
+    /// Whether the motion depends on parameters; a recording does not.
     pub fn has_numbers(&self) -> bool {
         !self.ends.is_empty()
     }
 
-    /// The unknowns that it leads, and those of them that are angles.
-    pub fn led(&self) -> [Vec<usize>; 2] {
+    /// Indices of the prescribed unknowns, and of those of them that are angles.
+    pub fn prescribed(&self) -> [Vec<usize>; 2] {
         let axes = self.stride.min(3);
-        let ends = self.ends.iter().flat_map(|end| end.nodes.iter().map(|(node, _)| *node));
-        let recorded = self.recorded.iter().flat_map(|end| end.nodes.iter().map(|(i, ..)| *i));
+        let ends = self.ends.iter().flat_map(|end| end.nodes.iter().map(|held| held.node));
+        let recorded = self.recorded.iter().flat_map(|end| end.nodes.iter().map(|held| held.node));
         let nodes = ends.chain(recorded).flat_map(|i| self.stride * i..self.stride * i + axes);
         let edges = self.ends.iter().filter_map(|end| end.edge.as_ref());
-        let angles: Vec<usize> = edges.map(|(edge, _)| self.stride * edge + axes).collect();
+        let angles: Vec<usize> = edges.map(|held| self.stride * held.edge + axes).collect();
         [nodes.chain(angles.iter().copied()).collect(), angles]
     }
 
-    /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
+    /// Moves the held unknowns of `q` from their positions at the time `from` to those at the time `to`.
     pub fn advance<R: Rod<D>>(
         &self,
-        from: Moment<f64>,
-        to: Moment<f64>,
+        from: MotionTime<f64>,
+        to: MotionTime<f64>,
         q: &mut [D],
         frames: &R::Frames,
     ) {
         let axes = self.stride.min(3);
         for end in &self.recorded {
-            for (node, place) in end.places(time(to)) {
+            for (node, place) in end.positions(time(to)) {
                 for c in 0..axes {
                     q[self.stride * node + c] = D::from(place[c]);
                 }
@@ -178,11 +198,11 @@ impl<D: Nestable> BoundaryMotion<D> {
         }
         for end in &self.ends {
             let pose = end.pose(to.map(D::from));
-            for (node, point) in &end.nodes {
-                let position = end.moved(&pose, *point);
+            for HeldNode { node, position } in &end.nodes {
+                let position = end.moved(&pose, *position);
                 q[self.stride * node..][..axes].copy_from_slice(&position[..axes]);
             }
-            if let Some((edge, [tangent, director])) = end.edge {
+            if let Some(HeldEdge { edge, tangent, director }) = end.edge {
                 let about = tangent.map(|c| c * pose.twist);
                 let director = rotate(pose.rotation, rotate(about, director));
                 let turn = pose.twist - end.pose(from.map(D::from)).twist;
@@ -191,37 +211,46 @@ impl<D: Nestable> BoundaryMotion<D> {
         }
     }
 
-    /// Writes the velocities of the held nodes, m/s.
+    /// Writes the velocities of the held nodes, m/s, at a time, s.
     pub fn velocities(&self, time: f64, v: &mut [D]) {
-        for end in &self.recorded {
-            for (node, place) in end.places(Dual64::new(time, 1.0)) {
-                for c in 0..self.stride.min(3) {
-                    v[self.stride * node + c] = D::from(place[c].eps);
-                }
+        let now = Dual::new(D::from(time), D::from(1.0));
+        self.write_rates(now, Dual::from_re, |rate| rate.eps, v);
+    }
+
+    /// Writes derivatives by time of the positions of the held nodes. `now` is the time, s, as a dual number, `convert`
+    /// returns a number without derivatives, and `derivative` the derivative of a position.
+    fn write_rates<E: Scalar>(
+        &self,
+        now: E,
+        convert: impl Fn(D) -> E + Copy,
+        derivative: impl Fn(E) -> D,
+        rates: &mut [D],
+    ) {
+        let mut write = |node: usize, position: [E; 3]| {
+            for c in 0..self.stride.min(3) {
+                rates[self.stride * node + c] = derivative(position[c]);
             }
+        };
+        for end in &self.recorded {
+            end.positions(now).for_each(|(node, position)| write(node, position));
         }
         for end in &self.ends {
-            let end = end.over(Dual::from_re);
-            let pose = end.pose(Moment::Time(Dual::new(D::from(time), D::from(1.0))));
-            for (node, point) in &end.nodes {
-                let position = end.moved(&pose, *point);
-                for c in 0..self.stride.min(3) {
-                    v[self.stride * node + c] = position[c].eps;
-                }
-            }
+            let end = end.over(convert);
+            let pose = end.pose(MotionTime::Time(now));
+            end.nodes.iter().for_each(|held| write(held.node, end.moved(&pose, held.position)));
         }
     }
 }
 
 impl BoundaryMotion<Dual64> {
-    /// Whether it changes with the parameter that its numbers carry.
+    /// Whether the motion depends on the parameter of its derivatives.
     pub fn changes(&self) -> bool {
         let seen = std::cell::Cell::new(false);
         let see = |x: Dual64| seen.set(seen.get() || x.eps != 0.0);
         for end in &self.ends {
             end.motions.iter().for_each(|motion| drop(motion.map(see)));
-            let edge = end.edge.iter().flat_map(|(_, vectors)| vectors);
-            let nodes = end.nodes.iter().map(|(_, x)| x);
+            let edge = end.edge.iter().flat_map(|held| [&held.tangent, &held.director]);
+            let nodes = end.nodes.iter().map(|held| &held.position);
             nodes.chain(edge).chain([&end.centre]).flatten().for_each(|x| see(*x));
         }
         seen.get()
@@ -229,33 +258,18 @@ impl BoundaryMotion<Dual64> {
 }
 
 impl BoundaryMotion {
-    /// Writes the accelerations of the held nodes, m/s^2.
+    /// Writes the accelerations of the held nodes, m/s^2, at a time, s.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
-        for end in &self.recorded {
-            for (node, place) in end.places(Dual2_64::from_re(time).derivative()) {
-                for c in 0..self.stride.min(3) {
-                    a[self.stride * node + c] = place[c].v2;
-                }
-            }
-        }
-        for end in &self.ends {
-            let end = end.over(Dual2_64::from_re);
-            let pose = end.pose(Moment::Time(Dual2_64::from_re(time).derivative()));
-            for (node, point) in &end.nodes {
-                let position = end.moved(&pose, *point);
-                for c in 0..self.stride.min(3) {
-                    a[self.stride * node + c] = position[c].v2;
-                }
-            }
-        }
+        let now = Dual2_64::from_re(time).derivative();
+        self.write_rates(now, Dual2_64::from_re, |rate| rate.v2, a);
     }
 
-    /// Takes the whole rod along from one moment to another: node `i` goes as far as
-    /// `weight(end, i)` says of the end's own way, a first guess for the rod between moved ends.
+    /// Moves the whole rod with its ends from one time to another, as a predictor for the rod between them: node `i` by the
+    /// fraction `weight(end, i)` of the rigid motion of the end.
     pub fn carry(
         &self,
-        from: Moment<f64>,
-        to: Moment<f64>,
+        from: MotionTime<f64>,
+        to: MotionTime<f64>,
         q: &mut [f64],
         weight: impl Fn(End, usize) -> f64,
     ) {
@@ -268,7 +282,7 @@ impl BoundaryMotion {
                 let weight = weight(end.end, i);
                 let mut x = [0.0; 3];
                 x[..axes].copy_from_slice(&before[self.stride * i..][..axes]);
-                // Back to where it would be without motion, and on.
+                // Undo the motion until `from`, then apply that until `to`.
                 let arm = sub(sub(x, end.centre), start.displacement);
                 let still = rotate(start.rotation.map(|r| -r), arm);
                 let there = end.moved(&finish, add(still, end.centre));
@@ -282,19 +296,20 @@ impl BoundaryMotion {
         }
     }
 
-    /// Into how many stages the way from no motion to all of it should be cut.
+    /// Number of stages in which an equilibrium applies the motions of the ends to a rod of a `length`, m; after all ramps if
+    /// `settled`.
     ///
     /// # Errors
     /// More than [`MOST_STAGES`].
     pub fn stages(&self, length: f64, settled: bool) -> Result<usize, Error> {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
-        let way = |end: &MovedEnd| {
-            let pose = end.pose(Moment::Approach { progress: 1.0, settled });
+        let stages = |end: &MovedEnd| {
+            let pose = end.pose(MotionTime::Approach { progress: 1.0, settled });
             (size(pose.displacement) / (LARGEST_SHIFT * length))
                 .max(size(pose.rotation) / LARGEST_TURN)
                 .max(pose.twist.abs() / LARGEST_TWIST)
         };
-        let stages = self.ends.iter().map(way).fold(1.0, f64::max).ceil();
+        let stages = self.ends.iter().map(stages).fold(1.0, f64::max).ceil();
         if stages > MOST_STAGES {
             let turns = |angle: f64| (MOST_STAGES * angle / TAU).floor();
             let allowed = format!(
@@ -310,10 +325,11 @@ impl BoundaryMotion {
     }
 }
 
-/// Ends of a rod that comes to rest are displaced by this part of its length at a time, turned by
-/// so many radians, and twisted.
+/// Largest displacement of an end per stage of an equilibrium, as a fraction of the rod length.
 const LARGEST_SHIFT: f64 = 0.02;
+/// Largest rotation of an end per stage, rad.
 const LARGEST_TURN: f64 = 0.1;
+/// Largest twist of an end per stage, rad.
 const LARGEST_TWIST: f64 = 0.5;
-/// Stages of one equilibrium, at most: 400 rod lengths of displacement, or 1591 turns of twist.
+/// Most stages of one equilibrium: 400 rod lengths of displacement, or 1591 turns of twist.
 const MOST_STAGES: f64 = 20_000.0;

@@ -1,5 +1,4 @@
-//! Joints of a polygon that is bent at rest: how they answer turns, and what the curve they stand
-//! for would. See [`super`].
+//! Corrected stiffness of the joints of a polygon that represents a curved rest shape: see [`crate::problem::model`].
 
 use crate::energy::frame::{EdgeFrame, transport};
 use crate::numerics::scalar::Scalar;
@@ -9,12 +8,13 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 /// is `EI1 a a' + EI2 b b' + GJ c c'`, over its length.
 pub(crate) type Resistances<D> = [[D; 3]; 3];
 
-/// Each strain with its own, as published.
+/// Uncorrected resistances: each strain with its own stiffness.
 pub(crate) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// How the curve's tangent lies to every joint's, at rest: its components along the axes about
-/// which the joint bends. `curvature` is the rest's in the material frames `edges`.
-pub(crate) fn slants<D: Scalar>(
+/// Components of the unit tangent of the curve at rest along the two bending axes of every joint, relative to the tangent of
+/// the joint. `nodes` and `arcs` are positions and arc lengths, m, `edges` the material frames, and `curvature` the
+/// integrated curvature in them.
+pub(crate) fn joint_slants<D: Scalar>(
     nodes: &[Vector<D>],
     arcs: &[D],
     edges: &[EdgeFrame<D>],
@@ -22,32 +22,32 @@ pub(crate) fn slants<D: Scalar>(
 ) -> Vec<[D; 2]> {
     let joint = |(i, k): (usize, &[D; 2])| {
         let slant = slant(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
-        told(slant, *k)
+        limit_slant(slant, *k)
     };
     curvature.iter().enumerate().map(joint).collect()
 }
 
-/// The slant of a joint of the curvature `k`; none beyond half the turning angle, `2 atan(|k|/2)`, of which the polygon is
-/// too coarse to tell.
-fn told<D: Scalar>(slant: [D; 2], k: [D; 2]) -> [D; 2] {
+/// The slant of a joint with the integrated curvature `k`, or zero if it exceeds half the turning angle `2 atan(|k|/2)`: the
+/// polygon is then too coarse to determine it.
+fn limit_slant<D: Scalar>(slant: [D; 2], k: [D; 2]) -> [D; 2] {
     let [k, s] = [k, slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
     let half = 0.25 * k;
     if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
 }
 
-/// The slant in the natural shape: as much more as that is more curved than the rest, whose
-/// curvature is `k`; and as the natural `twist` of the joint, rad, turns the curvature on.
-pub(crate) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
-    let lean = [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]));
-    told(lean, k.map(|k| factor * k))
+/// The slant in the natural shape: `factor` times that at rest, whose integrated curvature is `k`, and the rotation of the
+/// curvature by the natural `twist` of the joint, rad.
+pub(crate) fn natural_slant<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
+    let natural = [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]));
+    limit_slant(natural, k.map(|k| factor * k))
 }
 
-/// The curve's unit tangent at node `i`: that of the polynomial through the five nearest nodes.
+/// Unit tangent of the curve at node `i`: that of the polynomial through the five nearest nodes, m, at arc lengths `arcs`, m.
 fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     let (zero, one) = (D::from(0.0), D::from(1.0));
     let count = nodes.len().min(5);
     let first = i.saturating_sub(2).min(nodes.len() - count);
-    // Arc lengths from node i.
+    // Arc length of node j relative to node i.
     let sum = |lengths: &[D]| lengths.iter().fold(zero, |sum, l| sum + *l);
     let s = |j: usize| if j < i { -sum(&arcs[j..i]) } else { sum(&arcs[i..j]) };
     let mut total = [zero; 3];
@@ -59,25 +59,23 @@ fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     unit(total)
 }
 
-/// The components of the unit tangent `t` along the axes about which a joint bends, its directors
-/// `m2` and `-m1` halfway between its edges.
+/// Components of the unit tangent `t` along the bending axes of a joint: its directors `m2` and `-m1` halfway between its
+/// edges.
 fn slant<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
 }
 
-/// The resistances of a joint with the natural curvature `k` whose curve's tangent has the
-/// components `[a, b]` across the joint's.
+/// Resistances of a joint with the integrated natural curvature `k` and the slant `[a, b]`.
 pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();
     let c = c2.sqrt();
-    // S = [s11, s12, s22] is c^2 along the curvature, c across it: (c^2 - c)/|k|^2 without a
-    // cancellation.
+    // S = [s11, s12, s22] is c^2 along the curvature and c across it; (c^2 - c)/|k|^2 is written without cancellation.
     let along = -(c2 * c) / (c + 1.0) * 0.25;
     let s12 = along * k[0] * k[1];
     let (s11, s22) = (c + along * k[0] * k[0], c + along * k[1] * k[1]);
-    // The joint's axes turned the shortest way to the curve's.
+    // The axes of the joint after the smallest rotation onto the tangent of the curve.
     let one = D::from(1.0);
     let z = (one - a * a - b * b).sqrt();
     let by = (z + 1.0).recip();
@@ -104,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn tangents_are_of_fourth_order_up_to_the_ends() {
+    fn tangent_is_of_fourth_order_up_to_the_ends() {
         for i in [1, 2, 4, 7] {
             let error = |l: f64| {
                 let (nodes, exact) = helix(l);
@@ -116,9 +114,9 @@ mod tests {
         }
     }
 
-    /// The joint's axis leans by l^2 kappa tau/6, towards the binormal.
+    /// The axis of a joint deviates by l^2 kappa tau/6 towards the binormal (derivation: [`crate::problem::model`]).
     #[test]
-    fn a_helix_leans_as_derived() {
+    fn slant_of_a_helix_equals_the_derived_one() {
         let l = 0.05;
         let (nodes, exact) = helix(l);
         let edge = |i: usize| Vector3::from(nodes[i + 1]) - Vector3::from(nodes[i]);
@@ -130,9 +128,9 @@ mod tests {
         assert!((size / (l * l / 24.0) - 1.0).abs() < l * l, "{size}");
     }
 
-    /// What natural twist adds is what the same torsion of the curve does.
+    /// Natural twist has the same effect as the equal torsion of the curve.
     #[test]
-    fn natural_twist_leans_as_torsion_does() {
+    fn slant_by_natural_twist_equals_that_by_torsion() {
         let l = 0.05;
         let (nodes, exact) = helix(l);
         let edge = |i: usize| Vector3::from(nodes[i + 1]) - Vector3::from(nodes[i]);
@@ -145,7 +143,7 @@ mod tests {
         let m1 = transport(e.tangent, unit(add(e.tangent, f.tangent)), e.director);
         let m2 = cross(unit(add(e.tangent, f.tangent)), m1);
         let k = [dot(kb, m2), -dot(kb, m1)];
-        let of_twist = lean([0.0; 2], 1.0, k, 0.5 * l);
+        let of_twist = natural_slant([0.0; 2], 1.0, k, 0.5 * l);
         for c in 0..2 {
             assert!(
                 (of_curve[c] - of_twist[c]).abs() < 1e-2 * l * l / 24.0,
@@ -154,9 +152,9 @@ mod tests {
         }
     }
 
-    /// Straight joints and planar ones that lie as their curve do not couple anything.
+    /// Straight joints, and planar ones without slant, have no coupling.
     #[test]
-    fn resistances_reduce_to_the_planar_ones() {
+    fn resistances_without_slant_equal_the_planar_ones() {
         assert_eq!(resistances([0.0_f64; 2], [0.0; 2]), PLAIN);
         let c2 = 1.0_f64 / (1.0 + 0.25 * 0.09);
         let [a, b, c] = resistances([0.3, 0.0], [0.0; 2]);
@@ -165,15 +163,15 @@ mod tests {
         assert!([a[1], a[2], b[0], b[2], c[0], c[1]].iter().all(|x| *x == 0.0));
     }
 
-    /// A natural shape so much more curved than the rest that its polygon tells nothing has joints that do not lean.
+    /// A natural shape that is too curved for its polygon has no slant.
     #[test]
-    fn a_lean_stays_below_half_the_turning_angle() {
+    fn slant_beyond_half_the_turning_angle_is_dropped() {
         let k = [5.1_f64, 0.0];
         for (slant, factor) in [(0.9_f64, 1.2), (0.4, 3.0), (0.1, 20.0)] {
             let natural = k.map(|k| k * factor);
-            let all = resistances(natural, lean([0.0, slant], factor, k, 0.0));
+            let all = resistances(natural, natural_slant([0.0, slant], factor, k, 0.0));
             assert!(all.iter().flatten().all(|x| x.is_finite()), "{slant} {factor}");
         }
-        assert_eq!(lean([0.0, 0.4], 1.2, k, 0.0), [0.0, 1.2 * 0.4]);
+        assert_eq!(natural_slant([0.0, 0.4], 1.2, k, 0.0), [0.0, 1.2 * 0.4]);
     }
 }

@@ -1,11 +1,11 @@
-//! What is decided once for a scene and has no derivative: its mesh's topology, the model that holds it,
-//! and which constants the elements get.
+//! Discrete choices of a problem, which have no derivatives: mesh topology, planar or spatial model, and corrections of the
+//! elements.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
 use crate::problem::model::{Correction, NodalLoad};
-use crate::problem::modelled::{AnyModel, Modelled};
+use crate::problem::model_with_setup::{AnyModel, ModelWithSetup};
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
@@ -13,7 +13,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
-    /// The rest shape's mesh, cut by the walls.
+    /// Mesh of the rest shape, with the parts of its outermost edges behind walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
         let own = mesh(self.rod.segments, behind_walls(&self.supports, self.soft_by_itself))?;
@@ -25,20 +25,20 @@ impl<D: Scalar> Scene<D> {
         Ok(Mesh { named: Some(own.arc_length), ..other })
     }
 
-    /// The same of a scene whose mesh has been made before.
+    /// [`mesh`](Self::mesh) of a scene whose mesh has been built before, so that it succeeds.
     pub(crate) fn made_mesh(&self) -> Mesh<D> {
         self.mesh().expect("a problem's scene has a mesh")
     }
 }
 
-/// Why a factor on the curvature does nothing.
+/// End of the message that a factor on the curvature has no effect.
 pub(super) const BESIDE_STRAIGHT: &str =
     "beside a straight rest shape, which has no curvature to be multiplied";
 
-/// Lengths of edges, m, whose fourth powers double precision can hold.
+/// Allowed lengths of edges, m, whose fourth powers double precision can represent.
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 
-/// Refuses edges, at `key`, that cannot be computed with.
+/// Rejects edges between nodes, m, outside the allowed lengths; `key` is that of their shape.
 pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
         let [x, y, z] = sub(p[1], p[0]);
@@ -53,7 +53,7 @@ pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     }
 }
 
-/// The parts of the outermost edges that are behind walls: half of one, or all where the clamp is `soft`.
+/// Fractions of the first and of the last edge behind walls: one half at a clamp, all of it at a `soft` one, otherwise 0.
 pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 2] {
     let behind =
         |support, soft| match support == Support::Clamped && supports.clamp == Clamp::MidEdge {
@@ -64,11 +64,11 @@ pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 
     [behind(supports.start, soft[0]), behind(supports.end, soft[1])]
 }
 
-/// Which constants the elements get, whatever the values of the parameters that are `varying`.
+/// Corrections of the elements, valid for all values of the `varying` parameters.
 pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
     let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
-    // Turns of 5e-6 a joint and more, which rounding errors do not make.
+    // An arc that is longer than its chord by more than rounding errors: a turning angle of 5e-6 rad.
     let mut longer = edges.map(|(p, arc)| {
         let edge = sub(p[1], p[0]);
         arc / dot(edge, edge).sqrt() - 1.0 > 1e-12
@@ -84,8 +84,8 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     }
 }
 
-/// What a model takes for granted of a scene: the shape it starts in and the loads on its nodes.
-pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
+/// Rejects points, energies and shapes that do not fit the mesh of a scene; returns its initial shape and nodal loads.
+pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
         energy.at().check(&energy.key(), mesh.length)?;
@@ -102,23 +102,25 @@ pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
     setup::nodal(&scene.initial.point, "initial", mesh)?;
     setup::nodal_masses(scene, mesh)?;
-    Ok(Checked { start, loads })
+    Ok(StartAndLoads { start, loads })
 }
 
-/// See [`checked`].
-pub(crate) struct Checked {
+/// Initial shape and loads of a scene on its mesh.
+pub(crate) struct StartAndLoads {
+    /// Nodes of the initial shape, m; none if that is the rest shape.
     start: Option<Vec<Vector<f64>>>,
+    /// Loads on the nodes.
     loads: Vec<NodalLoad>,
 }
 
-/// The smallest model that can hold the scene, or the one asked for; and why.
+/// The requested model, or the planar one if it can represent the scene; and the reason of the choice.
 pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,
     varying: &[Parameter],
 ) -> Result<(AnyModel, String), Error> {
     let correction = correction(scene, mesh, varying);
-    let Checked { start, loads } = checked(scene, mesh)?;
+    let StartAndLoads { start, loads } = check_on_mesh(scene, mesh)?;
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
@@ -133,7 +135,7 @@ pub(crate) fn choose(
                             "rest shape, loads and section lie in the plane with normal {n:?}"
                         ),
                     };
-                    return Ok((AnyModel::Planar(Modelled::new(model, scene)), why));
+                    return Ok((AnyModel::Planar(ModelWithSetup::new(model, scene)), why));
                 }
                 Err(why) if asked == Dimension::Planar => {
                     let allowed = format!("\"auto\" or \"spatial\", as {why}");
@@ -152,5 +154,5 @@ pub(crate) fn choose(
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
     let model = SpatialModel::new(scene, mesh, correction, &loads, None)?;
-    Ok((AnyModel::Spatial(Modelled::new(model, scene)), why))
+    Ok((AnyModel::Spatial(ModelWithSetup::new(model, scene)), why))
 }

@@ -1,20 +1,22 @@
-//! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
+//! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads.
 
 mod axes;
 pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
 pub mod model;
-mod modelled;
+mod model_with_setup;
 pub(crate) mod natural_turn;
 mod own;
 mod parameters;
 mod perturbation;
 mod planar;
+mod planarity;
 mod plausibility;
 mod points;
-mod profile;
 mod remesh;
+mod rest_line;
+mod section_profile;
 mod setup;
 mod soft_clamp;
 mod spatial;
@@ -23,16 +25,17 @@ pub(crate) mod strain;
 mod tributary;
 mod warnings;
 
-pub(crate) use axes::Directors;
+pub(crate) use axes::DirectorRotation;
 pub(crate) use layout::behind_walls;
 pub use model::Model;
-pub(crate) use modelled::Modelled;
+pub(crate) use model_with_setup::ModelWithSetup;
+pub(crate) use own::NodeTie;
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use plausibility::Purpose;
 pub(crate) use setup::{Setup, between_markers};
 pub use spatial::SpatialModel;
-pub(crate) use start::Placed;
+pub(crate) use start::UnknownsAndFrames;
 
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
@@ -40,8 +43,8 @@ use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::add;
-use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, checked, choose, correction};
-use crate::problem::modelled::AnyModel;
+use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, check_on_mesh, choose, correction};
+use crate::problem::model_with_setup::AnyModel;
 use crate::rod::Rod;
 use crate::scene::Parameter;
 use crate::scene::mesh::Mesh;
@@ -58,23 +61,23 @@ pub struct Problem {
     scene: Scene,
     derivatives: Derivatives,
     model: AnyModel,
-    /// Why this model.
+    /// Reason of the choice of the model.
     reason: String,
     pub(super) mesh: Mesh,
-    /// Parameters that may come to have any value: the layout is for generic ones.
+    /// Parameters that may take any value, for which the layout is valid.
     varying: Vec<Parameter>,
-    /// The unknowns of the equilibrium the rod starts from, or of the first two frames of a recording,
-    /// angles measured from the frames it begins with, once they were asked for; clones share it.
+    /// Unknowns of the initial equilibrium, or of the first two frames of a recording, with angles relative to the initial
+    /// frames; computed once, and shared by clones.
     pub(crate) start: Arc<OnceLock<Vec<Vec<f64>>>>,
-    /// Ends simulations when set.
+    /// Flag that ends simulations once it is set.
     stop: Option<Arc<AtomicBool>>,
 }
 
-/// A problem whose model is known: what makes rods, simulations and sensitivities.
+/// Problem with the type of its model, which builds rods, simulations and sensitivities.
 #[derive(Debug)]
 pub struct Discretized<'a, M: Model> {
     pub(crate) problem: &'a Problem,
-    /// The model that was chosen.
+    /// The model.
     pub model: &'a M,
     pub(crate) setup: &'a Setup<f64, M>,
 }
@@ -84,34 +87,46 @@ pub type PlanarProblem<'a> = Discretized<'a, PlanarModel>;
 /// A spatial problem.
 pub type SpatialProblem<'a> = Discretized<'a, SpatialModel>;
 
-/// A problem by its model.
+/// Planar or spatial problem.
 #[derive(Debug)]
 pub enum AnyProblem<'a> {
-    /// A problem of a plane.
+    /// Problem in a plane.
     Planar(PlanarProblem<'a>),
-    /// A problem of space.
+    /// Problem in space.
     Spatial(SpatialProblem<'a>),
 }
 
+/// Evaluates an expression with the planar or the spatial discretization of a problem.
+macro_rules! with_model {
+    ($problem:expr, |$discretized:ident| $value:expr) => {
+        match $problem.discretized() {
+            $crate::problem::AnyProblem::Planar($discretized) => $value,
+            $crate::problem::AnyProblem::Spatial($discretized) => $value,
+        }
+    };
+}
+pub(crate) use with_model;
+
 impl Scene {
-    /// Validates a scene that leaves nothing open, and builds what a simulation needs.
+    /// Builds the problem of a scene with given mesh, step and scheme.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with file, key, what was found and what is allowed.
-    pub(crate) fn posed(&self) -> Result<Problem, Error> {
+    /// [`Error::Invalid`] with file, key, and the found and the allowed value.
+    pub(crate) fn build(&self) -> Result<Problem, Error> {
         self.validate()?;
         Problem::of(self.clone(), Vec::new(), None)
     }
 }
 
 impl Problem {
-    /// The problem of a valid scene, with a layout for generic values of the `varying` parameters, or that
-    /// of another problem.
+    /// The problem of a valid scene, with a layout for all values of the `varying` parameters, or with that of the problem
+    /// `like`.
     fn of(scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         let path = scene.path.clone();
         Self::new(scene, varying, like).map_err(|error| error.in_file(path.as_deref()))
     }
 
+    /// [`of`](Self::of) without the file in its errors.
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         scene.read_shapes()?;
@@ -133,8 +148,8 @@ impl Problem {
         natural_turn::check(&scene, &mesh)?;
         let (model, reason) = match like {
             Some(like) => {
-                checked(&scene, &mesh)?;
-                (like.model.of(&scene), like.reason.clone())
+                check_on_mesh(&scene, &mesh)?;
+                (like.model.with_scene(&scene), like.reason.clone())
             }
             None => choose(&scene, &mesh, &varying)?,
         };
@@ -153,7 +168,7 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Refuses stiffnesses and masses that overflow or vanish, and folds.
+    /// Rejects stiffnesses and masses that overflow or vanish, and joints that turn by 180 degrees.
     fn check_sizes(&self) -> Result<(), Error> {
         let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
             AnyProblem::Planar(discretized) => {
@@ -195,15 +210,12 @@ impl Problem {
         }
     }
 
-    /// Refuses energies of one's own that are no finite numbers where the rod begins.
+    /// Rejects user-defined energies without finite values and gradients in the initial state.
     fn check_own(&self) -> Result<(), Error> {
         if self.scene.energies.is_empty() {
             return Ok(());
         }
-        let found = match self.discretized() {
-            AnyProblem::Planar(discretized) => discretized.not_finite(),
-            AnyProblem::Spatial(discretized) => discretized.not_finite(),
-        };
+        let found = with_model!(self, |discretized| discretized.not_finite());
         found.map_or(Ok(()), |(name, place)| {
             let found =
                 format!("a value or a slope that is no finite number, {place} m along the rod");
@@ -215,12 +227,12 @@ impl Problem {
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
-    /// What the program chose of the numerics, or checked; none where the scene says all and asks for no accuracy.
+    /// Mesh, step and scheme that the program chose or checked; none if the scene gives all of them and no accuracy.
     pub fn resolution(&self) -> Option<&Resolution> {
         self.scene.resolution.as_ref()
     }
 
-    /// Replaces the estimated error of the chosen numerics by that which the chosen run showed, over the length.
+    /// Replaces the estimated error, a fraction of the length, by that of the chosen run.
     pub fn set_estimated_error(&mut self, error: Option<f64>) {
         let Some(resolution) = &mut self.scene.resolution else { return };
         let Some(error) = error.filter(|error| error.is_finite()) else { return };
@@ -228,7 +240,7 @@ impl Problem {
         let exceeds = error > resolution.accuracy;
         resolution.bound = exceeds.then(|| resolution.bound.unwrap_or(Bound::Work));
     }
-    /// The name of the model chosen, `planar` or `spatial`, and why.
+    /// Name of the model, `planar` or `spatial`, and the reason of the choice.
     pub fn model(&self) -> (&'static str, &str) {
         let name = match self.model {
             AnyModel::Planar(_) => "planar",
@@ -244,25 +256,25 @@ impl Problem {
         }
     }
 
-    /// Whether the scene says how stiff the rod is in torsion, and has no moments, whose work out of
-    /// the plane would depend on the way: whether it can be looked at in space.
+    /// Whether the scene has a spatial model: the torsional stiffness is known, and there are no moments, whose work in space
+    /// depends on the path.
     pub(crate) fn can_twist(&self) -> bool {
         let material = &self.scene.material;
         let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
-    /// The spatial model of the scene, whatever model it has.
-    pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel>, Error> {
+    /// The spatial model of the scene, also of a planar problem.
+    pub(crate) fn spatial_model(&self) -> Result<ModelWithSetup<SpatialModel>, Error> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
         let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
         let correction = correction(&self.scene, &self.mesh, &self.varying);
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
-        Ok(Modelled::new(model, &self.scene))
+        Ok(ModelWithSetup::new(model, &self.scene))
     }
     /// The problem with another model.
     pub(crate) fn discretized_as<'a, M: Model>(
         &'a self,
-        modelled: &'a Modelled<M>,
+        modelled: &'a ModelWithSetup<M>,
     ) -> Discretized<'a, M> {
         Discretized { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
@@ -280,12 +292,9 @@ impl Problem {
             AnyProblem::Planar(_) => None,
         }
     }
-    /// Number of unknowns, the supported ones included.
+    /// Number of unknowns, including held ones.
     pub fn dof(&self) -> usize {
-        match &self.model {
-            AnyModel::Planar(modelled) => modelled.model.dof(),
-            AnyModel::Spatial(modelled) => modelled.model.dof(),
-        }
+        with_model!(self, |discretized| discretized.model.dof())
     }
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
@@ -295,67 +304,62 @@ impl Problem {
     pub fn segments(&self) -> usize {
         self.nodes() - 1
     }
-    /// The rod's first node at rest in the world, m.
-    pub(crate) fn wall(&self) -> [f64; 3] {
-        match self.discretized() {
-            AnyProblem::Planar(discretized) => discretized.rest_positions()[0],
-            AnyProblem::Spatial(discretized) => discretized.rest_positions()[0],
-        }
+    /// Positions of the nodes at rest in the world, m.
+    fn rest_positions(&self) -> Vec<[f64; 3]> {
+        with_model!(self, |discretized| discretized.rest_positions())
     }
-    /// The same over another scalar, beside the scene; `seed` makes its numbers of the parameters.
+    /// Position of the first node at rest in the world, m.
+    pub(crate) fn wall(&self) -> [f64; 3] {
+        self.rest_positions()[0]
+    }
+    /// Position of the first node, m, and the scene over another number type; `seed` returns the number of a parameter.
     pub(crate) fn wall_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> ([D; 3], Scene<D>) {
         let scene = self.scene.over_parameters(seed);
-        // Turning the rod turns it about this node.
+        // `supports.angle` rotates the rod about this node, so that it stays in place.
         (scene.made_mesh().nodes[0], scene)
     }
-    /// Turning angle of the tangent from end to end, at rest or free of stress, whichever is larger, rad.
+    /// Turning angle of the tangent from end to end, rad: the larger one of the rest shape and of the stress-free shape.
     pub(crate) fn turning(&self) -> f64 {
         let rest = self.scene.rod.shape.turning().unwrap_or_else(|| self.mesh.turning());
         natural_turn::turning(&self.scene, rest, self.length())
     }
-    /// A point of the rest shape in the world, m.
+    /// Position of a point of the rest shape in the world, m.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
-        let nodes = match self.discretized() {
-            AnyProblem::Planar(discretized) => discretized.rest_positions(),
-            AnyProblem::Spatial(discretized) => discretized.rest_positions(),
-        };
+        let nodes = self.rest_positions();
         stencil.place(|i| nodes[i])
     }
-    /// Where a marker is in the rest shape, m.
+    /// Position of a marker of the rest shape in the world, m; `offset` is in m.
     pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
         let marker = self.marker(point, offset)?;
-        let beside = match self.discretized() {
-            AnyProblem::Planar(discretized) => discretized.beside_at_rest(&marker),
-            AnyProblem::Spatial(discretized) => discretized.beside_at_rest(&marker),
-        };
+        let beside = with_model!(self, |discretized| discretized.beside_at_rest(&marker));
         Ok(add(self.rest_position(&marker.centre), beside))
     }
-    /// The normal of the plane of a planar scene; of a spatial one the z axis.
+    /// Normal of the plane of a planar problem; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
         match self.discretized() {
             AnyProblem::Planar(discretized) => discretized.model.normal().into(),
             AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
         }
     }
-    /// The problem with a simulation that lasts until `end`, s.
+    /// The problem with the duration `end` of simulations, s.
     pub(crate) fn lasting(mut self, end: f64) -> Self {
         if let Some(time) = &mut self.scene.time {
             time.end = end;
         }
         self
     }
-    /// Length between wall and tip, m.
+    /// Length of the rod between wall and tip, m.
     pub fn length(&self) -> f64 {
         self.mesh.length
     }
-    /// Which derivatives simulations use.
+    /// Derivatives that simulations use: hand-derived or automatic.
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
     }
-    /// Chooses the derivatives simulations use.
+    /// The problem with other derivatives.
     pub fn with_derivatives(mut self, derivatives: Derivatives) -> Self {
         self.derivatives = derivatives;
         self
@@ -366,24 +370,24 @@ impl Problem {
     pub fn stop_when(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: Some(flag), ..self }
     }
-    /// With the choices of how to compute that `other` was given.
+    /// The problem with the derivatives and the stop flag of another one.
     fn computed_as(self, other: &Self) -> Self {
         Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
     }
-    /// Whether the flag is set.
+    /// Whether the stop flag is set.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
-    /// An error once the flag is set.
+    /// [`Error::Interrupted`] once the stop flag is set.
     pub(crate) fn check_stop(&self) -> Result<(), Error> {
         if self.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
     /// The problem with other values of some parameters.
     ///
-    /// All that is decided once for a scene is decided anew: a square section may stop being one, a rod
-    /// leave its plane. But mesh, step and scheme stay what they are, also where the program chose them: to let it choose
-    /// again, ask for the problem of the [reopened](Scene::reopened) scene.
+    /// Model and layout are chosen again, since a section may not be square any more, or a rod may leave its plane. Mesh, step
+    /// and scheme stay the same, also if the program chose them; for another choice build the problem of the
+    /// [reopened](Scene::reopened) scene.
     ///
     /// # Errors
     ///
@@ -391,15 +395,15 @@ impl Problem {
     pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
         let mut scene = self.changed(values)?;
         if let Some(resolution) = &mut scene.resolution {
-            // What was estimated is that of the other values.
+            // The estimated error belongs to the previous values.
             (resolution.error, resolution.bound) = (None, None);
         }
-        Ok(scene.posed()?.computed_as(self))
+        Ok(scene.build()?.computed_as(self))
     }
 
-    /// The problem with other values of some parameters, of which nothing is decided anew: what it does
-    /// follows them smoothly.
-    pub(crate) fn varied(
+    /// The problem with other values of some parameters and the same layout, so that its results are smooth functions of the
+    /// values.
+    pub(crate) fn with_fixed_layout(
         &self,
         values: impl IntoIterator<Item = (Parameter, f64)>,
     ) -> Result<Self, Error> {
@@ -408,32 +412,36 @@ impl Problem {
         Ok(Self::of(scene, self.varying.clone(), Some(self))?.computed_as(self))
     }
 
-    /// The problem with a layout for generic values of these parameters: joints count as those of a curve
-    /// where a curvature is among them.
-    pub(crate) fn laid_out_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
+    /// The problem with a layout for all values of these parameters; with a curvature among them joints are those of a curved
+    /// rod.
+    pub(crate) fn with_generic_layout_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
         Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
     }
 
-    /// The problem with a layout for generic values of one more parameter.
-    pub(crate) fn laid_out_for_another(&self, parameter: Parameter) -> Result<Self, Error> {
-        self.laid_out_for(self.varying.iter().copied().chain([parameter]).collect())
+    /// The problem with a layout for all values of one more parameter.
+    pub(crate) fn with_generic_layout_for_another(
+        &self,
+        parameter: Parameter,
+    ) -> Result<Self, Error> {
+        self.with_generic_layout_for(self.varying.iter().copied().chain([parameter]).collect())
     }
 
-    /// Another scene, on another mesh or with other steps, laid out and computed as this one.
-    pub(crate) fn like_it(&self, scene: Scene) -> Result<Self, Error> {
+    /// The problem of another scene, such as one with another mesh or step, with the varying parameters and the derivatives of
+    /// this one.
+    pub(crate) fn with_scene(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
         Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))
     }
 
+    /// The scene with other values of some parameters.
     fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
         Parameter::set_all(&self.scene, values)
     }
 
-    /// The scene's `[time]`.
+    /// `[time]` of the scene.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where it has none, or where supports move at other times than its steps can
-    /// follow.
+    /// [`Error::Invalid`] for a scene without it, and for steps that do not resolve the motion of the supports.
     pub fn time(&self) -> Result<&Time, Error> {
         let (file, supports) = (self.scene.path.as_deref(), &self.scene.supports);
         if self.scene.initial.state != InitialState::Equilibrium {
@@ -449,10 +457,10 @@ impl Problem {
     }
 }
 
-/// A model's frames.
+/// Frames of the rod of a model in plain numbers.
 pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
-/// A model's rod, and the frames that its angles count from.
+/// Rod of a model, and the frames from which its angles are measured.
 pub(crate) type Framed<'a, D, M> =
     (&'a <M as Model>::Rod<D>, &'a <<M as Model>::Rod<D> as Rod<D>>::Frames);
 
@@ -462,7 +470,7 @@ impl<'a, M: Model> Discretized<'a, M> {
         self.model.unknowns(&self.setup.rest)
     }
 
-    /// Where the nodes are at rest, in the world, m.
+    /// Positions of the nodes at rest in the world, m.
     fn rest_positions(&self) -> Vec<[f64; 3]> {
         let q = self.rest();
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
@@ -473,13 +481,13 @@ impl<'a, M: Model> Discretized<'a, M> {
         self.model.frames(&self.setup.rest)
     }
 
-    /// The unknowns that the supports leave free, with those among them that a recording leads.
+    /// Range of the free unknowns, including those among them that a recording prescribes.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
         let held = |end| match (supports.at(end), &supports.path) {
-            // The outermost node's place: the angle of its edge is free.
+            // Position of the outermost node; the angle of its edge is free.
             (Support::Recorded, _) if M::STRIDE > 3 && supports.turns_freely(end) => 3,
-            // All unknowns up to the innermost held node's place.
+            // All unknowns up to the position of the innermost held node.
             (Support::Recorded, Some(path)) => {
                 M::STRIDE * path.held_nodes(self.nodes() - 1) - M::STRIDE.saturating_sub(3)
             }
@@ -489,11 +497,12 @@ impl<'a, M: Model> Discretized<'a, M> {
         start..dof.saturating_sub(held(End::End)).max(start)
     }
 
-    /// Those of the [free](Self::free) unknowns that a recording leads.
+    /// The [free](Self::free) unknowns that a recording prescribes.
     pub(crate) fn led(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
-        let places = nodes.flat_map(|(i, ..)| M::STRIDE * i..M::STRIDE * i + M::STRIDE.min(3));
+        let places =
+            nodes.flat_map(|held| M::STRIDE * held.node..M::STRIDE * held.node + M::STRIDE.min(3));
         PrescribedDofs::new(places.filter(|i| free.contains(i)).collect())
     }
 
@@ -507,12 +516,12 @@ impl<'a, M: Model> Discretized<'a, M> {
         &self.problem.scene
     }
 
-    /// Which derivatives are used.
+    /// Derivatives that simulations use.
     pub(crate) fn derivatives(&self) -> Derivatives {
         self.problem.derivatives
     }
 
-    /// The normal of the plane of a planar scene, whatever the model.
+    /// Normal of the plane of a planar problem, for either model.
     pub(crate) fn normal(&self) -> [f64; 3] {
         self.problem.normal()
     }
@@ -526,7 +535,7 @@ impl<'a, M: Model> Discretized<'a, M> {
         material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))
     }
 
-    /// The scene over another scalar; `seed` makes its numbers of the parameters.
+    /// The setup over another number type; `seed` returns the number of a parameter and its value.
     pub(crate) fn setup_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -534,13 +543,13 @@ impl<'a, M: Model> Discretized<'a, M> {
         Setup::new(self.model, self.scene().over_parameters(seed))
     }
 
-    /// The energy of one's own that is no finite number where the rod begins, and where, m.
+    /// First user-defined energy without a finite value and gradient in the initial state, and its place, m.
     fn not_finite(&self) -> Option<(String, f64)> {
         let (q, frames) = self.begin(self.setup);
         self.rod().not_finite(&q, &frames)
     }
 
-    /// The rod with plain numbers.
+    /// The rod in plain numbers.
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
     }

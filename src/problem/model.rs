@@ -84,43 +84,42 @@ pub struct NodalLoad<D = f64> {
     pub moment: [D; 3],
 }
 
-/// What is fixed on a node and weighs.
+/// Point mass on a node.
 #[derive(Clone, Copy, Debug)]
 pub struct NodalMass<D = f64> {
     /// The node it is on.
     pub node: usize,
-    /// kg.
+    /// Mass, kg.
     pub mass: D,
 }
 
-/// Which constants the elements get: decided once for a problem.
+/// Corrections of the elements, decided once for a problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Correction {
-    /// Whether arcs count, and what they make up for; not in the paper's form.
+    /// Whether arc lengths replace chords, and joints are corrected; not in the paper's discretization.
     pub arcs: bool,
-    /// The parts of the outermost edges that are behind walls.
+    /// Fractions of the first and of the last edge behind walls.
     pub behind: [f64; 2],
-    /// Whether joints and masses next to a wall change too.
+    /// Whether joints and masses next to a wall are corrected too.
     pub joints: bool,
 }
 
 impl Correction {
-    /// The arcs of a mesh, where they count.
+    /// Arc lengths of a mesh, if they replace chords.
     pub(crate) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
         let Self { behind, joints, .. } = *self;
         self.arcs.then_some(Arcs { lengths: &mesh.arcs, behind, joints })
     }
 }
 
-/// What a [`Problem`](crate::Problem) asks of a model: which axes and rules it has chosen for a
-/// scene. Everything that has derivatives it makes of the scene's numbers, whatever their type. `W` is
-/// the half-bandwidth of its tangent.
+/// Planar or spatial model of a scene: the axes that were chosen once, and rods, rest shapes and positions over any number
+/// type of the scene.
 pub trait Model: Sync {
-    /// Unknowns from one node to the next.
+    /// Number of unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
     type Rod<D: Nestable>: AssembledRod<D, Dual = Self::Rod<Dual64>>;
-    /// The rest shape in the model's own terms.
+    /// The rest shape in the axes of the model.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
     /// The rest shape of a scene on its mesh.
@@ -129,7 +128,7 @@ pub trait Model: Sync {
     /// The rod with the numbers of a scene.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
-    /// Adds moments on nodes to a rod's loads, where a constant moment has a potential.
+    /// Adds moments on nodes to the loads of a rod, in a plane, where a constant moment has a potential.
     fn add_moments<D: Nestable>(
         &self,
         _rod: &mut Self::Rod<D>,
@@ -138,10 +137,10 @@ pub trait Model: Sync {
     ) {
     }
 
-    /// The length of the rod that every node stands for, m.
+    /// Tributary length of every node, m.
     fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
 
-    /// How the rod's unknowns are places and directors of the world.
+    /// The map from unknowns to positions and directors in the world.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
 
     /// Number of unknowns, the supported ones included.
@@ -158,21 +157,21 @@ pub trait Model: Sync {
         frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
     ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// How many unknowns a support holds, counted from the end of the rod inwards.
+    /// Number of unknowns that a support holds, counted from the end of the rod inwards.
     fn held(&self, support: Support) -> usize;
 
-    /// A vector of the world in the model's axes; its third component leaves a plane.
+    /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
     fn components<D: Scalar>(&self, vector: [D; 3]) -> [D; 3];
 
     /// The position of node `i` in the world, m.
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3];
 
-    /// A rate of the position of node `i` in world axes, from the rates of all unknowns.
+    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3];
 }
 
 impl<D: Scalar> Material<D> {
-    /// G, Pa; zero when the material gives neither it nor Poisson's ratio, as planar scenes need not.
+    /// Shear modulus G, Pa; 0 without shear modulus and Poisson's ratio, which planar scenes do not require.
     pub(crate) fn shear_modulus(&self) -> D {
         match (self.shear_modulus, self.poisson_ratio) {
             (Some(modulus), _) => modulus,
@@ -182,8 +181,7 @@ impl<D: Scalar> Material<D> {
     }
 }
 
-/// The nodes of a rod that is turned as a whole about its first, and a `normal`, by the scene's
-/// `supports.angle`; what else lies in the plane stays.
+/// The nodes, m, after the rotation of the whole rod by `supports.angle` about its first node and a `normal`.
 pub(crate) fn tilted<D: Scalar>(
     scene: &Scene<D>,
     nodes: &[Vector<D>],
@@ -197,8 +195,8 @@ pub(crate) fn tilted<D: Scalar>(
     nodes.iter().map(|x| add(nodes[0], rotate(rotation, sub(*x, nodes[0])))).collect()
 }
 
-/// The first material director of the first edge at rest, in the world: the part across it of `up` of the section; of a
-/// circle or a tube, which have none, of the y axis, or of the x axis where the rod begins within 8 degrees of y.
+/// First material director of the first edge at rest, in the world: the component of the section's `up` across the edge.
+/// Circles and tubes, without `up`, take that of the y axis, or of the x axis if the edge is within 8 degrees of y.
 pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
@@ -208,7 +206,8 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
     })
 }
 
-/// The springs of internal friction, if the scene has any, that slip at so many times their curvature at each joint.
+/// Springs of internal friction that slip at the curvature of the scene times the factor `times(i)` of joint `i`; none
+/// without friction.
 pub(crate) fn springs<D: Scalar, J>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
@@ -220,7 +219,7 @@ pub(crate) fn springs<D: Scalar, J>(
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 
-/// Where an end rolls: as the scene says, or along the rod.
+/// The end on a roller and its direction: the given one, or along the rod with these nodes, m.
 pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {

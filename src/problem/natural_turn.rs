@@ -1,4 +1,4 @@
-//! How far the joints of a mesh turn in the stress-free state, and whether the mesh resolves it.
+//! Turning angles of the joints in the stress-free state, and whether the mesh resolves them.
 //!
 //! A joint with the integrated natural curvature `k` is free of stress at the turning angle `2 atan(k/2)`, which
 //! approximates `k` with the relative error `k^2/12` and stays below half a turn. Natural curvature that turns an edge
@@ -14,29 +14,30 @@ use std::f64::consts::PI;
 /// Largest natural turning angle of a joint without a warning, rad: its stress-free polygon is curved 7 % too little.
 const MAX_RESOLVED_TURN: f64 = 1.0;
 
-/// The joint that natural curvature and bending turn most.
+/// Joint with the largest turning angle by natural curvature and bending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LargestTurn {
     /// Integrated natural curvature, rad.
     angle: f64,
-    /// The joint's node.
+    /// Node of the joint.
     node: usize,
     /// Whether `rod.natural_bending` contributes more than the rest shape times `rod.natural_curvature`.
     by_bending: bool,
 }
 
 impl LargestTurn {
+    /// Key of the larger contribution.
     fn key(&self) -> &'static str {
         if self.by_bending { "rod.natural_bending" } else { "rod.natural_curvature" }
     }
 
-    /// Edges whose joints turn at most by `angle`, rad.
+    /// Number of edges with which the joint turns by at most `angle`, rad.
     fn edges_for(&self, segments: usize, angle: f64) -> f64 {
         (segments as f64 * self.angle / angle).ceil()
     }
 }
 
-/// The largest natural turn; none where the rest shape is free of bending stress.
+/// Joint with the largest natural turning angle; none if the rest shape is free of bending stress.
 fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let rod = &scene.rod;
     if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
@@ -53,7 +54,7 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }
 
-/// Refuses natural curvature and bending that turn a joint by half a turn or more.
+/// Rejects natural curvature and bending that turn a joint by half a turn or more.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
     match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {

@@ -1,4 +1,4 @@
-//! A scene's energies of one's own on the rod of a model.
+//! User-defined energies of a scene, and springs to fixed points, on the rod of a model.
 
 use crate::energy::adapter::Chart;
 use crate::energy::attach;
@@ -10,20 +10,37 @@ use crate::rod::{Extra, Placed};
 use crate::scene::mesh::Mesh;
 use crate::scene::{Attached, Scene};
 use nalgebra::Vector3;
-use num_dual::Dual64;
 use std::sync::Arc;
 
-/// What acts on a rod whose unknowns at rest these are, with the frames of its edges; none in a plane.
-pub(crate) fn extra<D: Nestable>(
+/// Rod at rest: its unknowns, and the frames of its edges, of which there are none in a plane.
+pub(crate) struct RestState<'a, D> {
+    /// Unknowns, m (rad for angles).
+    pub q: &'a [D],
+    /// Frames of the edges.
+    pub frames: &'a [EdgeFrame<D>],
+}
+
+/// Spring between a node and a fixed point.
+pub(crate) struct NodeTie<D> {
+    /// Index of the node.
+    pub node: usize,
+    /// Point in the world, m.
+    pub point: [f64; 3],
+    /// Stiffness, N/m.
+    pub stiffness: D,
+}
+
+/// User-defined energies of a scene, evaluated at their places on the rod at `rest`.
+pub(crate) fn attached_energies<D: Nestable>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,
-    (q, frames): (&[D], &[EdgeFrame<D>]),
+    RestState { q, frames }: RestState<D>,
 ) -> Extra<D> {
     let placed = |attached: &Attached<D>| {
         let energy = attach::energy(attached)?.clone();
         let nodes = energy.nodes();
-        // Node by node and edge by edge.
+        // Nodes and edges at rest of the element from node `i` on.
         let rest = |i: usize| {
             let node = |i: usize| chart.world::<D, 1>(|x| x, &q[chart.stride() * i..], &[]).0[0];
             let edge = |i: usize| {
@@ -43,56 +60,34 @@ pub(crate) fn extra<D: Nestable>(
     Extra::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// Springs that tie nodes to places in the world, m, each with its stiffness, N/m.
-pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[(usize, [f64; 3], D)]) -> Extra<D> {
-    let tie = |(node, place, stiffness): &(usize, [f64; 3], D)| Placed {
+/// Energies of springs between nodes and fixed points.
+pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<D> {
+    let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),
-        energy: Arc::new(Tie(*place)),
+        energy: Arc::new(Tie(*point)),
         chart: chart.clone(),
         values: vec![*stiffness],
         spots: vec![Spot {
             first: *node,
             weight: None,
-            numbers: numbers([D::from(0.0); 2], &[place.map(D::from)], &[]),
+            numbers: numbers([D::from(0.0); 2], &[point.map(D::from)], &[]),
         }],
     };
     Extra::new(ties.iter().map(tie).collect())
 }
 
-/// The key of an energy that does not keep a plane.
-pub(crate) fn leaving(
-    energies: &[Attached],
-    normal: Vector3<f64>,
-    point: Vector3<f64>,
-) -> Option<String> {
-    let values = |attached: &Attached| attached.values().map(|(_, value)| *value).collect();
-    first_leaving(energies, values, normal, point)
-}
-
-/// The same of one that does not once its numbers change as their derivatives say.
-pub(crate) fn left_by(
-    energies: &[Attached<Dual64>],
-    normal: Vector3<f64>,
-    point: Vector3<f64>,
-) -> Option<String> {
-    let values = |attached: &Attached<Dual64>| {
-        attached.values().map(|(_, v)| v.re + v.eps * (1.0 + v.re.abs())).collect()
-    };
-    first_leaving(energies, values, normal, point)
-}
-
-fn first_leaving<D>(
+/// Key of the first energy that does not keep the plane with this normal through this point, m; none if all keep it.
+/// `value` returns the value of a parameter at which an energy is evaluated.
+pub(crate) fn find_nonplanar<D>(
     energies: &[Attached<D>],
-    values: impl Fn(&Attached<D>) -> Vec<f64>,
+    value: impl Fn(&D) -> f64,
     normal: Vector3<f64>,
     point: Vector3<f64>,
 ) -> Option<String> {
     let leaves = |attached: &&Attached<D>| {
-        let keeps = |values: &[f64]| {
-            let energy = attach::energy(attached);
-            energy.is_none_or(|e| e.keeps_plane(values, normal.into(), point.into()))
-        };
-        !keeps(&values(attached))
+        let values: Vec<f64> = attached.values().map(|(_, v)| value(v)).collect();
+        let energy = attach::energy(attached);
+        energy.is_some_and(|e| !e.keeps_plane(&values, normal.into(), point.into()))
     };
     energies.iter().find(leaves).map(Attached::key)
 }

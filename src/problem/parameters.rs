@@ -1,4 +1,4 @@
-//! The numbers of a scene, listed for people, and which of them its model can vary.
+//! Parameters of a problem: their list for users, and those that its model can vary.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};
@@ -7,27 +7,27 @@ use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
-use crate::scene::{End, Motion, Parameter, Scheme, Support};
+use crate::scene::{End, Parameter, Scheme, Support};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A number of a scene, for people.
+/// Parameter of a scene, as listed for users.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ListedParameter {
-    /// Its place in the file.
+    /// Path in the file.
     pub name: String,
-    /// Short names that mean the same number.
+    /// Short names.
     pub aliases: Vec<String>,
-    /// In the scene.
+    /// Value in the scene, in `unit`.
     pub value: f64,
-    /// Empty for pure numbers.
+    /// Unit; empty for pure numbers.
     pub unit: String,
-    /// Smallest and largest value it may take at all.
+    /// Smallest and largest allowed value.
     pub limits: [f64; 2],
-    /// Why it cannot be identified or differentiated by in this scene; none if it can.
+    /// Reason why it cannot be identified in this scene; none if it can.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
@@ -38,7 +38,7 @@ pub struct ListedParameter {
 pub struct ParameterList(pub Vec<ListedParameter>);
 
 impl ParameterList {
-    /// Those of a problem's scene.
+    /// The parameters of the scene of a problem.
     pub fn of(problem: &Problem) -> Self {
         let listed = |parameter: Parameter| {
             Some(ListedParameter {
@@ -78,6 +78,7 @@ impl ParameterList {
             .table("Parameters that cannot be fitted in this scene", fixed)
     }
 
+    /// Table without rows.
     fn table() -> SummaryTable {
         SummaryTable::new([
             TextColumn::left("parameter"),
@@ -88,20 +89,23 @@ impl ParameterList {
     }
 }
 
-/// The time of a damping that makes a rod viscous and that no sum feels, s.
-const HARDLY: f64 = 1e-200;
+/// Kelvin-Voigt time, s, that makes a rod viscous, but is lost in every sum.
+const TRACE_VISCOSITY: f64 = 1e-200;
 
 impl Problem {
-    /// The problem to differentiate by these parameters, where it is another one. A rod without damping of its strains
-    /// forgets how fast they changed, and nothing would come of a derivative by such a damping: it has the least there is.
-    pub(crate) fn felt_by(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
-        let forgets = !self.scene().loads.damping.is_viscous();
-        let asked = parameters.iter().find(|parameter| forgets && parameter.is_of_kelvin_voigt());
+    /// The problem with a trace of Kelvin-Voigt damping, if derivatives by such a damping are required and the rod has none;
+    /// otherwise none. An elastic rod does not store its strain rates, so that these derivatives would be lost.
+    pub(crate) fn with_trace_viscosity(
+        &self,
+        parameters: &[Parameter],
+    ) -> Result<Option<Self>, Error> {
+        let is_elastic = !self.scene().loads.damping.is_viscous();
+        let damping = parameters.iter().find(|p| is_elastic && p.is_of_kelvin_voigt());
         parameters.iter().try_for_each(|parameter| self.check_viscosity(*parameter))?;
-        asked.map(|parameter| self.varied([(*parameter, HARDLY)])).transpose()
+        damping.map(|p| self.with_fixed_layout([(*p, TRACE_VISCOSITY)])).transpose()
     }
 
-    /// Refuses a Kelvin-Voigt damping that the scheme does not take.
+    /// Rejects a Kelvin-Voigt damping that the scheme does not support.
     fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
         match self.scene().time.as_ref().map(|time| time.scheme) {
             Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
@@ -113,16 +117,15 @@ impl Problem {
         }
     }
 
-    /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
-    /// model.
+    /// Rejects parameters that the scene does not have, that have no effect in it, or that leave the plane of its model.
     ///
     /// # Errors
-    /// [`Error::Invalid`], which says why.
+    /// [`Error::Invalid`] with the reason.
     pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
         if parameter.of(self.scene()).is_none() {
             return Err(parameter.absent(self.scene()));
         }
-        // Who fits takes another scheme than the one that was chosen for the motion.
+        // Fits use another scheme than the one that the program chose for the motion.
         if !self.scene().chosen().scheme {
             self.check_viscosity(parameter)?;
         }
@@ -140,24 +143,21 @@ impl Problem {
             let found = format!("{parameter}, where the end has no support");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
         }
-        let turns_hinge = |(k, motion): (usize, &Motion)| {
+        for (k, motion) in self.scene().supports.motion.iter().enumerate() {
             let place = format!("supports.motion.{k}.");
-            let own = parameter.path().strip_prefix(&*place);
-            self.scene().supports.at(motion.end) == Support::Pinned
-                && own.is_some_and(|own| own == "twist" || own.starts_with("rotation."))
-        };
-        if self.scene().supports.motion.iter().enumerate().any(turns_hinge) {
-            let found = format!("{parameter}, a turn of a pinned end");
-            return Err(Error::invalid("parameter", found, "turns of clamped ends"));
-        }
-        let of_motion = |(k, motion): (usize, &Motion)| {
-            let place = format!("supports.motion.{k}.");
-            self.scene().supports.at(motion.end) == Support::Recorded
-                && parameter.path().strip_prefix(&*place).is_some_and(|own| own != "twist")
-        };
-        if self.scene().supports.motion.iter().enumerate().any(of_motion) {
-            let found = format!("{parameter}, of an end that a recording moves");
-            return Err(Error::invalid("parameter", found, "its twist"));
+            let Some(own) = parameter.path().strip_prefix(&*place) else { continue };
+            let rotates = own == "twist" || own.starts_with("rotation.");
+            match self.scene().supports.at(motion.end) {
+                Support::Pinned if rotates => {
+                    let found = format!("{parameter}, a turn of a pinned end");
+                    return Err(Error::invalid("parameter", found, "turns of clamped ends"));
+                }
+                Support::Recorded if own != "twist" => {
+                    let found = format!("{parameter}, of an end that a recording moves");
+                    return Err(Error::invalid("parameter", found, "its twist"));
+                }
+                _ => {}
+            }
         }
         let beside = |what: &str, allowed: &str| {
             Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))
@@ -166,10 +166,10 @@ impl Problem {
         if turns && self.scene().initial.shape.is_some() {
             return beside("initial.shape", "in planar scenes that start in their rest shape");
         }
+        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
-                let setup = discretized
-                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                let setup = discretized.setup_over(seed);
                 discretized.check_plane(parameter, &setup)?;
                 discretized.check_roller(parameter, &setup)
             }
@@ -177,26 +177,27 @@ impl Problem {
                 beside("a scene in space", "in planar scenes")
             }
             AnyProblem::Spatial(discretized) => {
-                let setup = discretized
-                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
-                discretized.check_roller(parameter, &setup)
+                discretized.check_roller(parameter, &discretized.setup_over(seed))
             }
         }
     }
 }
 
 impl PlanarProblem<'_> {
-    /// Refuses a parameter whose change leads out of the plane.
+    /// Rejects a parameter whose change leaves the plane.
     fn check_plane(
         &self,
         parameter: Parameter,
         setup: &Setup<Dual64, PlanarModel>,
     ) -> Result<(), Error> {
         let Setup { scene, mesh, start, .. } = setup;
-        let Some(what) = self.model.left_by(scene, mesh, start.as_deref()) else { return Ok(()) };
+        let Some(key) = self.model.leaves_plane_to_first_order(scene, mesh, start.as_deref())
+        else {
+            return Ok(());
+        };
         let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
         let allowed = format!(
-            "a number that keeps {what} in the plane with normal {n:?} that the scene was found to lie \
+            "a number that keeps {key} in the plane with normal {n:?} that the scene was found to lie \
              in; with rod.dimension = \"spatial\" any"
         );
         let error = Error::invalid("parameter", parameter, allowed);
@@ -205,7 +206,7 @@ impl PlanarProblem<'_> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Refuses a parameter that turns the line on which an end rolls, where that follows the rod.
+    /// Rejects a parameter that rotates the direction of a roller, if that follows the rod.
     fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M>) -> Result<(), Error> {
         let supports = &self.scene().supports;
         let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {

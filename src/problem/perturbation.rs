@@ -1,6 +1,6 @@
-//! A small displacement without symmetry that a rod starts with: `initial.perturbation`.
+//! Small asymmetric initial displacement: `initial.perturbation`.
 //!
-//! A symmetric rod stays at an unstable state, since nothing pushes it aside. Node `i` at the part `u` of the length is
+//! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the part `u` of the length is
 //! displaced by `p L w(u) g(u)/max|w g|` across the rod. The window `w` vanishes at pinned ends, with its slope at clamped
 //! ones. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod is orthogonal to it.
 
@@ -11,16 +11,16 @@ use crate::scene::{End, Support};
 
 /// Amplitude, wave number over the length and phase of the sines.
 const SINES: [[f64; 3]; 3] = [[1.0, 2.1, 1.9], [0.7, 4.3, 0.6], [0.5, 7.7, 2.7]];
-/// The direction across the rod turns about it from one end to the other, rad.
+/// Direction of the displacement about the rod at both ends, rad; linear between.
 const DIRECTION: [f64; 2] = [0.7, 2.0];
 
 impl<M: Model> Discretized<'_, M> {
-    /// Displaces the nodes that no support holds.
+    /// Displaces the nodes that no support holds by the perturbation of the scene.
     pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
-    /// Displaces the nodes that no support holds by a part of the length.
+    /// Displaces the nodes that no support holds by up to `amplitude` rod lengths.
     pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
@@ -37,7 +37,7 @@ impl<M: Model> Discretized<'_, M> {
             if axes == 2 {
                 return cross([0.0, 0.0, 1.0].map(D::from), tangent);
             }
-            // The axis that is most nearly across.
+            // The axis with the smallest component along the tangent.
             let k = (0..3)
                 .min_by(|a, b| tangent[*a].abs().value().total_cmp(&tangent[*b].abs().value()));
             let axis = std::array::from_fn(|c| D::from(f64::from(u8::from(Some(c) == k))));
@@ -59,7 +59,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Zero where supports hold the rod.
+    /// Window at the fraction `u` of the length: zero at supports, with zero slope at clamps.
     fn window(&self, u: f64) -> f64 {
         let u = u.clamp(0.0, 1.0);
         let end = |end: End, distance: f64| match self.scene().supports.at(end) {
@@ -71,6 +71,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
+/// Sum of the sines at the fraction `u` of the length.
 fn sines(u: f64) -> f64 {
     SINES.iter().map(|[amplitude, wave, phase]| amplitude * (wave * u + phase).sin()).sum()
 }

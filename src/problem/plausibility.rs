@@ -26,7 +26,7 @@ const STRONGEST_GRAVITY: f64 = 500.0;
 /// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
 const VERTICAL: f64 = 0.985;
 
-/// What is computed of a scene.
+/// Computation for which a scene is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// A motion.
@@ -38,7 +38,7 @@ pub(crate) enum Purpose {
 }
 
 impl Problem {
-    /// Notes on what the scene hardly means.
+    /// Notes on implausible units, missing gravity and coarse meshes.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -49,7 +49,7 @@ impl Problem {
         units.into_iter().chain(gravity).chain(self.natural_turn_note()).collect()
     }
 
-    /// Whether gravity is left out of a scene in which nothing else drives a rod that is not vertical.
+    /// Whether a scene without gravity has no other load or motion that moves its rod, and the rod is not vertical.
     fn lacks_gravity(&self, purpose: Purpose) -> bool {
         let scene = &self.scene;
         let initial = &scene.initial;
@@ -64,7 +64,7 @@ impl Problem {
             || initial.shape.is_some()
             || initial.point.iter().any(acts)
             || scene.loads.point.iter().any(acts)
-            || scene.loads.flow()
+            || scene.loads.have_flow()
             || !scene.supports.motion.is_empty()
             || scene.supports.path.is_some()
             || !scene.energies.is_empty()
@@ -72,7 +72,7 @@ impl Problem {
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }
 
-    /// Whether a straight rod lies along the y or the z axis, either of which points up in scenes.
+    /// Whether a straight rod is parallel to the y or the z axis, either of which points up in scenes.
     fn is_vertical(&self) -> bool {
         let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
         let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -80,11 +80,11 @@ impl Problem {
     }
 }
 
-/// What looks like numbers in other units than SI, in words.
+/// Message about numbers that appear to be in other units than SI; none for plausible ones. `length` is that of the rod, m.
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
-    let mut add = |what: &str, value: f64, unit: &str, guess: &str| {
-        found.push(format!("{what} of {value} {unit} (in {guess}?)"));
+    let mut add = |key: &str, value: f64, unit: &str, guess: &str| {
+        found.push(format!("{key} of {value} {unit} (in {guess}?)"));
     };
     let (density, modulus) = (scene.material.density, scene.material.youngs_modulus);
     if density < LIGHTEST_SOLID {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn real_materials_are_not_reported() {
+    fn real_material_is_not_reported() {
         let materials = [
             ("silicone", 1100.0, 1e5),
             ("soft silicone", 1070.0, 3e4),
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_in_other_units_are_reported() {
+    fn number_in_another_unit_is_reported() {
         let cases = [
             (
                 scene_of(1.1, 1.5, 10.0),

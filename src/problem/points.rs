@@ -1,42 +1,42 @@
-//! Points of a rod on its mesh.
+//! Points and markers of a rod on the mesh of a problem.
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::scene::marker::Marker;
+use crate::scene::marker::MarkerStencil;
 use crate::scene::{Point, Stencil};
 use std::ops::Range;
 
 impl Problem {
-    /// The nodes and weights whose sum is the rod's end.
+    /// Nodes and weights whose weighted sum is the end of the rod.
     pub(crate) fn tip(&self) -> Stencil {
         Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
     }
 
-    /// The nodes and weights whose sum is a point of the rod.
+    /// Nodes and weights whose weighted sum is a point of the rod.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a point that is not on the rod.
+    /// [`Error::OutOfRange`] for a point outside the rod.
     pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
         point.stencil(&self.mesh)
     }
 
-    /// The nodes that a point may be a sum of, at this length of the rod and at others near it.
+    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones.
     pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
         point.nodes_around(&self.mesh)
     }
 
-    /// A marker beside a point.
-    pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<Marker, Error> {
-        Marker::new(point, offset, &self.mesh)
+    /// Stencil of a marker at an `offset`, m, from a point.
+    pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<MarkerStencil, Error> {
+        MarkerStencil::new(point, offset, &self.mesh)
     }
 
-    /// The edges whose axes a marker beside a point may move with, likewise.
+    /// Range of the edges whose axes carry a marker beside a point, for this rod length and slightly different ones.
     pub(crate) fn edges_around(&self, point: Point) -> Result<Range<usize>, Error> {
-        Marker::edges_around(point, &self.mesh)
+        MarkerStencil::edges_around(point, &self.mesh)
     }
 
-    /// Arc lengths of all nodes from the wall, m; negative behind it. On a mesh of its own a point that the scene names by the
-    /// index of a node need not be one.
+    /// Arc lengths of all nodes from the wall, m; negative behind it. On another mesh than that of the scene, a point that the
+    /// scene names by its node index may be between two nodes.
     pub fn arc_lengths(&self) -> &[f64] {
         &self.mesh.arc_length
     }

@@ -1,11 +1,10 @@
-//! The same scene on another mesh: what stands at nodes stays where it is on the rod.
+//! The same scene on another mesh; loads and masses at nodes keep their arc length.
 
 use crate::problem::Problem;
 use crate::scene::Scene;
 
 impl Problem {
-    /// The scene with other edges. A load on an inner node keeps its place, shared by the nodes next to
-    /// it.
+    /// The scene with another number of edges. A load on an inner node keeps its arc length; the adjacent nodes share it.
     pub(crate) fn remeshed(&self, segments: usize) -> Scene {
         Scene { remeshed: Some(segments), ..self.scene.clone() }
     }
@@ -20,7 +19,7 @@ mod tests {
     /// error of second order (`forces_between_nodes` measures it). On the nearest node of 12 edges it would
     /// droop 1.5 % more, twice what is allowed here.
     #[test]
-    fn loads_stay_where_they_are() {
+    fn load_on_inner_node_keeps_its_place_on_other_meshes() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let section = Section::Circle { radius: 0.005 };
         let mut scene = Scene::new(30, shape, section, Material::new(1273.52, 1e9));
@@ -46,7 +45,7 @@ mod tests {
 
     /// So do masses: one on an inner node of a rod that weighs next to nothing bends it alike on other meshes.
     #[test]
-    fn masses_stay_where_they_are() {
+    fn mass_on_inner_node_keeps_its_place_on_other_meshes() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let section = Section::Circle { radius: 0.005 };
         let mut scene = Scene::new(30, shape, section, Material::new(1e-3, 1e9));

@@ -1,25 +1,26 @@
-//! What a problem makes of its scene's numbers, whatever their type.
+//! Rods, loads and drag of a problem over any number type of its scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
-use crate::problem::own;
+use crate::problem::own::{self, NodeTie};
 use crate::rod::{AssembledRod, NodalDrag};
 use crate::scene::mesh::Mesh;
 use crate::scene::{PointForce, PointMass, Scene, Track};
 
-/// A scene with its mesh and its rest shape in a model's terms.
+/// Scene over a number type with its mesh, and its rest shape in the axes of a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup<D: Nestable, M: Model> {
     pub scene: Scene<D>,
     pub mesh: Mesh<D>,
     pub rest: M::Rest<D>,
-    /// The nodes of the shape the rod begins in, if not the rest shape, m.
+    /// Nodes of the initial shape, m; none if that is the rest shape.
     pub start: Option<Vec<Vector<D>>>,
 }
 
 impl<D: Nestable, M: Model> Setup<D, M> {
+    /// The setup of a validated scene.
     pub fn new(model: &M, scene: Scene<D>) -> Self {
         let mesh = scene.made_mesh();
         let rest = model.at_rest(&scene, &mesh);
@@ -27,7 +28,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Self { scene, mesh, rest, start }
     }
 
-    /// The rod under its loads.
+    /// The rod with its masses, loads and user-defined energies.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         let gravity = model.components(self.scene.loads.gravity);
@@ -38,19 +39,19 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         if !self.scene.energies.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
             let (q, frames) = (model.unknowns(&self.rest), model.frames(&self.rest));
-            let rest = (&q[..], M::Rod::edge_frames(&frames));
-            rod.set_own(own::extra(&chart, &self.scene, &self.mesh, rest));
+            let rest = own::RestState { q: &q, frames: M::Rod::edge_frames(&frames) };
+            rod.set_own(own::attached_energies(&chart, &self.scene, &self.mesh, rest));
         }
         rod
     }
 
-    /// The rod without loads, every edge as many times as stiff along itself, whose marked nodes are tied to
-    /// places in the world, m, by springs of a stiffness, N/m.
+    /// The rod without loads, with the axial stiffness of every edge times a factor, and with nodes tied to points by
+    /// springs.
     pub fn tied(
         &self,
         model: &M,
         stiffer: impl Fn(usize) -> f64,
-        ties: &[(usize, [f64; 3], D)],
+        ties: &[NodeTie<D>],
     ) -> M::Rod<D> {
         let mut scene = self.scene.clone();
         scene.loads.gravity = [D::from(0.0); 3];
@@ -61,7 +62,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// The drag on nodes, if there is a fluid.
+    /// Drag on the nodes; none without a fluid.
     pub fn drag(&self, model: &M) -> Option<NodalDrag<D>> {
         let drag = self.scene.loads.drag.as_ref()?;
         let axes = M::STRIDE.min(3);
@@ -74,23 +75,24 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         })
     }
 
-    /// The masses on nodes.
+    /// Point masses on the nodes.
     fn masses(&self) -> Vec<NodalMass<D>> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// The loads on nodes.
+    /// Point loads on the nodes.
     pub fn loads(&self) -> Vec<NodalLoad<D>> {
         self.nodal(&self.scene.loads.point)
     }
 
-    /// The rod with the forces that hold it until t = 0.
-    pub fn held(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
-        let mut held = rod.clone();
-        self.add_loads(model, &mut held, &self.nodal(&self.scene.initial.point));
-        held
+    /// The rod with the additional forces until t = 0.
+    pub fn rod_with_release_forces(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
+        let mut rod = rod.clone();
+        self.add_loads(model, &mut rod, &self.nodal(&self.scene.initial.point));
+        rod
     }
 
+    /// Adds forces and moments on nodes to a rod.
     fn add_loads(&self, model: &M, rod: &mut M::Rod<D>, loads: &[NodalLoad<D>]) {
         for load in loads {
             rod.add_force(load.node, model.components(load.force));
@@ -98,12 +100,13 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         model.add_moments(rod, &self.rest, loads);
     }
 
+    /// Loads of a list on the nodes of the mesh.
     fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }
 
-/// The nodes of the shape the rod begins in, where the scene gives one or it was recorded.
+/// Nodes of the initial shape, m, if the scene gives one or a recording; none for the rest shape.
 pub(crate) fn start_shape<D: Scalar>(
     scene: &Scene<D>,
     rest: &Mesh<D>,
@@ -114,8 +117,8 @@ pub(crate) fn start_shape<D: Scalar>(
     scene.initial.shape.as_ref().map(|shape| shape.nodes_of(rest)).transpose()
 }
 
-/// Where the nodes of a rod of so many edges are at a time, s, by the markers along it: straight from one
-/// to the next.
+/// Positions, m, of the nodes of a rod with a number of edges at a time, s, on straight lines between the markers along
+/// it.
 pub(crate) fn between_markers<D: Scalar>(
     track: &Track,
     time: f64,
@@ -137,7 +140,7 @@ pub(crate) fn between_markers<D: Scalar>(
     (0..=segments).map(place).collect()
 }
 
-/// The loads on the nodes of a mesh.
+/// Point loads on the nodes of a mesh; `table` is the key of their list, for messages.
 pub(crate) fn nodal<D: Scalar>(
     loads: &[PointForce<D>],
     table: &str,
@@ -154,7 +157,7 @@ pub(crate) fn nodal<D: Scalar>(
     Ok(nodal)
 }
 
-/// The masses on the nodes of a mesh.
+/// Point masses on the nodes of a mesh.
 pub(crate) fn nodal_masses<D: Scalar>(
     scene: &Scene<D>,
     mesh: &Mesh<D>,
@@ -168,7 +171,7 @@ pub(crate) fn nodal_masses<D: Scalar>(
     Ok(nodal)
 }
 
-/// Names the key of a point that is not on the rod.
+/// The error of entry `k` of a list in a table, with its key if the point is outside the rod.
 fn off_the_rod(error: Error, table: &str, list: &str, k: usize) -> Error {
     match error {
         Error::OutOfRange { what, found, low, high } => {

@@ -1,16 +1,14 @@
-//! Clamps that give: a wall that turns and moves with what the rod does to it.
+//! Compliant clamps: walls that rotate and move under the load of the rod.
 //!
-//! A wall turns by `c M`, with the moment `M` where the rod leaves it: a hinge there, in series with the
-//! rod. Where a wall cuts an edge in its middle, no joint is at it. So the outermost edge of an end whose clamp
-//! gives is behind the wall as a whole: the first joint is at the wall, stands for the half of its next edge,
-//! and its stiffness `K` becomes `K/(1 + K c)`, exactly and at the mesh's second order however soft the clamp
-//! is. A rigid clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first
+//! A wall rotates by `c M`, with the moment `M` of the rod at the wall: a rotational spring in series with the rod. A wall in the middle of an edge has no joint. So the whole outermost edge at a compliant
+//! clamp is behind the wall: the first joint is at the wall and represents half of the next edge. Its stiffness `K` becomes
+//! `K/(1 + K c)`, exact and of second order in the mesh for any compliance. A rigid clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first
 //! order. Along the rod the wall gives in series with the first edge that stretches.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};
 
-/// Whose clamps turn, or are to be differentiated by how they do.
+/// Ends with a rotational compliance, or with one among the `varying` parameters.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     let turns = soft_by_itself(scene);
     [End::Start, End::End].map(|end| {
@@ -23,25 +21,30 @@ pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     })
 }
 
-/// Whose clamps turn by themselves.
+/// Ends with a rotational compliance in the scene itself.
 pub(super) fn soft_by_itself(scene: &Scene) -> [bool; 2] {
     [End::Start, End::End].map(|end| scene.supports.compliance(end).rotation != 0.0)
 }
 
-/// What the clamps of both ends do to joints and edges.
+/// Compliances of the clamps at both ends with the joints and edges that they act on.
 pub(super) struct SoftClamps<D> {
     ends: Vec<SoftClamp<D>>,
 }
 
+/// Compliance of the clamp of one end.
 struct SoftClamp<D> {
+    /// Joint in series with the rotational compliance.
     joint: usize,
+    /// Rotational compliance, rad/(N m).
     rotation: D,
+    /// Edge in series with the axial compliance.
     edge: usize,
+    /// Axial compliance, m/N.
     axial: D,
 }
 
 impl<D: Scalar> SoftClamps<D> {
-    /// Of a rod of so many edges.
+    /// Compliances of a scene on a mesh of a number of edges.
     pub fn new(scene: &Scene<D>, edges: usize) -> Self {
         let supports = &scene.supports;
         let of = |end: End| {
@@ -59,13 +62,13 @@ impl<D: Scalar> SoftClamps<D> {
         Self { ends: [End::Start, End::End].into_iter().filter_map(of).collect() }
     }
 
-    /// The stiffness of joint `i` against bending, N m, in place of a rigid clamp's.
+    /// Bending stiffness of joint `i`, N m, in series with the clamp; `stiffness` is that with a rigid clamp.
     pub fn bending(&self, i: usize, stiffness: D) -> D {
         let own = self.ends.iter().filter(|end| end.joint == i);
         own.fold(stiffness, |k, end| k / (k * end.rotation + 1.0))
     }
 
-    /// The stiffness of edge `j` of this rest length against a strain, N.
+    /// Axial stiffness of edge `j`, N, in series with the clamp; `stiffness` is that with a rigid clamp, `rest_length` is in m.
     pub fn stretching(&self, j: usize, stiffness: D, rest_length: D) -> D {
         let own = self.ends.iter().filter(|end| end.edge == j);
         own.fold(stiffness, |k, end| k / (k / rest_length * end.axial + 1.0))

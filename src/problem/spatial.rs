@@ -1,53 +1,49 @@
-//! The model of a scene in space.
+//! The spatial model: a rod with stretch, bending and twist in space.
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
-use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, components, dot, sub, unit};
-use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
+use crate::numerics::vector::{Vector, components, sub, unit};
+use crate::problem::curved_joints::{PLAIN, joint_slants, natural_slant, resistances};
 use crate::problem::model::{
     Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
-use crate::problem::profile::{Constants, Profile};
+use crate::problem::rest_line::{InertiaAndWeight, RestLine};
+use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;
-use crate::problem::tributary::TributaryLengths;
 use crate::rod::{Extra, SpatialRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
-/// The axes of a scene in space.
+/// Axes of a spatial scene and correction of its elements.
 #[derive(Clone, Debug)]
 pub struct SpatialModel {
     correction: Correction,
+    /// Number of nodes.
     nodes: usize,
-    /// The model's axes in the world: the world's own, unless an end rolls.
+    /// Axes of the model in the world: those of the world, unless an end is on a roller.
     axes: [Vector3<f64>; 3],
-    /// Of the plane of a planar scene, about which the rod as a whole may be turned.
+    /// Normal of the plane of a planar scene, about which `supports.angle` rotates the rod.
     normal: Option<Vector3<f64>>,
 }
 
-/// The rest shape and its material frames, in the model's axes.
+/// Rest shape and material frames, in the axes of the model.
 #[derive(Clone, Debug)]
 pub struct SpatialRest<D> {
-    /// Positions, m.
-    nodes: Vec<Vector<D>>,
-    length: Vec<D>,
-    tributary: TributaryLengths<D>,
-    /// The corrected form's: how the curve's tangents lie to the joints'.
+    line: RestLine<D, 3>,
+    /// Slants of the joints of the corrected discretization.
     slants: Option<Vec<[D; 2]>>,
     /// Integrated curvatures in the material frame.
     curvature: Vec<[D; 2]>,
-    /// Where the nodes are, as parts of the length.
-    places: Vec<f64>,
-    /// Space-parallel: no twist.
+    /// Frames without twist (space-parallel).
     frames: Frames<D>,
 }
 
 impl SpatialModel {
+    /// The model of a scene with these loads on nodes, and with the normal of its plane if it is planar.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -91,8 +87,7 @@ impl Model for SpatialModel {
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
         let director = self.components(first_director(scene, nodes));
         let nodes: Vec<Vector<D>> = nodes.iter().map(|x| self.components(*x)).collect();
-        let edges: Vec<Vector<D>> = nodes.windows(2).map(|p| sub(p[1], p[0])).collect();
-        let tangents: Vec<Vector<D>> = edges.iter().map(|e| unit(*e)).collect();
+        let tangents: Vec<Vector<D>> = nodes.windows(2).map(|p| unit(sub(p[1], p[0]))).collect();
         let frames = Frames::bishop(&tangents, director);
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
@@ -106,41 +101,30 @@ impl Model for SpatialModel {
                 [k1, k2]
             })
             .collect();
-        let length: Vec<D> = edges.iter().map(|e| dot(*e, *e).sqrt()).collect();
-        let arcs = self.correction.arcs(mesh);
-        SpatialRest {
-            tributary: arcs
-                .map_or_else(|| TributaryLengths::plain(&length), TributaryLengths::corrected),
-            slants: arcs.map(|arcs| slants(&nodes, arcs.lengths, &frames.edges, &curvature)),
-            nodes,
-            length,
-            curvature,
-            places: mesh.places(),
-            frames,
-        }
+        let slants = self
+            .correction
+            .arcs(mesh)
+            .map(|arcs| joint_slants(&nodes, arcs.lengths, &frames.edges, &curvature));
+        let line = RestLine::new(nodes, mesh, &self.correction);
+        SpatialRest { line, slants, curvature, frames }
     }
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
-        let profile = Profile::new(scene, &rest.places);
-        let clamps = SoftClamps::new(scene, rest.length.len());
-        let edges = rest.length.iter().zip(&rest.tributary.stretch).enumerate();
-        let stretch = edges.map(|(j, (l, arc))| Stretch {
-            stiffness: clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l),
-            rest_length: *l,
-            natural_strain: D::from(0.0),
-        });
+        let line = &rest.line;
+        let profile = SectionProfile::new(scene, &line.places);
+        let clamps = SoftClamps::new(scene, line.length.len());
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
-            let per_length = rest.tributary.joint[i].recip();
-            let Constants { bending, torsion, .. } = profile.joint(i);
+            let per_length = line.tributary.joint[i].recip();
+            let SectionConstants { bending, torsion, .. } = profile.joint(i);
             let [k1, k2] = bending.map(|ei| clamps.bending(i, ei * per_length));
             let k3 = torsion * per_length;
-            let factor = scene.rod.natural_curvature.at(rest.places[i + 1]);
-            let length = (rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5;
-            let bending = scene.rod.bending_at(i + 1, rest.length.len());
+            let factor = scene.rod.natural_curvature.at(line.places[i + 1]);
+            let length = (line.tributary.spin[i] + line.tributary.spin[i + 1]) * 0.5;
+            let bending = scene.rod.bending_at(i + 1, line.length.len());
             let natural = [0, 1].map(|c| factor * k[c] + bending[c] * length);
-            let twist = scene.rod.natural_twist.at(rest.places[i + 1]) * length;
+            let twist = scene.rod.natural_twist.at(line.places[i + 1]) * length;
             let [a, b, c] = match &rest.slants {
-                Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
+                Some(slants) => resistances(natural, natural_slant(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
             };
             let entry =
@@ -155,29 +139,20 @@ impl Model for SpatialModel {
             }
         });
         let gravity = self.components(scene.loads.gravity);
-        let mut mass = Vec::with_capacity(self.dof());
-        let mut load = Vec::with_capacity(rest.nodes.len());
-        let (masses, weighing) = rest.tributary.immersed(&profile, scene.loads.drag.as_ref());
-        for (i, node_mass) in masses.into_iter().enumerate() {
-            mass.extend([node_mass; 3]);
-            mass.extend(rest.tributary.spin.get(i).map(|l| profile.edge(i).line_inertia * *l));
-            load.push(DeadLoad { force: gravity.map(|g| weighing[i] * g) });
-        }
-        let own = Extra::default();
-        let sliders = springs(scene, &rest.tributary, |_| D::from(1.0));
+        let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
         SpatialRod {
-            stretch: stretch.collect(),
+            stretch: line.stretch(&profile, &clamps),
             joint: joint.collect(),
             mass,
             load,
             moments: (),
-            sliders,
-            own,
+            sliders: springs(scene, &line.tributary, |_| D::from(1.0)),
+            own: Extra::default(),
         }
     }
 
     fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
-        &rest.tributary.node
+        &rest.line.tributary.node
     }
 
     fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
@@ -192,7 +167,8 @@ impl Model for SpatialModel {
 
     fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
-        let mut q: Vec<D> = rest.nodes.iter().flat_map(|[x, y, z]| [*x, *y, *z, zero]).collect();
+        let mut q: Vec<D> =
+            rest.line.nodes.iter().flat_map(|[x, y, z]| [*x, *y, *z, zero]).collect();
         q.pop();
         q
     }

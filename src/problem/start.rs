@@ -1,11 +1,10 @@
-//! Where a problem's rod begins: in its rest shape, in a given shape, or in equilibrium; and the
-//! equilibria that `rodfit static` looks for from there.
+//! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
-use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedPart};
+use crate::problem::boundary::{BoundaryMotion, HeldEdge, HeldNode, MovedEnd, RecordedPart};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
@@ -13,14 +12,13 @@ use crate::problem::{Discretized, SpatialProblem};
 use crate::rod::{Rod, SpatialRod};
 use crate::scene::{Clamp, End, Motion, Recorded, Support};
 
-/// Frames over any scalar.
-type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
-/// Unknowns with the frames their angles count from.
-pub(crate) type Placed<D, M> = (Vec<D>, FramesOver<D, M>);
+/// Frames of the rod of a model `M` over the number type `D`.
+pub(crate) type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
+/// Unknowns of a rod and the frames from which its angles are measured.
+pub(crate) type UnknownsAndFrames<D, M> = (Vec<D>, FramesOver<D, M>);
 
 impl SpatialProblem<'_> {
-    /// The unknowns and frames of a rod that has moved from its rest shape to `nodes` without turning
-    /// about itself.
+    /// Unknowns and frames of a rod in space that moves from its rest shape to `nodes`, m, without rotation about itself.
     pub(crate) fn placed<D: Nestable>(
         &self,
         setup: &Setup<D, SpatialModel>,
@@ -39,8 +37,8 @@ impl SpatialProblem<'_> {
         (q, frames)
     }
 
-    /// Unknowns between two states in a plane of which an edge turns by more than 120 degrees to the other: parallel
-    /// transport has no direction where an edge turns by half a turn. Edges turn about the normal of the plane.
+    /// Unknowns halfway between two planar states, if an edge rotates by more than 120 degrees between them, otherwise none:
+    /// parallel transport is undefined for a rotation by half a turn. Edges rotate about the normal of the plane.
     fn halfway<D: Nestable>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
         let edge = |q: &[D], j: usize| {
             let node = |i: usize| -> [D; 3] { std::array::from_fn(|c| q[4 * i + c]) };
@@ -52,7 +50,7 @@ impl SpatialProblem<'_> {
         }
         let normal = self.model.components(self.normal().map(D::from));
         let mut q = to.to_vec();
-        // An edge that turns by half a turn goes to the side that the edge before it goes to.
+        // An edge that rotates by half a turn goes to the side of the edge before it.
         let mut side = 1.0;
         for j in 0..edges {
             let (a, b) = (edge(from, j), edge(to, j));
@@ -72,7 +70,7 @@ impl SpatialProblem<'_> {
         Some(q)
     }
 
-    /// The same in plain numbers.
+    /// [`placed`](Self::placed) in plain numbers.
     pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
         self.placed(self.setup, nodes)
     }
@@ -85,15 +83,15 @@ fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Positions of the nodes in the initial shape, in world coordinates, m.
+    /// Positions of the nodes in the initial shape, in the world, m.
     pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
         let (q, _) = self.begin(self.setup);
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 
-    /// The unknowns before supports move and loads pull, and their frames: of the rest shape, or of
-    /// the scene's initial shape, without twist.
-    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> Placed<D, M> {
+    /// Unknowns and frames before supports and loads act: those of the rest shape, or of the initial shape of the scene
+    /// without twist.
+    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
         let Some(nodes) = &setup.start else { return (q, frames) };
@@ -107,7 +105,7 @@ impl<M: Model> Discretized<'_, M> {
         (q, frames)
     }
 
-    /// The ends that supports hold in place, if any of them moves.
+    /// Prescribed motion of the held ends, if any of them moves.
     pub(crate) fn boundary_motion<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -115,12 +113,12 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// The same in plain numbers.
+    /// [`boundary_motion`](Self::boundary_motion) in plain numbers.
     pub(crate) fn moved_ends(&self) -> Option<BoundaryMotion> {
         self.boundary_motion(self.setup)
     }
 
-    /// The ends that supports hold in place, moved or not.
+    /// Prescribed motion of all held ends, at rest or not.
     pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
@@ -155,11 +153,14 @@ impl<M: Model> Discretized<'_, M> {
                 motions: motions.collect(),
                 axes: self.model_axes(),
                 centre,
-                nodes: held.into_iter().map(|i| (i, place(i))).collect(),
+                nodes: held
+                    .into_iter()
+                    .map(|node| HeldNode { node, position: place(node) })
+                    .collect(),
                 edge: M::Rod::<D>::director(&q, &frames, edge).filter(|_| clamped).map(
                     |director| {
                         let tangent = unit(sub(place(edge + 1), place(edge)));
-                        (edge, [tangent, director])
+                        HeldEdge { edge, tangent, director }
                     },
                 ),
             }
@@ -167,7 +168,7 @@ impl<M: Model> Discretized<'_, M> {
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
-    /// The model's axes in the world.
+    /// Axes of the model in the world.
     fn model_axes(&self) -> [[f64; 3]; 3] {
         let columns = [0, 1, 2].map(|c| {
             self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
@@ -175,26 +176,29 @@ impl<M: Model> Discretized<'_, M> {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
     }
 
-    /// What a recording leads: ends, and nodes between them.
+    /// Parts of the rod that a recording drives: ends, and nodes between them.
     pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
         let Some(path) = &supports.path else { return Vec::new() };
         let Recorded { track: Some(track), .. } = path else { return Vec::new() };
         let (axes, segments) = (self.model_axes(), self.nodes() - 1);
-        let led =
+        let ends =
             [End::Start, End::End].into_iter().filter(|e| supports.at(*e) == Support::Recorded);
-        let nodes = led.map(|end| path.held_at(end, segments)).chain([path.held_inside(segments)]);
-        nodes.map(|nodes| RecordedPart { track: track.clone(), nodes, axes }).collect()
+        let nodes = ends.map(|end| path.end_nodes(end, segments));
+        nodes
+            .chain([path.inner_nodes(segments)])
+            .map(|nodes| RecordedPart { track: track.clone(), nodes, axes })
+            .collect()
     }
 
-    /// Whether a node goes where a recording or another support has it.
+    /// Whether a recording or another support prescribes the position of a node; `led` are the recorded unknowns.
     pub(crate) fn is_held(&self, node: usize, led: &PrescribedDofs) -> bool {
         let place = M::STRIDE * node;
         !self.free().contains(&place) || led.contains(place)
     }
 
-    /// Turns recorded ends about the rod by what the scene says. The edges between are turned evenly from one end to the
-    /// other: their balance they find in the first step.
+    /// Rotates recorded ends about the rod by the twists of their motions. The rotation of the edges between is linear from
+    /// one end to the other; the first step finds their equilibrium.
     pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();

@@ -1,78 +1,78 @@
-//! The strains of a rod in a state, from the places of its nodes: of edges along the rod, and on its surface by bending,
-//! half its thickness times the change of curvature. The twist of sections is not among them.
+//! Largest strain of a rod from the positions of its nodes: the stretch of the edges, and the strain on the surface by
+//! bending, half the thickness times the change of curvature. Shear strain by twist is not included.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
 use crate::numerics::vector::{cross, dot, sub};
-use crate::problem::modelled::AnyModel;
-use crate::problem::{AnyProblem, Problem};
+use crate::problem::model_with_setup::AnyModel;
+use crate::problem::{AnyProblem, Problem, with_model};
 use crate::scene::Section;
 
-/// Strains above this are beyond a linear material: rubber's tangent modulus has by then fallen by a sixth
-/// (neo-Hookean), and metals and most plastics have yielded long before.
+/// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean) is
+/// lower by a sixth, and metals and most plastics have yielded.
 pub(crate) const LARGEST_STRAIN: f64 = 0.1;
 
-/// The largest strain of a state.
+/// Largest strain of a state, or of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LargestStrain {
-    /// Its size.
+    /// Absolute value.
     pub strain: f64,
-    /// Whether bending makes it.
+    /// Whether it is due to bending.
     pub by_bending: bool,
-    /// Where, by arc length from the wall, m.
+    /// Arc length from the wall, m.
     pub place: f64,
-    /// When, s; none at rest.
+    /// Time, s; none for an equilibrium.
     pub time: Option<f64>,
 }
 
 impl LargestStrain {
-    /// The warning, where it is beyond what the model is for.
+    /// Warning of a strain above the range of the model; none below it. `youngs_modulus` is in Pa.
     pub fn warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
         let Self { strain, by_bending, place, time } = *self;
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
         let moment = time.map_or(String::new(), |time| format!(", t = {time:.3e} s"));
-        let words = format!(
+        let message = format!(
             "strains reach {:.0} % ({kind}, {place:.3e} m from the wall{moment}). The model is linear and not \
              valid above 10 %. Check the units: youngs_modulus is {youngs_modulus:.3e} Pa",
             100.0 * strain
         );
-        (!strain.is_nan() && strain > LARGEST_STRAIN).then_some((Code::LargeStrain, words))
+        (!strain.is_nan() && strain > LARGEST_STRAIN).then_some((Code::LargeStrain, message))
     }
 }
 
-/// What strains of a problem's rod count from.
+/// Stress-free state of a rod, from which its strains are measured.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct StrainGauge {
-    /// Lengths of the edges without stress, m.
+    /// Stress-free lengths of the edges, m.
     lengths: Vec<f64>,
-    /// Integrated curvatures of the joints without stress, in the plane with their signs.
+    /// Stress-free integrated curvatures of the joints, rad; signed in the plane.
     natural: Vec<f64>,
-    /// Half of the thickness at every joint over the length it stands for.
+    /// Half of the thickness at every joint over the tributary length of the joint.
     slopes: Vec<f64>,
     /// Arc lengths of the nodes, m.
     places: Vec<f64>,
-    /// Of a planar rod.
+    /// Normal of the plane of a planar rod.
     normal: Option<[f64; 3]>,
 }
 
 impl StrainGauge {
-    /// Of a problem's rod; none where recorded markers prescribe nodes, whose distances have the errors of tracking.
+    /// Gauge for the rod of a problem; none if recorded markers prescribe nodes, whose distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
         }
-        let (lengths, natural, normal): (Vec<f64>, Vec<f64>, _) = match problem.discretized() {
-            AnyProblem::Planar(discretized) => {
-                let rod = discretized.rod();
-                let lengths = rod.stretch.iter().map(|s| s.rest_length).collect();
-                let natural = rod.joint.iter().map(|b| b.natural_curvature).collect();
-                (lengths, natural, Some(problem.normal()))
+        let lengths: Vec<f64> = with_model!(problem, |discretized| {
+            discretized.rod().stretch.iter().map(|edge| edge.rest_length).collect()
+        });
+        let (natural, normal): (Vec<f64>, _) = match problem.discretized() {
+            AnyProblem::Planar(planar) => {
+                let joints = planar.rod().joint;
+                let natural = joints.iter().map(|bend| bend.natural_curvature).collect();
+                (natural, Some(problem.normal()))
             }
-            AnyProblem::Spatial(discretized) => {
-                let rod = discretized.rod();
-                let lengths = rod.stretch.iter().map(|s| s.rest_length).collect();
+            AnyProblem::Spatial(spatial) => {
                 let size = |j: &JointLaw<f64>| j.natural[0].hypot(j.natural[1]);
-                (lengths, rod.joint.iter().map(size).collect(), None)
+                (spatial.rod().joint.iter().map(size).collect(), None)
             }
         };
         let nodes = lengths.len() as f64;
@@ -85,45 +85,37 @@ impl StrainGauge {
         Some(Self { natural, slopes, places, normal, lengths })
     }
 
-    /// The largest strain of a rod whose nodes are there.
+    /// Largest strain of a rod with nodes at `position(i)`, m, at a time, s.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],
         time: Option<f64>,
     ) -> LargestStrain {
-        let mut largest = LargestStrain { strain: 0.0, by_bending: false, place: 0.0, time };
+        let mut largest = LargestStrain { time, ..LargestStrain::default() };
+        let mut compare = |strain: f64, by_bending: bool, i: usize| {
+            if strain > largest.strain {
+                largest = LargestStrain { strain, by_bending, place: self.places[i], time };
+            }
+        };
         let mut before: Option<[f64; 3]> = None;
         let mut last = position(0);
         for (i, rest) in self.lengths.iter().enumerate() {
             let next = position(i + 1);
             let edge = sub(next, last);
-            let stretch = (dot(edge, edge).sqrt() / rest - 1.0).abs();
-            if stretch > largest.strain {
-                largest = LargestStrain {
-                    strain: stretch,
-                    by_bending: false,
-                    place: self.places[i],
-                    time,
-                };
-            }
+            compare((dot(edge, edge).sqrt() / rest - 1.0).abs(), false, i);
             if let Some(before) = before {
-                let bent = self.slopes[i - 1] * self.bent(before, edge, self.natural[i - 1]);
-                if bent > largest.strain {
-                    largest = LargestStrain {
-                        strain: bent,
-                        by_bending: true,
-                        place: self.places[i],
-                        time,
-                    };
-                }
+                let joint = i - 1;
+                let change = self.curvature_change(before, edge, self.natural[joint]);
+                compare(self.slopes[joint] * change, true, i);
             }
             (before, last) = (Some(edge), next);
         }
         largest
     }
 
-    /// Change of the integrated curvature between two edges; in space of its size, which is the least it may be.
-    fn bent(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
+    /// Change of the integrated curvature, rad, between two edges, m, from a natural one. In space it is the change of the
+    /// absolute value, a lower bound.
+    fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
         let across = cross(before, after);
         let lengths = (dot(before, before) * dot(after, after)).sqrt();
         let size = 2.0 / (lengths + dot(before, after)).max(f64::MIN_POSITIVE);
@@ -135,11 +127,11 @@ impl StrainGauge {
     }
 }
 
-/// The largest strain of a motion so far. It is no part of a result: the warning at the end is.
+/// Largest strain of a motion so far, for the warning at its end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StrainRecord(Option<(StrainGauge, LargestStrain)>);
 
-/// Records do not distinguish results.
+/// All records are equal, so that they do not distinguish results.
 impl PartialEq for StrainRecord {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -147,12 +139,12 @@ impl PartialEq for StrainRecord {
 }
 
 impl StrainRecord {
-    /// Of a motion of a problem's rod that has not begun.
+    /// Record of a motion of the rod of a problem, before its first state.
     pub fn new(problem: &Problem) -> Self {
         Self(StrainGauge::new(problem).map(|gauge| (gauge, LargestStrain::default())))
     }
 
-    /// Takes a state.
+    /// Adds a state with nodes at `position(i)`, m, at a time, s.
     pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
         let Some((gauge, largest)) = &mut self.0 else { return };
         let now = gauge.largest(position, Some(time));
@@ -161,13 +153,13 @@ impl StrainRecord {
         }
     }
 
-    /// The largest strain, if strains are known.
+    /// Largest strain; none without a gauge.
     pub fn largest(&self) -> Option<LargestStrain> {
         self.0.as_ref().map(|(_, largest)| *largest)
     }
 }
 
-/// Half of the thickness in the direction of bending, m: in space of the thinner one, about which strips bend.
+/// Half of the thickness in the direction of bending, m; in space that of the thinner direction, in which strips bend.
 fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>) -> f64 {
     match section {
         Section::Circle { radius } | Section::Tube { radius, .. } => *radius,
@@ -180,7 +172,7 @@ fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>
             }
         }
         Section::Custom { .. } => {
-            // A rectangle of the same area and the smaller second moment.
+            // That of the rectangle with the same area and the smaller second moment.
             let moments = section.moments();
             let [i1, i2] = moments.second_moments;
             (3.0 * i1.min(i2) / moments.area).sqrt().min(problem.length())
@@ -189,8 +181,7 @@ fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>
 }
 
 impl Problem {
-    /// Second moments of area of the section in the directions in which the rod bends, m^4: one in a plane, and
-    /// one where all directions have the same.
+    /// Second moments of area, m^4, of the directions in which the rod bends: one in a plane, or if both are equal.
     pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
         let moments = self.scene.rod.section.moments().second_moments;
         match &self.model {
@@ -208,7 +199,7 @@ mod tests {
 
     /// A rod of 5 mm radius on a circle of 50 mm: 10 % by bending; and drawn out by a fifth.
     #[test]
-    fn strains_are_those_of_geometry() {
+    fn strain_equals_that_of_the_prescribed_geometry() {
         for dimension in [Dimension::Planar, Dimension::Spatial] {
             let shape = Shape::Straight { length: 0.1, direction: [1.0, 0.0, 0.0] };
             let material = Material { poisson_ratio: Some(0.3), ..Material::new(1e3, 1e6) };

@@ -1,17 +1,17 @@
-//! How much of the rod's line every joint, edge and node stands for.
+//! Tributary lengths: the length of the rod that every joint, edge and node represents.
 
 use crate::numerics::scalar::Scalar;
-use crate::problem::profile::{Constants, Profile};
+use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::scene::Drag;
 
-/// The curve between the nodes, and where walls cut it.
+/// Arc lengths between the nodes, and the positions of walls.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arcs<'a, D = f64> {
     /// Length along every edge, m.
     pub lengths: &'a [D],
-    /// The parts of the first edge and of the last that are behind walls.
+    /// Fractions of the first and of the last edge behind walls.
     pub behind: [f64; 2],
-    /// Whether joints and masses next to a wall change too.
+    /// Whether joints and masses next to a wall are corrected too.
     pub joints: bool,
 }
 
@@ -19,21 +19,26 @@ pub(crate) struct Arcs<'a, D = f64> {
 /// `rho A l`.
 #[derive(Clone, Debug)]
 pub(crate) struct TributaryLengths<D> {
-    /// Length of every inner node, where the rod bends and twists.
+    /// Length of every joint, for bending and twisting.
     pub joint: Vec<D>,
-    /// Length of every edge, where it stretches.
+    /// Length of every edge, for stretch.
     pub stretch: Vec<D>,
-    /// Length of every node, where its mass is.
+    /// Length of every node, for its mass.
     pub node: Vec<D>,
-    /// Length of every edge, where it turns about itself.
+    /// Length of every edge, for its rotational inertia about the rod.
     pub spin: Vec<D>,
 }
 
 impl<D: Scalar> TributaryLengths<D> {
-    /// The mass of every node that resists being moved, and that which weighs, in a fluid if there is one, kg.
-    pub fn immersed(&self, profile: &Profile<D>, fluid: Option<&Drag<D>>) -> (Vec<D>, Vec<D>) {
+    /// Inertial mass of every node, kg, with the added mass of a fluid; and its mass for the weight, kg, less that of the
+    /// displaced fluid.
+    pub fn immersed(
+        &self,
+        profile: &SectionProfile<D>,
+        fluid: Option<&Drag<D>>,
+    ) -> (Vec<D>, Vec<D>) {
         let nodes = self.node.iter().enumerate().map(|(i, l)| (profile.node(i), *l));
-        let of = |(rod, l): (Constants<D>, D)| {
+        let of = |(rod, l): (SectionConstants<D>, D)| {
             let mass = rod.line_density * l;
             fluid.map_or((mass, mass), |fluid| {
                 (mass + fluid.added_mass * l, mass - fluid.fluid_density * rod.area * l)
@@ -42,7 +47,7 @@ impl<D: Scalar> TributaryLengths<D> {
         nodes.map(of).unzip()
     }
 
-    /// As published: halves of the adjacent edges.
+    /// Uncorrected tributary lengths: half of each adjacent edge.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
         let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
@@ -54,18 +59,19 @@ impl<D: Scalar> TributaryLengths<D> {
         }
     }
 
-    /// With the ends of the sums at walls: see [`crate::problem::model`].
+    /// Corrected tributary lengths of a rod that ends at walls within its outermost edges: see
+    /// [`crate::problem::model`].
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {
-            // Seen from the wall.
+            // Index counted from the wall.
             let at = |k: usize, count: usize| if end == 0 { k } else { count - 1 - k };
             let edges = arcs.lengths.len();
             if behind == 0.0 {
                 continue;
             }
             let [outermost, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
-            // Of the rod, from the wall to the first joint; half of the edge where the wall cuts its middle.
+            // Length between wall and first joint: half of the edge if the wall is at its middle.
             let rod = outermost * (1.0 - behind);
             let hidden = outermost * 0.5 - rod;
             line.joint[at(0, edges - 1)] -= hidden;
@@ -79,7 +85,7 @@ impl<D: Scalar> TributaryLengths<D> {
             if edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
                 let shift = (rod * rod * 0.5 - next * next * (1.0 / 12.0)) / next;
-                // Twice a neighbour's length or more is no smooth mesh.
+                // A mesh with a neighbor of twice the length or more is not smooth.
                 let most = line.joint[second] * 0.5;
                 let shift = if shift.value() > most.value() { most } else { shift };
                 line.joint[first] += shift;
@@ -95,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn walls_shift_lengths_and_lose_none() {
+    fn corrected_lengths_of_a_rod_with_walls_have_the_sum_of_plain_ones() {
         for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
             for behind in [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]] {
                 let (plain, line) = (
@@ -121,7 +127,7 @@ mod tests {
     /// The joints' sum of a linear function is its integral from the wall on, on unequal edges too,
     /// but for the start's part of the rule's own error, which smooth functions do not have.
     #[test]
-    fn joints_integrate_from_the_wall() {
+    fn joint_lengths_integrate_linear_function_from_the_wall() {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
         let line = TributaryLengths::corrected(Arcs {
             lengths: &lengths,

@@ -1,4 +1,4 @@
-//! Warnings of a scene that can be simulated.
+//! Warnings of a simulation: time steps, recordings, units, and the estimated error.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -6,13 +6,13 @@ use crate::problem::plausibility::Purpose;
 use crate::scene::Resolution;
 
 impl Problem {
-    /// Warnings of a simulation of the scene: steps that follow the motion of a support badly, faults of the recordings that
-    /// move the ends, implausible units, and an estimated error above the requested one.
+    /// Warnings of a simulation of the scene: steps that do not resolve the motion of a support, defects of the recordings that
+    /// drive the ends, implausible units, and an estimated error above the requested one.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }
 
-    /// The same warnings with their codes, which their words do not repeat.
+    /// The warnings with their codes, which their text does not contain.
     pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.recording_warnings();
         warnings.extend(self.step_warnings());
@@ -21,7 +21,7 @@ impl Problem {
         warnings
     }
 
-    /// Steps that follow the motion of a support badly.
+    /// Warnings of steps that do not resolve the motion of a support, or are longer than the simulation.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
         let mut warnings = self.scene().supports.step_warnings(time.step_size());
@@ -36,7 +36,7 @@ impl Problem {
         warnings
     }
 
-    /// Faults of the recordings that move the ends, and those that were corrected.
+    /// Warnings of defects, corrected or not, of the recordings that drive the ends.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.scene().supports.recording_warnings()
     }

@@ -61,7 +61,7 @@ impl<D: Scalar> Viscosity<D> {
             }
         }
         if let Some(own) = &mut self.own {
-            (own.factor, own.time) = ([D::from(0.0); 3], damping.own_times());
+            (own.factor, own.time) = ([D::from(0.0); 3], damping.additional_times());
             own.past.iter_mut().zip(strain_rate).for_each(|(past, rate)| *past = -*rate);
         }
     }

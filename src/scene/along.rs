@@ -1,8 +1,9 @@
-//! Numbers that may change along the rod.
+//! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
+use crate::scene::table::NumberTree;
 use serde::{Deserialize, Serialize};
 
 /// A value along the rod: one number, a list with one number for each of equally many equal parts
@@ -10,10 +11,10 @@ use serde::{Deserialize, Serialize};
 /// 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
 #[serde(
     untagged,
-    bound = "D: Written",
+    bound = "D: SceneNumber",
     expecting = "expected a number, a list of numbers, one for each part of the rod, or { from = number, to = number }"
 )]
 pub enum Along<D = f64> {
@@ -28,8 +29,8 @@ pub enum Along<D = f64> {
 /// A linear function of arc length from one end of the rod to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(deny_unknown_fields, bound = "D: Written")]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
+#[serde(deny_unknown_fields, bound = "D: SceneNumber")]
 pub struct Linear<D = f64> {
     /// Value at the start of the rod, in the unit of the list.
     pub from: D,
@@ -50,12 +51,12 @@ impl From<Vec<f64>> for Along {
 }
 
 impl<D> Along<D> {
-    /// In a straight line from one number to another.
+    /// Linear function of arc length from the value at the start to the value at the end.
     pub fn linear(from: D, to: D) -> Self {
         Self::Linear(Linear { from, to })
     }
 
-    /// The numbers: one for each part, or those at the ends.
+    /// The numbers: one for each part, or those at both ends of a linear function.
     pub fn values(&self) -> Vec<D>
     where
         D: Copy,
@@ -67,7 +68,7 @@ impl<D> Along<D> {
         }
     }
 
-    /// Where parts meet, as parts of the rod's length.
+    /// Inner boundaries of the parts, as fractions of the rod length.
     pub(crate) fn breaks(&self) -> impl Iterator<Item = f64> {
         let parts = match self {
             Self::Piecewise(values) => values.len(),
@@ -78,8 +79,8 @@ impl<D> Along<D> {
 }
 
 impl<D: Scalar> Along<D> {
-    /// The number at a place, given as a part of the rod's length. Where two parts meet, the second's;
-    /// beyond an end, that of the end.
+    /// Value at a fraction of the rod length. At the boundary of two parts it is that of the second; beyond an end it is
+    /// that at the end.
     pub fn at(&self, place: f64) -> D {
         match self {
             Self::Whole(value) => *value,
@@ -90,7 +91,7 @@ impl<D: Scalar> Along<D> {
 }
 
 impl<D> Along<D> {
-    /// Which of the numbers of a list the [number](Self::at) at a place is made of, with their weights.
+    /// Indices and weights of the numbers whose weighted sum is the [value](Self::at) at a fraction of the rod length.
     pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
         match self {
             Self::Whole(_) => vec![(0, 1.0)],
@@ -103,38 +104,47 @@ impl<D> Along<D> {
     }
 }
 
-/// The part a place lies in, of so many.
+/// Index of the part, of `parts` equal ones, that contains a fraction of the rod length.
 fn part(place: f64, parts: usize) -> usize {
-    // Rounding errors of arc lengths do not count.
+    // A fraction below a boundary by rounding errors of arc lengths belongs to the part behind it.
     ((place * parts as f64 + 1e-9).max(0.0) as usize).min(parts - 1)
 }
 
 impl Along {
-    pub(super) fn over<D>(
-        &self,
-        key: &str,
-        quantity: [Quantity; 2],
-        n: &mut Numbers<'_, D>,
-    ) -> Along<D> {
-        let [whole, part] = quantity;
-        match self {
-            Self::Whole(value) => Along::Whole(n.number(key, *value, whole)),
-            Self::Piecewise(values) => n.table(key, |n| {
-                let each = |(i, value): (usize, &f64)| n.number(&i.to_string(), *value, part);
-                Along::Piecewise(values.iter().enumerate().map(each).collect())
-            }),
-            Self::Linear(Linear { from, to }) => n.table(key, |n| {
-                Along::linear(n.number("from", *from, part), n.number("to", *to, part))
-            }),
-        }
-    }
-
-    /// Whether it is zero all along.
+    /// Whether the value is zero along the whole rod.
     pub fn is_zero(&self) -> bool {
         self.values().iter().all(|value| *value == 0.0)
     }
+}
 
-    pub(super) fn check(&self, key: &str) -> Result<(), Error> {
+/// One number, `key.0`, `key.1`, .. of a list, or `key.from` and `key.to`. The first quantity is that of a single number,
+/// the second that of each of several.
+impl NumberTree for Along {
+    type Kind = [Quantity; 2];
+    type Over<D> = Along<D>;
+
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        [whole, part]: [Quantity; 2],
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> Along<D> {
+        match self {
+            Self::Whole(value) => Along::Whole(visitor.number(key, *value, whole)),
+            Self::Piecewise(values) => Along::Piecewise(values.map_numbers(key, part, visitor)),
+            Self::Linear(Linear { from, to }) => {
+                let outer_length = visitor.enter(key);
+                let line = Along::linear(
+                    visitor.number("from", *from, part),
+                    visitor.number("to", *to, part),
+                );
+                visitor.leave(outer_length);
+                line
+            }
+        }
+    }
+
+    fn check_numbers(&self, key: &str, _: [Quantity; 2]) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {
                 Err(Error::invalid(key, value, "a finite number"))

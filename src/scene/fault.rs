@@ -1,48 +1,48 @@
-//! What may be wrong in a recording of markers, in words.
+//! Defects of a recording of markers, and their warnings.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A marker whose places have a larger second difference, m, has jumped.
+/// Second difference of the positions of a marker, m, above which the marker has jumped.
 pub(super) const JUMP: f64 = 0.01;
 
-/// What was found wrong in a recording.
+/// Defect of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "fault")]
 #[non_exhaustive]
 pub enum Fault {
-    /// All markers jump as if frames were missing.
+    /// Lost frames: all markers jump together.
     LostFrames {
-        /// Time of the last frame before, on the recording's own clock, s.
+        /// Time of the last frame before the gap, on the recording's own clock, s.
         time: f64,
-        /// How many are missing.
+        /// Number of lost frames.
         frames: usize,
-        /// Whether the clock goes on in true time.
+        /// Whether later times were corrected.
         mended: bool,
     },
-    /// Two neighbours have each other's label.
+    /// Labels of two neighbors that are exchanged.
     SwappedLabels {
-        /// Their names.
+        /// Names of the markers.
         markers: [String; 2],
-        /// Whether each has the place of the other.
+        /// Whether the labels were exchanged back.
         mended: bool,
     },
-    /// Frames of a point that drives a support are missing, and interpolation over them is inaccurate.
+    /// Missing frames of a point that drives a support, over which interpolation is inaccurate.
     MissingFrames {
         /// Name of the marker; empty for the only point of a file.
         marker: String,
-        /// Times of the frames before and after, s.
+        /// Time of the frame before, s.
         from: f64,
-        /// The latter.
+        /// Time of the frame after, s.
         to: f64,
-        /// How many are missing.
+        /// Number of missing frames.
         frames: usize,
-        /// Error of the interpolation over as many frames elsewhere in the recording, RMS, m; none where the
-        /// recording has no such stretch, or ends or begins there.
+        /// Error, RMS, m, of the interpolation over equally many frames elsewhere in the recording. None if the recording
+        /// has no such frames, or if the gap is at its start or end.
         error: Option<f64>,
     },
-    /// A point that drives a support jumps from one frame to the next.
+    /// Jumps, from one frame to the next, of a point that drives a support.
     Jumps {
         /// Name of the marker; empty for the only point of a file.
         marker: String,
@@ -56,20 +56,21 @@ pub enum Fault {
         /// Mean acceleration, m/s^2.
         mean: [f64; 3],
     },
-    /// A marker jumps for single frames.
+    /// Jumps of a marker for single frames.
     Glitches {
-        /// Its name.
+        /// Name of the marker.
         marker: String,
-        /// The frames, from 0.
+        /// Indices of the frames, from 0.
         frames: Vec<usize>,
-        /// Their times, s.
+        /// Times of the frames, s.
         times: Vec<f64>,
     },
 }
 
 impl Fault {
-    /// Whether it is another fault than these: jumps of lost frames and of glitches are theirs.
-    pub(super) fn is_beside(&mut self, others: &[Self], step: f64) -> bool {
+    /// Removes from jumps the times, s, of lost frames among the `others`, within two frame intervals `step`, s. Returns
+    /// whether the defect remains: jumps without times, or of a marker with glitches, are those of the others.
+    pub(super) fn retain_distinct(&mut self, others: &[Self], step: f64) -> bool {
         let Self::Jumps { marker, times, .. } = self else { return true };
         for other in others {
             match other {
@@ -81,7 +82,7 @@ impl Fault {
         !times.is_empty()
     }
 
-    /// Its short name, by which it is explained.
+    /// Warning code.
     pub fn code(&self) -> Code {
         match self {
             Self::LostFrames { .. } => Code::LostFrames,
@@ -125,7 +126,11 @@ impl fmt::Display for Fault {
                     1 => "1 frame is".into(),
                     n => format!("{n} frames are"),
                 };
-                write!(f, "{frames} missing{} from t = {from:.4} s to {to:.4} s. ", of(marker))?;
+                write!(
+                    f,
+                    "{frames} missing{} from t = {from:.4} s to {to:.4} s. ",
+                    of_marker(marker)
+                )?;
                 match error {
                     Some(error) => write!(
                         f,
@@ -138,42 +143,39 @@ impl fmt::Display for Fault {
                     ". Fill the gap in the program that recorded it, or simulate another part",
                 )
             }
-            Self::Jumps { marker, times, distance } => {
-                let first = times.first().copied().unwrap_or(0.0);
-                let count = match times.len() {
-                    1 => "once".into(),
-                    n => format!("{n} times, first"),
-                };
-                write!(
-                    f,
-                    "the motion{} jumps {count} at t = {first:.4} s, by up to {distance:.2e} m between two frames. \
+            Self::Jumps { marker, times, distance } => write!(
+                f,
+                "the motion{} jumps {}, by up to {distance:.2e} m between two frames. \
                      The rod follows the jump. Correct these frames, or leave them blank",
-                    of(marker)
-                )
-            }
+                of_marker(marker),
+                occurrences(times)
+            ),
             Self::Gravity { mean: [x, y, z] } => write!(
                 f,
                 "the mean acceleration is ({x:.2}, {y:.2}, {z:.2}) m/s^2, the size of gravity. The end falls \
                  freely. Subtract gravity from the readings of the accelerometer"
             ),
-            Self::Glitches { marker, times, .. } => {
-                let first = times.first().copied().unwrap_or(0.0);
-                let count = match times.len() {
-                    1 => "once".into(),
-                    n => format!("{n} times, first"),
-                };
-                write!(
-                    f,
-                    "marker {marker} jumps by more than {} mm for one frame, {count} at t = {first:.4} s. Such \
+            Self::Glitches { marker, times, .. } => write!(
+                f,
+                "marker {marker} jumps by more than {} mm for one frame, {}. Such \
                      glitches bias a fit. Set glitches = \"mask\" in the observation, which leaves them out",
-                    1e3 * JUMP
-                )
-            }
+                1e3 * JUMP,
+                occurrences(times)
+            ),
         }
     }
 }
 
-/// ` of marker A`; nothing for the only point of a file.
-fn of(marker: &str) -> String {
+/// Number of occurrences and the time of the first, s: `3 times, first at t = 0.1 s`.
+fn occurrences(times: &[f64]) -> String {
+    let first = times.first().copied().unwrap_or(0.0);
+    match times.len() {
+        1 => format!("once at t = {first:.4} s"),
+        n => format!("{n} times, first at t = {first:.4} s"),
+    }
+}
+
+/// The words ` of marker A`; empty for the only point of a file.
+fn of_marker(marker: &str) -> String {
     if marker.is_empty() { String::new() } else { format!(" of marker {marker}") }
 }

@@ -1,25 +1,29 @@
-//! What goes wrong in recordings of markers: frames that are lost, labels that change places, and markers
-//! that jump for a frame. All of it is found and told, and mended only where that is asked for.
+//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of
+//! single markers. All defects are reported; they are corrected only on request.
+//!
+//! Lost frames are found by least squares: the positions around a gap follow a cubic of time, with the gap much better than
+//! without it.
 
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
 use serde::{Deserialize, Serialize};
 
-/// Frames looked at on each side of a gap, and the most that are looked for in it.
+/// Frames on each side of a gap to which the cubic is fitted.
 const BESIDE: usize = 3;
+/// Longest gap, in steps from the frame before to the frame after.
 const LONGEST: usize = 12;
-/// By how much a gap must fit better than none, in sums of squares.
+/// Ratio of the sums of squares without and with a gap from which on a gap is detected.
 const BETTER: f64 = 10.0;
-/// By how much one of both must fit a single marker better, in RMS, to decide between them.
+/// Ratio of the RMS residuals without and with a gap, or the inverse, from which on a single marker decides.
 const DECISIVE: f64 = 2.0;
-/// Markers that must jump by lost frames at least: one alone has slipped.
+/// Fewest markers that must jump at lost frames: a single one has slipped.
 const FEWEST_JUMPING: usize = 2;
-/// What fits to this, m, has no gap: cameras see no better.
-const SEEN: f64 = 2e-5;
-/// By how much a marker must be farther than one that should be beyond it: by less, edges only differ.
+/// RMS residual, m, of frames without a gap: the resolution of cameras.
+const RESOLUTION: f64 = 2e-5;
+/// Ratio of two distances above which the labels are exchanged; smaller ratios are due to different edges.
 const FARTHER: f64 = 1.15;
-/// Frames that a jump spoils, on each side of it.
+/// Frames on each side of a jump that are unusable.
 const SPOILED: usize = 2;
 
 /// Treatment of lost frames, where the clock of a recording continued without a gap.
@@ -46,9 +50,20 @@ pub enum SwappedLabels {
     Mend,
 }
 
+/// Gap of lost frames.
+#[derive(Clone, Copy)]
+struct FrameGap {
+    /// Frame before the gap.
+    before: usize,
+    /// Steps of the clock from there to the next frame.
+    steps: usize,
+    /// Ratio of the RMS residuals without and with the gap.
+    better: f64,
+}
+
 impl Track {
-    /// The recording with what is wrong in it [told](Self::faults), and mended as these say; `held` are the
-    /// markers that lead an end.
+    /// The recording with its [defects](Self::faults), corrected as `lost` and `swapped` request. `held` are the indices of
+    /// the markers that drive an end.
     pub(crate) fn examined(
         &self,
         held: &[usize],
@@ -61,21 +76,21 @@ impl Track {
             let markers = [j, *other].map(|k| self.markers()[k].name.clone());
             faults.push(Fault::SwappedLabels { markers, mended: swapped == SwappedLabels::Mend });
         }
-        // Of the rod's own order, whatever is done about it.
+        // Markers in the order along the rod, whether or not the labels are corrected.
         let places: Vec<&Marker> = order.iter().map(|j| &self.markers()[*j]).collect();
         let held: Vec<&Marker> = held.iter().map(|j| places[*j]).collect();
         let gaps = self.gaps(&held);
-        for (frame, steps) in &gaps {
+        for gap in &gaps {
             faults.push(Fault::LostFrames {
-                time: self.times()[*frame],
-                frames: steps - 1,
+                time: self.times()[gap.before],
+                frames: gap.steps - 1,
                 mended: lost == LostFrames::Stretch,
             });
         }
         for (j, marker) in places.iter().enumerate() {
             let beside = [j.checked_sub(1), Some(j + 1)].into_iter().flatten();
             let beside: Vec<&Marker> = beside.filter_map(|j| places.get(j).copied()).collect();
-            let frames = self.jumps(marker, &beside, &gaps);
+            let frames = self.glitches(marker, &beside, &gaps);
             if !frames.is_empty() {
                 let times = frames.iter().map(|k| self.times()[*k]).collect();
                 faults.push(Fault::Glitches { marker: marker.name.clone(), frames, times });
@@ -84,8 +99,9 @@ impl Track {
         let mut times = self.times().to_vec();
         if lost == LostFrames::Stretch {
             let between = self.usual_step();
-            for (frame, steps) in &gaps {
-                times[frame + 1..].iter_mut().for_each(|t| *t += (steps - 1) as f64 * between);
+            for gap in &gaps {
+                let later = times[gap.before + 1..].iter_mut();
+                later.for_each(|t| *t += (gap.steps - 1) as f64 * between);
             }
         }
         let name = |j: usize| self.markers()[j].name.clone();
@@ -93,16 +109,16 @@ impl Track {
             SwappedLabels::Keep => (name(j), self.markers()[j].seen.clone()),
             SwappedLabels::Mend => (name(j), place.seen.clone()),
         });
-        // As many sightings as before: it cannot fail.
+        // As many positions as before, so that `new` succeeds.
         let mended = Self::new(times, markers.collect()).unwrap_or_else(|_| self.clone());
         mended.with_faults(faults)
     }
 
-    /// The marker that is at each place along the rod. Two neighbours are taken for swapped where the
-    /// farther of them is mostly nearer to the marker before.
+    /// Index of the marker at each position along the rod. The labels of two neighbors are exchanged if the outer one has
+    /// the smaller median distance from the marker before them.
     fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.markers().len()).collect();
-        // A marker beyond its neighbour is farther by an edge.
+        // The outer marker is farther by the length of an edge.
         let nearer = |from: usize, far: usize, near: usize| {
             let both = (self.distance(from, far), self.distance(from, near));
             matches!(both, (Some(far), Some(near)) if far > FARTHER * near)
@@ -112,14 +128,14 @@ impl Track {
                 order.swap(j, j + 1);
             }
         }
-        // The first two have no neighbour before them; the one behind them is in its place by now.
+        // The first two have no marker before them; the third is in its place by now.
         if order.len() > 2 && nearer(order[2], order[1], order[0]) {
             order.swap(0, 1);
         }
         order
     }
 
-    /// The median distance between two markers, m.
+    /// Median distance between two markers, m; none without common frames.
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
@@ -127,22 +143,21 @@ impl Track {
         all.get(all.len() / 2).copied()
     }
 
-    /// Where frames are missing: the frame before, and how many steps the way to the next one is. There
-    /// the way of the held markers is smooth with a gap, and not without.
-    fn gaps(&self, held: &[&Marker]) -> Vec<(usize, usize)> {
+    /// Gaps of lost frames, where the motion of the held markers is smooth with a gap, but not without.
+    fn gaps(&self, held: &[&Marker]) -> Vec<FrameGap> {
         let frames = self.times().len();
-        let mut gaps: Vec<(usize, usize, f64)> = Vec::new();
-        let mut ways: Vec<Frames> = Vec::new();
+        let mut gaps: Vec<FrameGap> = Vec::new();
+        let mut paths: Vec<FrameWindow> = Vec::new();
         for before in BESIDE - 1..frames.saturating_sub(BESIDE) {
             let first = before + 1 - BESIDE;
-            ways.clear();
-            ways.extend(held.iter().filter_map(|m| ways_of(&m.seen[first..])).flatten());
-            if ways.len() < 3 * held.len() {
+            paths.clear();
+            paths.extend(held.iter().filter_map(|m| coordinates(&m.seen[first..])).flatten());
+            if paths.len() < 3 * held.len() {
                 continue;
             }
-            let roughness = |steps: usize| rms_residual(&self.cubics(first, steps), &ways);
+            let roughness = |steps: usize| rms_residual(&self.cubics(first, steps), &paths);
             let here = roughness(1);
-            if here <= SEEN {
+            if here <= RESOLUTION {
                 continue;
             }
             let best = (2..=LONGEST).map(|m| (m, roughness(m))).min_by(|a, b| a.1.total_cmp(&b.1));
@@ -151,22 +166,23 @@ impl Track {
             });
             if let Some((steps, rough)) = found {
                 let better = here / rough.max(f64::MIN_POSITIVE);
+                let gap = FrameGap { before, steps, better };
                 match gaps.last_mut() {
-                    // Windows beside a gap see it too.
-                    Some(last) if last.0 + 1 == before => {
-                        if better > last.2 {
-                            *last = (before, steps, better);
+                    // Neighboring windows contain the same gap: the one that fits best remains.
+                    Some(last) if last.before + 1 == before => {
+                        if better > last.better {
+                            *last = gap;
                         }
                     }
-                    _ => gaps.push((before, steps, better)),
+                    _ => gaps.push(gap),
                 }
             }
         }
-        gaps.into_iter().map(|(before, steps, _)| (before, steps)).collect()
+        gaps
     }
 
-    /// Orthonormal cubics over the window of frames from `first` on, in whose middle the clock makes so many steps.
-    fn cubics(&self, first: usize, steps: usize) -> [Frames; 4] {
+    /// Orthonormal cubics of time over the window of frames from `first` on, with a gap of `steps` in its middle.
+    fn cubics(&self, first: usize, steps: usize) -> [FrameWindow; 4] {
         let (between, before) = (self.usual_step(), first + BESIDE - 1);
         let time = |k: usize| {
             let t = (self.times()[k] - self.times()[before]) / between;
@@ -175,37 +191,36 @@ impl Track {
         cubics(&components(|k| time(first + k)))
     }
 
-    /// Whether most markers, free ones too, jump by so many steps in the middle of the window of frames from `first` on.
-    /// A marker that slips, or was reconstructed elsewhere, jumps alone, and the others go on evenly. Markers at rest count
-    /// for neither.
+    /// Whether most markers, the free ones included, jump by `steps` in the middle of the window of frames from `first` on. A
+    /// marker that slips or was reconstructed elsewhere jumps alone. Markers at rest are not counted.
     fn most_markers_jump(&self, first: usize, steps: usize) -> bool {
         let [even, lost] = [1, steps].map(|steps| self.cubics(first, steps));
-        let (mut jumping, mut going_on) = (0, 0);
+        let (mut jumping, mut smooth) = (0, 0);
         for marker in self.markers() {
-            let Some(ways) = ways_of(&marker.seen[first..]) else { continue };
-            let [without, with] = [even, lost].map(|basis| rms_residual(&basis, &ways));
-            if without > SEEN && without >= DECISIVE * with {
+            let Some(paths) = coordinates(&marker.seen[first..]) else { continue };
+            let [without, with] = [even, lost].map(|basis| rms_residual(&basis, &paths));
+            if without > RESOLUTION && without >= DECISIVE * with {
                 jumping += 1;
-            } else if with > SEEN && with >= DECISIVE * without {
-                going_on += 1;
+            } else if with > RESOLUTION && with >= DECISIVE * without {
+                smooth += 1;
             }
         }
-        jumping >= FEWEST_JUMPING && jumping > going_on
+        jumping >= FEWEST_JUMPING && jumping > smooth
     }
 
-    /// The frames in which a marker jumps and those beside it on the rod do not, which a whip takes along;
-    /// away from lost frames.
-    fn jumps(&self, marker: &Marker, beside: &[&Marker], gaps: &[(usize, usize)]) -> Vec<usize> {
-        let near = |k: usize| gaps.iter().any(|(frame, _)| frame.abs_diff(k) <= SPOILED);
+    /// Frames in which a marker jumps, but its neighbors `beside` it on the rod do not, which also move in a whip; frames near
+    /// gaps are left out.
+    fn glitches(&self, marker: &Marker, beside: &[&Marker], gaps: &[FrameGap]) -> Vec<usize> {
+        let near = |k: usize| gaps.iter().any(|gap| gap.before.abs_diff(k) <= SPOILED);
         let jumps = |k: &usize| {
-            second(marker, *k) > JUMP
-                && beside.iter().all(|other| second(other, *k) < 0.5 * JUMP)
+            second_difference(marker, *k) > JUMP
+                && beside.iter().all(|other| second_difference(other, *k) < 0.5 * JUMP)
                 && !near(*k)
         };
         (1..marker.seen.len().saturating_sub(1)).filter(jumps).collect()
     }
 
-    /// Whether a frame of a marker is spoiled by a jump.
+    /// Whether a frame of a marker is unusable because of a jump within two frames.
     pub(crate) fn is_spoiled(&self, marker: &Marker, frame: usize) -> bool {
         self.faults().iter().any(|fault| match fault {
             Fault::Glitches { marker: name, frames, .. } => {
@@ -216,34 +231,36 @@ impl Track {
     }
 }
 
-/// The second difference of a marker's places about a frame, m; 0 where it was not seen.
-fn second(marker: &Marker, k: usize) -> f64 {
+/// Second difference of the positions of a marker about frame `k`, m; 0 with a missing frame.
+fn second_difference(marker: &Marker, k: usize) -> f64 {
     let [a, b, c] = [k - 1, k, k + 1].map(|k| marker.seen[k]);
     let (Some(a), Some(b), Some(c)) = (a, b, c) else { return 0.0 };
     norm(std::array::from_fn(|i| a[i] - 2.0 * b[i] + c[i]))
 }
 
+/// Length of a vector.
 fn norm(a: Vector<f64>) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The frames around a gap.
+/// Number of frames around a gap.
 const WINDOW: usize = 2 * BESIDE;
-/// A number of each of them.
-type Frames = [f64; WINDOW];
+/// One number for each frame around a gap.
+type FrameWindow = [f64; WINDOW];
 
-/// The ways of a marker along the three axes in the first of some frames, if it was seen in all of them.
-fn ways_of(seen: &[Option<Vector<f64>>]) -> Option<[Frames; 3]> {
-    let mut ways = [[0.0; WINDOW]; 3];
+/// Coordinates of a marker along each axis in the first frames of a list; none if one is missing.
+fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
+    let mut axes = [[0.0; WINDOW]; 3];
     for (k, seen) in seen.iter().take(WINDOW).enumerate() {
         let place = (*seen)?;
-        (0..3).for_each(|c| ways[c][k] = place[c]);
+        (0..3).for_each(|c| axes[c][k] = place[c]);
     }
-    Some(ways)
+    Some(axes)
 }
 
+/// Scalar product.
 #[inline]
-fn product(a: &Frames, b: &Frames) -> f64 {
+fn product(a: &FrameWindow, b: &FrameWindow) -> f64 {
     let mut sum = 0.0;
     for k in 0..WINDOW {
         sum += a[k] * b[k];
@@ -251,17 +268,17 @@ fn product(a: &Frames, b: &Frames) -> f64 {
     sum
 }
 
-/// Takes from a list what it has of another, of length 1.
+/// Subtracts from a vector its projection onto another one of length 1.
 #[inline]
-fn take_off(from: &mut Frames, other: &Frames) {
+fn subtract_projection(from: &mut FrameWindow, other: &FrameWindow) {
     let along = product(other, from);
     for k in 0..WINDOW {
         from[k] -= along * other[k];
     }
 }
 
-/// An orthonormal basis of the cubics at these times.
-fn cubics(times: &Frames) -> [Frames; 4] {
+/// Orthonormal basis of the cubic polynomials at these times (Gram-Schmidt).
+fn cubics(times: &FrameWindow) -> [FrameWindow; 4] {
     let middle = times.iter().sum::<f64>() / WINDOW as f64;
     let size = times.iter().map(|t| (t - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
     let mut basis = [[1.0; WINDOW]; 4];
@@ -271,23 +288,23 @@ fn cubics(times: &Frames) -> [Frames; 4] {
     for power in 0..4 {
         let (done, rest) = basis.split_at_mut(power);
         let new = &mut rest[0];
-        done.iter().for_each(|old| take_off(new, old));
+        done.iter().for_each(|old| subtract_projection(new, old));
         let length = product(new, new).sqrt();
         new.iter_mut().for_each(|x| *x /= length);
     }
     basis
 }
 
-/// Residual, RMS, of the least-squares fit of a basis to the ways of markers.
-fn rms_residual(basis: &[Frames; 4], ways: &[Frames]) -> f64 {
-    let sum = ways.iter().map(|way| left(basis, way)).sum::<f64>();
-    (sum / f64::max((WINDOW * ways.len()) as f64, 1.0)).sqrt()
+/// RMS residual of the least-squares fit of an orthonormal basis to each path.
+fn rms_residual(basis: &[FrameWindow; 4], paths: &[FrameWindow]) -> f64 {
+    let sum = paths.iter().map(|path| residual_squares(basis, path)).sum::<f64>();
+    (sum / f64::max((WINDOW * paths.len()) as f64, 1.0)).sqrt()
 }
 
-/// The sum of squares that a basis leaves of values.
-fn left(basis: &[Frames; 4], values: &Frames) -> f64 {
+/// Sum of squares of the residuals of values after projection onto an orthonormal basis.
+fn residual_squares(basis: &[FrameWindow; 4], values: &FrameWindow) -> f64 {
     let mut rest = components(|k| values[k] - values[0]);
-    basis.iter().for_each(|old| take_off(&mut rest, old));
+    basis.iter().for_each(|old| subtract_projection(&mut rest, old));
     product(&rest, &rest)
 }
 
@@ -295,8 +312,8 @@ fn left(basis: &[Frames; 4], values: &Frames) -> f64 {
 mod tests {
     use super::*;
 
-    /// Five markers between hands that move, 100 frames a second; without the frames in `lost`, while the
-    /// clock goes on as if nothing were missing.
+    /// Five markers between moving grippers at 100 frames per second, without the frames in `lost`, while the clock
+    /// continues without a gap.
     fn track(lost: &[usize], swapped: Option<[usize; 2]>, glitch: Option<usize>) -> Track {
         let place = |j: usize, frame: usize| {
             let (t, u) = (0.01 * frame as f64, 0.1 * j as f64);
@@ -319,7 +336,7 @@ mod tests {
     const HELD: [usize; 4] = [0, 1, 3, 4];
 
     #[test]
-    fn clean_recordings_have_no_faults() {
+    fn clean_recording_has_no_faults() {
         let clean = track(&[], None, None);
         let examined = clean.examined(&HELD, LostFrames::Stretch, SwappedLabels::Mend);
         assert!(examined.faults().is_empty(), "{:?}", examined.faults());
@@ -327,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_frames_are_found_and_stretched() {
+    fn lost_frames_are_found_and_later_times_corrected() {
         let lost: Vec<usize> = (31..34).chain(70..71).collect();
         let recorded = track(&lost, None, None);
         let kept = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
@@ -344,7 +361,7 @@ mod tests {
         let mended = recorded.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
         assert!((mended.times()[31] - 0.34).abs() < 1e-12);
         assert!((mended.end() - 1.19).abs() < 1e-12);
-        // What was mended is told, and not found again.
+        // Corrected defects are reported, and not found again.
         assert_eq!(mended.faults().len(), 2);
         let again = mended.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
         assert!(again.faults().is_empty(), "{:?}", again.faults());
@@ -371,20 +388,20 @@ mod tests {
     }
 
     #[test]
-    fn swapped_labels_are_found_and_mended() {
+    fn swapped_labels_of_neighbors_are_found_and_exchanged() {
         for pair in [[0, 1], [1, 2], [2, 3], [3, 4]] {
             let recorded = track(&[], Some(pair), None);
             let kept = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
             let markers = pair.map(|j| j.to_string());
-            let told = Fault::SwappedLabels { markers, mended: false };
-            assert_eq!(kept.faults(), [told]);
+            let swapped = Fault::SwappedLabels { markers, mended: false };
+            assert_eq!(kept.faults(), [swapped]);
             let mended = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Mend);
             assert_eq!(mended.markers(), track(&[], None, None).markers());
         }
     }
 
     #[test]
-    fn glitches_are_found() {
+    fn glitch_spoils_two_frames_on_each_side() {
         let recorded = track(&[], None, Some(50));
         let examined = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
         let Fault::Glitches { marker, frames, .. } = &examined.faults()[0] else { panic!() };

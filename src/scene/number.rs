@@ -1,63 +1,68 @@
-//! The numbers of a scene: what may be differentiated by, identified, and given an error.
+//! Physical numbers of a scene: their quantities (unit, limits, search range) and the walk over all of them.
 //!
-//! A physical number is declared once, in the `over` of its table: the key it stands under and its
-//! [`Quantity`], that is unit, scale, limits and where to search for it. Its name is its place in the
-//! file, `loads.point.0.force.y`. From that one line follow reading and changing a number by its name,
-//! the list of what a scene has, and the scene over dual numbers.
+//! A number is declared once, in its [table](crate::scene::table): the field, whose name is the key in the file, and its
+//! [`Quantity`]. The declaration gives the number's parameter name (its path in the file, `loads.point.0.force.y`), its
+//! validation, the list of all numbers of a scene, and the scene over dual numbers.
 
+use crate::error::Error;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::f64::consts::PI;
 
-/// What the numbers of a scene that is read from a file or written to one can do.
-pub trait Written: Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq {
-    /// Whether it is zero, as it is without the key.
-    fn is_nothing(&self) -> bool {
-        *self == Self::default()
-    }
+/// Number type of scenes that are read from files and written to them.
+pub trait SceneNumber:
+    Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq
+{
 }
-impl Written for f64 {}
+impl SceneNumber for f64 {}
 
-/// What kind of number stands somewhere.
+/// Whether a value is its type's default, which is not written to files.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// Unit, limits and search range of a physical number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// Empty for pure numbers.
+    /// Unit; empty for pure numbers.
     pub unit: &'static str,
-    /// Smallest and largest value it may take at all.
+    /// Smallest and largest allowed value, in `unit`.
     pub limits: [f64; 2],
     /// Whether it is positive and identified in its logarithm.
     pub is_positive: bool,
-    /// Whether it is positive or zero, where it stands for something that may not be there.
+    /// Whether it is positive or zero, where zero switches the effect off.
     pub may_vanish: bool,
     /// Whether only the recording depends on it, and not the motion.
     pub is_of_the_camera: bool,
-    /// Where to look for it when nothing is known of it.
+    /// Values at which a fit without a start value begins its search.
     pub candidates: Candidates,
 }
 
-/// Where to look for a number when nothing is known of it.
+/// Values at which a fit without a start value begins its search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Candidates {
-    /// Where the scene has it: it was set up by eye, or is a detail.
+    /// The value of the scene.
     Here,
-    /// From the first to the second, in so many values a decade.
+    /// From the first to the second value, geometrically spaced; the third is the number of values per decade.
     Decades(f64, f64, f64),
-    /// These values and no others.
+    /// These values.
     Values(&'static [f64]),
-    /// These values over the rod's length.
+    /// These values over the rod length.
     PerLength(&'static [f64]),
-    /// From the first to the second part of the rod's length, in so many values a decade.
+    /// From the first to the second fraction of the rod length; the third is the number of values per decade.
     OfLength(f64, f64, f64),
-    /// From the first part of Young's modulus to it, in so many values a decade.
+    /// From the first fraction of Young's modulus to it; the second is the number of values per decade.
     OfYoungsModulus(f64, f64),
-    /// A rate, 1/s: from the first over the record's length to the second over its first swing.
+    /// Rates, 1/s: from the first over the duration of the record to the second over its first swing; the third is the
+    /// number of values per decade.
     Rate(f64, f64, f64),
-    /// A time, s: from the first to the second part of the record's first swing.
+    /// Times, s: from the first to the second fraction of the record's first swing; the third is the number of values
+    /// per decade.
     Time(f64, f64, f64),
 }
 
 impl Quantity {
-    /// A positive number, searched for from the scene's.
+    /// Positive number of a unit, searched for from the scene's value.
     pub const fn positive(unit: &'static str) -> Self {
         Self {
             unit,
@@ -69,108 +74,82 @@ impl Quantity {
         }
     }
 
-    /// A number of either sign, searched for from the scene's.
+    /// Number of either sign, searched for from the scene's value.
     pub const fn signed(unit: &'static str) -> Self {
         Self { limits: [-1e12, 1e12], is_positive: false, ..Self::positive(unit) }
     }
 
-    /// An angle in rad, up to half a turn.
+    /// Angle in rad, up to half a turn.
     pub const ANGLE: Self = Self::signed("rad").within(-PI, PI);
 
-    /// The same quantity with limits.
+    /// The same quantity with other limits.
     pub const fn within(self, low: f64, high: f64) -> Self {
         Self { limits: [low, high], ..self }
     }
 
-    /// With another place to search.
+    /// The same quantity with another search range.
     pub const fn searched(self, candidates: Candidates) -> Self {
         Self { candidates, ..self }
     }
 
-    /// That may be zero.
+    /// The same quantity, which may also be zero.
     pub const fn vanishing(self) -> Self {
         Self { may_vanish: true, ..self }
     }
 
-    /// Of the camera only.
+    /// The same quantity, as a property of the camera.
     pub const fn of_the_camera(self) -> Self {
         Self { is_of_the_camera: true, ..self }
     }
-}
 
-/// The path of a number in its file, `loads.point.0.force.y`. It is no part of [`Numbers`], so that it is compiled once for all
-/// types of numbers and tables.
-#[derive(Default)]
-struct NumberPath(String);
-
-impl NumberPath {
-    /// Appends a key, and returns the length before it.
-    #[inline(never)]
-    fn push(&mut self, key: &str) -> usize {
-        let outside = self.0.len();
-        if outside > 0 {
-            self.0.push('.');
+    /// Rejects a value, with its key, that is not finite or has a sign that the quantity does not allow.
+    pub(crate) fn check(&self, key: &str, value: f64) -> Result<(), Error> {
+        let (is_allowed, allowed) = match (self.is_positive, self.may_vanish) {
+            (true, false) => (value > 0.0, "a finite number above 0"),
+            (true, true) => (value >= 0.0, "a finite number, 0 or above"),
+            (false, _) => (true, "a finite number"),
+        };
+        match is_allowed && value.is_finite() {
+            true => Ok(()),
+            false => Err(Error::invalid(key, value, allowed)),
         }
-        self.0.push_str(key);
-        outside
-    }
-
-    #[inline(never)]
-    fn truncate(&mut self, length: usize) {
-        self.0.truncate(length);
     }
 }
 
-/// A walk through the numbers of a scene, which makes a `D` of each.
-pub struct Numbers<'a, D> {
-    path: NumberPath,
-    make: &'a mut dyn FnMut(&str, f64, Quantity) -> D,
+/// Conversion of the numbers of a scene to another number type `D`, one after the other, with the path of each.
+pub(crate) struct NumberVisitor<'a, D> {
+    /// Path of the table that is visited, `loads.point.0`.
+    path: String,
+    /// Returns the converted number of a path, value and quantity.
+    convert: &'a mut dyn FnMut(&str, f64, Quantity) -> D,
 }
 
-impl<'a, D> Numbers<'a, D> {
-    /// A walk that makes numbers of their names, values and quantities.
-    pub fn new(make: &'a mut dyn FnMut(&str, f64, Quantity) -> D) -> Self {
-        Self { path: NumberPath::default(), make }
+impl<'a, D> NumberVisitor<'a, D> {
+    /// A visitor at the root of a scene with a conversion from path, value and quantity.
+    pub fn new(convert: &'a mut dyn FnMut(&str, f64, Quantity) -> D) -> Self {
+        Self { path: String::new(), convert }
     }
 
-    /// The number under a key.
+    /// Returns the converted number of a key of the present table.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
-        let outside = self.path.push(key);
-        let number = (self.make)(&self.path.0, value, quantity);
-        self.path.truncate(outside);
+        let outer_length = self.enter(key);
+        let number = (self.convert)(&self.path, value, quantity);
+        self.leave(outer_length);
         number
     }
 
-    /// The number under a key, if it is there.
-    pub fn maybe(&mut self, key: &str, value: Option<f64>, quantity: Quantity) -> Option<D> {
-        value.map(|value| self.number(key, value, quantity))
+    /// Appends a key to the path and returns the length of the path before, for [`leave`](Self::leave).
+    pub fn enter(&mut self, key: &str) -> usize {
+        let outer_length = self.path.len();
+        if outer_length > 0 {
+            self.path.push('.');
+        }
+        self.path.push_str(key);
+        outer_length
     }
 
-    /// The three components under a key.
-    pub fn vector(&mut self, key: &str, [x, y, z]: [f64; 3], quantity: Quantity) -> [D; 3] {
-        self.table(key, |n| {
-            [("x", x), ("y", y), ("z", z)].map(|(axis, value)| n.number(axis, value, quantity))
-        })
-    }
-
-    /// The numbers of a table.
-    pub fn table<T>(&mut self, key: &str, inside: impl FnOnce(&mut Self) -> T) -> T {
-        let outside = self.path.push(key);
-        let found = inside(self);
-        self.path.truncate(outside);
-        found
-    }
-
-    /// Every entry of a list of tables.
-    pub fn list<T, U>(
-        &mut self,
-        key: &str,
-        entries: &[T],
-        mut entry: impl FnMut(&T, &mut Self) -> U,
-    ) -> Vec<U> {
-        self.table(key, |n| {
-            let each = |(i, e): (usize, &T)| n.table(&i.to_string(), |n| entry(e, n));
-            entries.iter().enumerate().map(each).collect()
-        })
+    /// Restores the path of this length.
+    pub fn leave(&mut self, outer_length: usize) {
+        self.path.truncate(outer_length);
     }
 }

@@ -1,12 +1,12 @@
-//! [Energies of one's own](crate::energy::own) on a scene: which, where, and with what numbers.
+//! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and parameters.
 //!
-//! Code does not fit into a file. A scene that is written has a table `[energy.<name>]` for each,
-//! with its place and its numbers, and one that is read with such a table is no scene until the
-//! code is given: see [`Scene::load_with`](crate::Scene::load_with).
+//! A scene file contains the place and the parameters, but not the code. A scene that is read from such a file is
+//! complete only once the code is given: see [`Scene::load_with`](crate::Scene::load_with).
 
 use crate::error::Error;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::parameter::Parameter;
+use crate::scene::table::{NumberTree, Table};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
@@ -14,11 +14,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-/// Where on the rod an energy acts: by place, never by node, so that finer meshes have it where
-/// coarse ones do.
+/// Place of an energy on the rod, by arc length, so that it does not depend on the mesh.
 ///
-/// On a mesh it acts at elements: single nodes, edges, or inner nodes with their neighbours,
-/// whichever it is [over](crate::energy::OwnEnergy). A point between two of them is shared by both.
+/// On a mesh the energy acts at elements: single nodes, edges, or inner nodes with their neighbors, according to its
+/// [number of nodes](crate::energy::OwnEnergy). Two elements share a point between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum At {
@@ -35,7 +34,7 @@ pub enum At {
 }
 
 impl At {
-    /// Refuses arc lengths off the rod, which is `length` long, m; `key` says whose.
+    /// Rejects arc lengths outside a rod of a `length`, m; `key` is that of the energy.
     pub(crate) fn check(self, key: &str, length: f64) -> Result<(), Error> {
         let on_the_rod = |s: f64| (0.0..=length).contains(&s);
         let fine = match self {
@@ -51,49 +50,49 @@ impl At {
     }
 }
 
-/// The code of an energy, which rods look into.
+/// Code of a user-defined energy.
 pub(crate) trait Code: Any + Send + Sync {
-    /// Its parameters, by name.
+    /// Names and quantities of its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
 }
 
-/// An energy of one's own on a rod.
+/// User-defined energy of a scene: name, place, code and values of its parameters.
 #[derive(Clone)]
 pub struct Attached<D = f64> {
     name: Arc<str>,
     at: At,
-    /// None if it was read from a file, until it is given.
+    /// None after reading from a file, until the code is given.
     code: Option<Arc<dyn Code>>,
     values: Vec<(Arc<str>, D)>,
 }
 
 impl<D> Attached<D> {
-    /// What it was called when it was attached.
+    /// Name under which it was attached.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Where it acts.
+    /// Place on the rod.
     pub fn at(&self) -> At {
         self.at
     }
 
-    /// Its parameters with their values.
+    /// Names and values of its parameters.
     pub fn values(&self) -> impl Iterator<Item = (&str, &D)> {
         self.values.iter().map(|(name, value)| (&**name, value))
     }
 
-    /// Its code; all of a checked scene have it.
+    /// Its code; every energy of a validated scene has it.
     pub(crate) fn code(&self) -> Option<&dyn Code> {
         self.code.as_deref()
     }
 
-    /// The name, to be kept.
+    /// The name, shared.
     pub(crate) fn shared_name(&self) -> Arc<str> {
         self.name.clone()
     }
 
-    /// Where its numbers stand in the scene.
+    /// Path of its table in the scene, `energy.<name>`.
     pub(crate) fn key(&self) -> String {
         format!("energy.{}", self.name)
     }
@@ -110,7 +109,7 @@ impl<D: fmt::Debug> fmt::Debug for Attached<D> {
     }
 }
 
-/// The same code, not only code that does the same.
+/// Equal energies share one code object, name, place and values.
 impl<D: PartialEq> PartialEq for Attached<D> {
     fn eq(&self, other: &Self) -> bool {
         let same = match (&self.code, &other.code) {
@@ -123,7 +122,7 @@ impl<D: PartialEq> PartialEq for Attached<D> {
 }
 
 impl Attached {
-    /// An energy with the values of its parameters, as many as it has.
+    /// Energy of a name at a place, with the value of each parameter of its code.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
         for (parameter, quantity) in known.clone() {
@@ -133,18 +132,7 @@ impl Attached {
         Self { name: name.into(), at, values: values.collect(), code: Some(code) }
     }
 
-    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Attached<D> {
-        let known = self.code.as_ref().map_or(&[][..], |code| code.parameters());
-        let values = n.table(&self.name, |n| {
-            let each = |(i, (name, value)): (usize, &(Arc<str>, f64))| {
-                let quantity = known.get(i).map_or(Quantity::signed(""), |(_, quantity)| *quantity);
-                (name.clone(), n.number(name, *value, quantity))
-            };
-            self.values.iter().enumerate().map(each).collect()
-        });
-        Attached { name: self.name.clone(), at: self.at, code: self.code.clone(), values }
-    }
-
+    /// Rejects an energy without code, invalid names, and values outside their limits.
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
@@ -182,7 +170,39 @@ impl Attached {
     }
 }
 
-/// Checks every energy.
+/// The numbers of an energy under its name.
+impl NumberTree for Attached {
+    type Kind = Table;
+    type Over<D> = Attached<D>;
+
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        _: Table,
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> Attached<D> {
+        let declared = self.code.as_ref().map_or(&[][..], |code| code.parameters());
+        let outer_length = visitor.enter(key);
+        let number = |(i, (name, value)): (usize, &(Arc<str>, f64))| {
+            let quantity = declared.get(i).map_or(Quantity::signed(""), |(_, quantity)| *quantity);
+            (name.clone(), visitor.number(name, *value, quantity))
+        };
+        let values = self.values.iter().enumerate().map(number).collect();
+        visitor.leave(outer_length);
+        Attached { name: self.name.clone(), at: self.at, code: self.code.clone(), values }
+    }
+
+    /// The limits of the code are checked with the energy.
+    fn check_numbers(&self, _: &str, _: Table) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn entry_key(&self, _: usize) -> String {
+        self.name.to_string()
+    }
+}
+
+/// Rejects invalid energies, and two of one name.
 pub(super) fn check(energies: &[Attached]) -> Result<(), Error> {
     for (i, energy) in energies.iter().enumerate() {
         energy.check()?;
@@ -193,16 +213,16 @@ pub(super) fn check(energies: &[Attached]) -> Result<(), Error> {
     Ok(())
 }
 
-/// What stands in a file.
+/// Table `[energy.<name>]` of a file.
 #[derive(Deserialize)]
-#[serde(bound = "D: Written")]
-struct Form<D> {
+#[serde(bound = "D: SceneNumber")]
+struct EnergyTable<D> {
     at: At,
     #[serde(flatten)]
     values: BTreeMap<String, D>,
 }
 
-impl<D: Written> Serialize for Attached<D> {
+impl<D: SceneNumber> Serialize for Attached<D> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(1 + self.values.len()))?;
         for (name, value) in self.values() {
@@ -213,20 +233,20 @@ impl<D: Written> Serialize for Attached<D> {
     }
 }
 
-/// A table for every energy.
-pub(super) fn serialize<S: Serializer, D: Written>(
+/// Writes a table for each energy.
+pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     energies: &[Attached<D>],
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     serializer.collect_map(energies.iter().map(|energy| (&*energy.name, energy)))
 }
 
-/// Energies that are still to be given.
-pub(super) fn deserialize<'de, T: Deserializer<'de>, D: Written>(
+/// Reads energies, which have no code yet.
+pub(super) fn deserialize<'de, T: Deserializer<'de>, D: SceneNumber>(
     deserializer: T,
 ) -> Result<Vec<Attached<D>>, T::Error> {
-    let forms = BTreeMap::<String, Form<D>>::deserialize(deserializer)?;
-    let attached = |(name, Form { at, values }): (String, Form<D>)| Attached {
+    let forms = BTreeMap::<String, EnergyTable<D>>::deserialize(deserializer)?;
+    let attached = |(name, EnergyTable { at, values }): (String, EnergyTable<D>)| Attached {
         name: name.into(),
         at,
         code: None,

@@ -12,11 +12,12 @@ use crate::scene::material::Material;
 use crate::scene::nearest::{LONGEST_NAME, nearest};
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
+use crate::scene::prescribed_motion::Motion;
 use crate::scene::rod::RodSpec;
 use crate::scene::scheme::Scheme;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
-use crate::scene::supports::{Motion, Supports};
+use crate::scene::supports::Supports;
 use crate::scene::taper::Taper;
 use crate::scene::time::Time;
 use serde::{Deserialize, Serialize};
@@ -167,7 +168,7 @@ impl Parameter {
     /// The numbers that a scene has.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let mut all = Vec::new();
-        scene.over(|path, value, _| {
+        scene.map_numbers(|path, value, _| {
             all.push(Self::at(path));
             value
         });
@@ -245,7 +246,7 @@ impl Parameter {
     /// The parameter's value in a scene, if the scene has one.
     pub fn of(self, scene: &Scene) -> Option<f64> {
         let mut found = None;
-        scene.over(|path, value, _| {
+        scene.map_numbers(|path, value, _| {
             if path == self.path {
                 found = Some(value);
             }
@@ -267,7 +268,7 @@ impl Parameter {
     ) -> Result<Scene, Error> {
         let mut values: BTreeMap<&str, (Self, f64, bool)> =
             values.into_iter().map(|(p, value)| (p.path, (p, value, false))).collect();
-        let changed = scene.over(|path, old, _| match values.get_mut(path) {
+        let changed = scene.map_numbers(|path, old, _| match values.get_mut(path) {
             Some((_, value, found)) => {
                 *found = true;
                 *value
@@ -412,7 +413,7 @@ impl fmt::Debug for Parameter {
 impl Scene {
     /// The scene over another scalar; `seed` makes its numbers of the parameters.
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
-        self.over(|path, value, _| seed(Parameter::at(path), value))
+        self.map_numbers(|path, value, _| seed(Parameter::at(path), value))
     }
 }
 
@@ -457,7 +458,7 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
     QUANTITIES.get_or_init(|| {
         let mut quantities = BTreeMap::new();
         for scene in specimens() {
-            scene.over(|path, value, quantity| {
+            scene.map_numbers(|path, value, quantity| {
                 quantities.insert(pattern(path), quantity);
                 value
             });
@@ -502,7 +503,7 @@ fn specimens() -> [Scene; 6] {
             }
         }
         // Whatever the section: these are only looked at for the kinds of their numbers.
-        scene.rod.taper = Taper::all(along);
+        scene.rod.taper = Taper::uniform(&along);
         let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
         scene.supports = Supports { motion: vec![motion], ..Supports::default() };
         let node = Point::ArcLength(1.0);

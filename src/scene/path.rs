@@ -1,7 +1,8 @@
-//! `[supports.path]`: ends that follow recorded markers.
+//! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
+use crate::scene::number::is_default;
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
 use marker_files::Axes;
@@ -69,16 +70,13 @@ pub struct Recorded {
     pub track: Option<Arc<Track>>,
 }
 
+/// Default number of held markers.
 fn two() -> usize {
     2
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
-}
-
 impl Recorded {
-    /// The recording of this file, with two markers held at each recorded end.
+    /// Recording of a file, with two markers held at each recorded end.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
@@ -99,12 +97,12 @@ impl Recorded {
         }
     }
 
-    /// A recording that is no file's.
+    /// Recording that is given as a track.
     pub fn of(track: Track) -> Self {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording, and looks for what is wrong in it, once.
+    /// Reads the recording, and examines it for defects, unless that has been done.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
@@ -124,13 +122,16 @@ impl Recorded {
         Ok(())
     }
 
-    /// How its file is read.
+    /// Settings for reading the file.
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
     }
 
-    /// The recording.
+    /// The track of the recording.
+    ///
+    /// # Errors
+    /// A recording that has not been read.
     pub(crate) fn track(&self) -> Result<&Track, Error> {
         self.track.as_deref().ok_or_else(|| {
             let found = format!("{}, which has not been read", self.file.display());
@@ -138,15 +139,15 @@ impl Recorded {
         })
     }
 
-    /// The parts that the markers divide the rod into.
+    /// Number of parts into which the markers divide the rod.
     pub(crate) fn spans(&self) -> usize {
         self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1)
     }
 
-    /// The node of every marker on a rod of so many edges.
+    /// Node of every marker, on a mesh of a number of edges.
     ///
     /// # Errors
-    /// Where the markers are not equally many edges apart, or a recorded end holds more than there are.
+    /// A number of edges that is not a multiple of the number of parts between markers.
     pub(crate) fn nodes(&self, segments: usize) -> Result<Vec<usize>, Error> {
         let markers = self.track()?.markers().len();
         let spans = markers.saturating_sub(1);
@@ -158,20 +159,20 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
-    /// The markers that do not lead the rod.
+    /// Indices of the markers that do not drive the rod.
     pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
         let inner = self.inner_markers();
         self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
     }
 
-    /// The markers that neither end holds.
+    /// Indices of the markers that neither end holds.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         let held = |end| if end == Support::Recorded { self.held.min(markers) } else { 0 };
         held(start)..markers.saturating_sub(held(end))
     }
 
-    /// The markers between the ends that lead the rod.
+    /// Indices of the markers between the ends that drive the rod.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
         let is_inner =
@@ -179,12 +180,12 @@ impl Recorded {
         (0..markers.len()).filter(is_inner).collect()
     }
 
-    /// How many nodes a recorded end of a rod of so many edges holds.
+    /// Number of nodes that a recorded end holds, on a mesh of a number of edges.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
-    /// Refuses what makes no sense beside these supports.
+    /// Rejects settings that contradict these supports.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
@@ -205,7 +206,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Refuses a rod that has no free node left, and inner markers that are not there or are held anyway.
+    /// Rejects a mesh without a free node, and inner markers that do not exist or that an end holds.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
@@ -243,28 +244,40 @@ impl Recorded {
         Ok(())
     }
 
-    /// The inner nodes that are led, as [`held_at`](Self::held_at) has those of ends.
-    pub(crate) fn held_inside(&self, segments: usize) -> Vec<(usize, [usize; 2], f64)> {
+    /// Nodes at the inner markers, on a mesh of a number of edges.
+    pub(crate) fn inner_nodes(&self, segments: usize) -> Vec<RecordedNode> {
         let nodes = self.nodes(segments).unwrap_or_default();
-        let inner = self.inner_markers().into_iter();
-        inner.filter_map(|j| Some((*nodes.get(j)?, [j, j], 0.0))).collect()
+        let node =
+            |j: usize| Some(RecordedNode { node: *nodes.get(j)?, markers: [j, j], part: 0.0 });
+        self.inner_markers().into_iter().filter_map(node).collect()
     }
 
-    /// The held nodes of an end, each with the two markers it stands between and its part of the way from
-    /// the first to the second.
-    pub(crate) fn held_at(&self, end: End, segments: usize) -> Vec<(usize, [usize; 2], f64)> {
+    /// Nodes that a recorded end holds, on a mesh of a number of edges.
+    pub(crate) fn end_nodes(&self, end: End, segments: usize) -> Vec<RecordedNode> {
         let Some(track) = &self.track else { return Vec::new() };
-        let markers = track.markers().len();
-        let edges = segments / (markers - 1);
-        let last = self.held_nodes(segments) - 1;
-        let place = |k: usize| {
+        let last = track.markers().len() - 1;
+        let edges = segments / last;
+        let node = |k: usize| {
             let (marker, part) = (k / edges, (k % edges) as f64 / edges as f64);
-            let next = (marker + 1).min(markers - 1);
+            let markers = [marker, (marker + 1).min(last)];
             match end {
-                End::Start => (k, [marker, next], part),
-                End::End => (segments - k, [markers - 1 - marker, markers - 1 - next], part),
+                End::Start => RecordedNode { node: k, markers, part },
+                End::End => {
+                    RecordedNode { node: segments - k, markers: markers.map(|j| last - j), part }
+                }
             }
         };
-        (0..=last).map(place).collect()
+        (0..self.held_nodes(segments)).map(node).collect()
     }
+}
+
+/// Node that follows recorded markers: between the first of two markers and the second.
+#[derive(Clone, Debug)]
+pub struct RecordedNode {
+    /// Index of the node.
+    pub node: usize,
+    /// Indices of the two markers.
+    pub markers: [usize; 2],
+    /// Fraction of the distance from the first marker to the second.
+    pub part: f64,
 }

@@ -1,29 +1,38 @@
-//! The plane a scene lies in.
+//! The plane of a planar scene.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
 
-/// How far out of the plane, relative to its own length, a vector may point.
+/// Largest component of a vector out of the plane, relative to its length.
 const TOLERANCE: f64 = 1e-9;
 
-/// A plane with its own x and y axes. Where the plane allows it these are world axes, so that
-/// planar and world coordinates are the same numbers.
+/// Plane with its own x and y axes. These are world axes if the plane is parallel to two of them, so that planar and world
+/// coordinates are equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
-    /// A point of the plane: the one nearest to the world's origin, m.
+    /// Point of the plane nearest to the origin of the world, m.
     pub origin: Vector3<f64>,
-    /// The plane's x axis.
+    /// Unit vector of the x axis, in the world.
     pub x: Vector3<f64>,
-    /// The plane's y axis.
+    /// Unit vector of the y axis, in the world.
     pub y: Vector3<f64>,
 }
 
+/// Vector of a scene with its key.
+#[derive(Clone, Debug)]
+pub struct KeyedVector<D = f64> {
+    /// Key of the vector, for messages.
+    pub key: String,
+    /// Components in world axes.
+    pub vector: [D; 3],
+}
+
 impl Plane {
-    /// The plane through `nodes` that holds every vector of `vectors`, or the key of the first
-    /// vector that leaves it. A straight scene takes the plane of `hint`, or any.
+    /// The plane through `nodes`, m, that contains all `vectors`, or the key of the first vector that leaves it. If nodes and
+    /// vectors are on one line, the plane contains `hint`, or is chosen arbitrarily.
     pub fn through(
         nodes: &[[f64; 3]],
-        vectors: &[(String, Vector3<f64>)],
+        vectors: &[KeyedVector],
         hint: Option<Vector3<f64>>,
     ) -> Result<Self, String> {
         let start = Vector3::from(nodes[0]);
@@ -34,7 +43,7 @@ impl Plane {
             (v.norm() > 0.0 && part.norm() > TOLERANCE * v.norm()).then_some(part)
         };
         let second = edges()
-            .chain(vectors.iter().map(|(_, v)| *v))
+            .chain(vectors.iter().map(|v| v.vector.into()))
             .find_map(|v| across(&v))
             .or_else(|| hint.and_then(|v| across(&v)))
             .unwrap_or_else(|| along.cross(&least_axis(&along)).cross(&along));
@@ -43,11 +52,11 @@ impl Plane {
         if let Some(i) = edges().position(|edge| leaves(&edge)) {
             return Err(format!("edge {i} of the rest shape"));
         }
-        if let Some((key, _)) = vectors.iter().find(|(_, v)| leaves(v)) {
-            return Err(key.clone());
+        if let Some(v) = vectors.iter().find(|v| leaves(&v.vector.into())) {
+            return Err(v.key.clone());
         }
         let x = match normal.iter().position(|c| c.abs() == 1.0) {
-            // x of an axis-parallel plane: the next world axis in cyclic order.
+            // In an axis-parallel plane x is the next world axis in cyclic order.
             Some(axis) => Vector3::ith((axis + 1) % 3, 1.0),
             None => along,
         };
@@ -55,34 +64,34 @@ impl Plane {
         Ok(Self { origin: normal * normal.dot(&start), x, y: normal.cross(&x) })
     }
 
-    /// Coordinates of a point, m.
+    /// Planar coordinates of a point, m.
     pub fn project(&self, point: Vector3<f64>) -> [f64; 2] {
         [point.dot(&self.x), point.dot(&self.y)]
     }
 
-    /// A point of the plane in world coordinates, m.
+    /// World coordinates, m, of a point of the plane.
     pub fn to_world<D: Scalar>(&self, point: [D; 2]) -> [D; 3] {
         let [x, y, z] = self.direction_to_world(point);
         [x + self.origin.x, y + self.origin.y, z + self.origin.z]
     }
 
-    /// A vector of the plane in world axes.
+    /// World components of a vector of the plane.
     pub fn direction_to_world<D: Scalar>(&self, [x, y]: [D; 2]) -> [D; 3] {
         [0, 1, 2].map(|c| x * self.x[c] + y * self.y[c])
     }
 
-    /// Components of a vector in the plane's axes and along its normal.
+    /// Components of a vector in the plane and along its normal.
     pub fn components(&self, v: Vector3<f64>) -> (Vector2<f64>, f64) {
         (Vector2::new(v.dot(&self.x), v.dot(&self.y)), v.dot(&self.x.cross(&self.y)))
     }
 }
 
-/// The world axis least along `v`.
+/// World axis with the smallest component of `v`.
 fn least_axis(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(v.map(f64::abs).imin(), 1.0)
 }
 
-/// Sets components within rounding of 0 and 1 to those.
+/// The vector with components of 0 and 1 instead of those that differ from these by rounding errors.
 fn snapped(v: Vector3<f64>) -> Vector3<f64> {
     v.map(|c| if (c.abs() - c.abs().round()).abs() < 1e-14 { c.round() } else { c })
 }
@@ -93,11 +102,15 @@ mod tests {
 
     fn plane(direction: [f64; 3], gravity: [f64; 3]) -> Result<Plane, String> {
         let nodes: Vec<[f64; 3]> = (0..4).map(|i| direction.map(|d| d * i as f64)).collect();
-        Plane::through(&nodes, &[("loads.gravity".into(), gravity.into())], None)
+        Plane::through(
+            &nodes,
+            &[KeyedVector { key: "loads.gravity".into(), vector: gravity }],
+            None,
+        )
     }
 
     #[test]
-    fn the_xy_plane_keeps_world_coordinates() {
+    fn axes_of_the_xy_plane_are_world_axes() {
         for (direction, gravity) in [
             ([1.0, 0.0, 0.0], [0.0, -9.8, 0.0]),
             ([0.6, 0.8, 0.0], [0.0, -9.8, 0.0]),
@@ -109,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn any_plane_is_found_and_maps_back() {
+    fn projection_and_world_coordinates_are_inverse() {
         let plane = plane([1.0, 2.0, -0.5], [0.3, 0.0, -9.0]).unwrap();
         for v in [[2.0, 4.0, -1.0], [0.3, 0.0, -9.0]] {
             let world = plane.to_world(plane.project(v.into()));
@@ -118,16 +131,16 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_in_space_names_what_leaves_the_plane() {
+    fn vector_out_of_the_plane_is_reported_by_its_key() {
         let mut nodes = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
-        let load = [("loads.point[0].force".to_string(), Vector3::new(0.0, 0.0, 1.0))];
+        let load = [KeyedVector { key: "loads.point[0].force".into(), vector: [0.0, 0.0, 1.0] }];
         assert_eq!(Plane::through(&nodes, &load, None), Err("loads.point[0].force".into()));
         nodes.push([3.0, 1.0, 1e-6]);
         assert_eq!(Plane::through(&nodes, &[], None), Err("edge 2 of the rest shape".into()));
     }
 
     #[test]
-    fn a_hint_turns_the_plane_of_a_straight_rod() {
+    fn plane_of_a_straight_rod_contains_the_hint() {
         let nodes = [[0.0; 3], [1.0, 0.0, 0.0]];
         let plane = Plane::through(&nodes, &[], Some(Vector3::z())).unwrap();
         assert!(plane.x.cross(&plane.y).dot(&Vector3::z()).abs() < 1e-15);

@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{add, scale};
 use crate::scene::mesh::Mesh;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::{NumberVisitor, Quantity};
+use crate::scene::table::{NumberTree, Table};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -15,13 +16,13 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 /// A point of the rod: `"tip"`, the index of a node, or an arc length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
 #[serde(
     untagged,
     expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
     from = "PointForm<D>",
     into = "PointForm<D>",
-    bound = "D: Written"
+    bound = "D: crate::scene::number::SceneNumber"
 )]
 pub enum Point<D = f64> {
     /// The end of the rod: its last node, or the wall that holds this end between two nodes.
@@ -36,11 +37,11 @@ pub enum Point<D = f64> {
 /// How a point is written in files.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
 #[serde(
     untagged,
     expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
-    bound = "D: Written"
+    bound = "D: crate::scene::number::SceneNumber"
 )]
 enum PointForm<D> {
     Name(Name),
@@ -59,8 +60,8 @@ enum Name {
 /// A point of the rod given by its arc length.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(deny_unknown_fields, bound = "D: Written")]
+#[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
+#[serde(deny_unknown_fields, bound = "D: crate::scene::number::SceneNumber")]
 struct ArcLength<D> {
     /// Arc length from the wall (or the start of the rod), m.
     arc_length: D,
@@ -86,18 +87,34 @@ impl<D> From<Point<D>> for PointForm<D> {
     }
 }
 
-impl Point {
-    /// The same point with a number made of its arc length, which stands under `key`.
-    pub(super) fn over<D>(self, key: &str, n: &mut Numbers<'_, D>) -> Point<D> {
-        match self {
+/// The number of an arc length under `key.arc_length`. Its range is checked against the mesh.
+impl NumberTree for Point {
+    type Kind = Table;
+    type Over<D> = Point<D>;
+
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        _: Table,
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> Point<D> {
+        match *self {
             Self::Tip => Point::Tip,
             Self::Node(i) => Point::Node(i),
-            Self::ArcLength(s) => Point::ArcLength(
-                n.table(key, |n| n.number("arc_length", s, Quantity::positive("m"))),
-            ),
+            Self::ArcLength(s) => Point::ArcLength(visitor.number(
+                &format!("{key}.arc_length"),
+                s,
+                Quantity::positive("m"),
+            )),
         }
     }
 
+    fn check_numbers(&self, _: &str, _: Table) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+impl Point {
     /// The same point over another scalar, without derivatives of its own.
     pub(crate) fn fixed<D: Scalar>(self) -> Point<D> {
         match self {

@@ -1,4 +1,4 @@
-//! A rod's shape as a smooth curve through given points.
+//! Shapes of the rod as smooth curves through points of a file or of the scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -8,31 +8,31 @@ use marker_files::table::{LENGTHS, Table};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// A curve through points from the wall, or the rod's first end, to the last: cubic, by arc length,
-/// through the four points next to a place.
+/// Curve through points from the wall, or the first end of the rod, to the last: at each arc length the cubic through the
+/// four nearest points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
     points: Vec<Vector3<f64>>,
-    /// Where every point is on the rod, m.
+    /// Arc length of every point, m.
     arc_length: Vec<f64>,
-    /// Whether the file says so, and not the line's own length.
+    /// Whether the file gives the arc lengths; otherwise they are those of the curve.
     given: bool,
-    /// The lengths its edges were given, m, if they were.
+    /// Given lengths of the edges, m; empty without any.
     lengths: Vec<f64>,
-    source: Source,
+    source: PointSource,
 }
 
-/// Where points come from.
+/// Origin of the points, for error messages.
 #[derive(Clone, Debug, PartialEq)]
-enum Source {
-    /// A file, and the line of every point.
+enum PointSource {
+    /// File, with the line number of every point.
     File(PathBuf, Vec<u64>),
-    /// The scene itself, under this key.
+    /// Key of the scene.
     Scene(&'static str),
 }
 
-impl Source {
-    /// An error at a point.
+impl PointSource {
+    /// The error at point `i`.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -45,12 +45,12 @@ impl Source {
     }
 }
 
-/// Largest turn of a line at a point, degrees, that nodes between the points can follow.
+/// Largest turning angle at a point, degrees, at which nodes between the points follow the curve.
 const SHARPEST: f64 = 90.0;
 
 impl Polyline {
-    /// Reads the columns x, y, z, in m or in the unit of their header; and s, where each point is on
-    /// the rod, if `on_a_rod` says that the line is another shape of one.
+    /// Reads the columns x, y, z, in m or in the unit of their header, and for an initial shape (`on_a_rod`) the column s,
+    /// the arc length of each point on the rod at rest.
     pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let column = |name: &str| {
@@ -85,13 +85,13 @@ impl Polyline {
             }
         }
         let lines = table.rows.iter().map(|row| row.line).collect();
-        Self::new(points, arc_length, Source::File(path.into(), lines))
+        Self::new(points, arc_length, PointSource::File(path.into(), lines))
     }
 
-    /// Through points that stand in the scene itself, m.
+    /// The curve through points of the scene, m; `on_a_rod` for an initial shape.
     pub fn through(points: &[[f64; 3]], on_a_rod: bool) -> Result<Self, Error> {
         let source =
-            Source::Scene(if on_a_rod { "initial.shape.points" } else { "rod.shape.points" });
+            PointSource::Scene(if on_a_rod { "initial.shape.points" } else { "rod.shape.points" });
         let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
         if let Some(i) = points.iter().position(|point| !finite(point)) {
             return Err(source.error(i, &format!("{:?}", points[i]), "finite numbers, m"));
@@ -99,11 +99,11 @@ impl Polyline {
         Self::new(points.iter().map(|point| (*point).into()).collect(), Vec::new(), source)
     }
 
-    /// Through `points`, at these arc lengths or at those of the line itself.
+    /// The curve through `points`, at these arc lengths, m, or without any at those of the curve.
     fn new(
         points: Vec<Vector3<f64>>,
         mut arc_length: Vec<f64>,
-        source: Source,
+        source: PointSource,
     ) -> Result<Self, Error> {
         if let Some(i) = points.windows(2).position(|pair| pair[0] == pair[1]) {
             let found = "the same point as before";
@@ -112,8 +112,8 @@ impl Polyline {
         if points.len() < 3 {
             let found = format!("{} points", points.len());
             return Err(match &source {
-                Source::File(..) => source.error(usize::MAX, &found, "at least 3"),
-                Source::Scene(key) => Error::invalid(*key, found, "at least 3"),
+                PointSource::File(..) => source.error(usize::MAX, &found, "at least 3"),
+                PointSource::Scene(key) => Error::invalid(*key, found, "at least 3"),
             });
         }
         let given = !arc_length.is_empty();
@@ -127,8 +127,8 @@ impl Polyline {
         Ok(Self { points, arc_length, given, lengths: Vec::new(), source })
     }
 
-    /// The line with edges of these lengths, m, along its own; as it is without any.
-    pub fn of_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
+    /// The curve with edges of these lengths, m, in the directions of its own; unchanged without any.
+    pub fn with_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
         let edges = self.points.len() - 1;
         if lengths.is_empty() {
             return Ok(self);
@@ -147,31 +147,31 @@ impl Polyline {
         Ok(Self { lengths: lengths.to_vec(), ..line })
     }
 
-    /// The lengths its edges were given, m, if they were.
+    /// Given lengths of the edges, m; empty without any.
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
     }
 
-    /// The file, if it was read from one.
+    /// The file that it was read from; none for points of the scene.
     pub fn path(&self) -> Option<&Path> {
         match &self.source {
-            Source::File(path, _) => Some(path),
-            Source::Scene(_) => None,
+            PointSource::File(path, _) => Some(path),
+            PointSource::Scene(_) => None,
         }
     }
 
-    /// Whether it was made of these points of a scene.
+    /// Whether it is the curve through these points of the scene, m.
     pub fn is_through(&self, points: &[[f64; 3]]) -> bool {
         let own = self.points.iter().map(|point| <[f64; 3]>::from(*point));
         self.path().is_none() && own.eq(points.iter().copied())
     }
 
-    /// From the first point to the last, m.
+    /// Arc length of the last point, m.
     fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]
     }
 
-    /// The point of the curve at `s`, m; a little beyond its ends too.
+    /// Position, m, at arc length `s`, m; extrapolated slightly beyond the ends.
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
@@ -188,8 +188,8 @@ impl Polyline {
         })
     }
 
-    /// The points of the curve at arc lengths. Between the given points it must be smooth.
-    fn all_at<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
+    /// Positions, m, at arc lengths, m. Rejects a curve with sharp corners if a place is between its points.
+    fn positions<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
         let between = |s: &&D| {
             let s = s.value();
             let i = self.arc_length.partition_point(|x| *x < s);
@@ -212,44 +212,44 @@ impl Polyline {
         Ok(places.iter().map(|s| self.at(*s)).collect())
     }
 
-    /// The mesh of so many edges, by default as many as there are between the points, which go with
-    /// the points' distances. Without a wall through an outermost edge the points themselves are
-    /// its nodes then.
+    /// Mesh of a number of edges, by default that of the points, with lengths proportional to the distances of the points.
+    /// `before` and `after` are the fractions of the first and last edge behind a wall; without these, and by default,
+    /// the nodes are the points.
     pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
         let (spans, length) = (self.points.len() - 1, self.length());
         let segments = segments.unwrap_or(spans);
         let stride = spans as f64 / (segments as f64 - before - after);
-        // Places counted in points; on the other side of an end they mirror those on this.
+        // Places are counted in points; those beyond an end mirror those before it.
         let place = |i: usize| {
             let u = (i as f64 - before) * stride;
             if u < 0.0 {
-                -self.between(-u)
+                -self.arc_length_at(-u)
             } else if u > spans as f64 {
-                2.0 * length - self.between(2.0 * spans as f64 - u)
+                2.0 * length - self.arc_length_at(2.0 * spans as f64 - u)
             } else {
-                self.between(u)
+                self.arc_length_at(u)
             }
         };
         let arc_length: Vec<f64> = (0..=segments).map(place).collect();
-        let nodes = self.all_at(&arc_length)?;
+        let nodes = self.positions(&arc_length)?;
         let points: Vec<Vector3<f64>> = nodes.iter().map(|x| (*x).into()).collect();
         Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
-    /// Arc length at place `u`, counted in points, m.
-    fn between(&self, u: f64) -> f64 {
+    /// Arc length, m, at place `u`, counted in points.
+    fn arc_length_at(&self, u: f64) -> f64 {
         let i = (u as usize).min(self.points.len() - 2);
         let [a, b] = [self.arc_length[i], self.arc_length[i + 1]];
         a + (u - i as f64) * (b - a)
     }
 
-    /// Where the nodes of a rod are that has taken this shape: each as far from the wall as the file
-    /// says, or at the same part of the length as at rest.
+    /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape: at their arc lengths, if the file gives
+    /// those of the points, or at the same fractions of the length as at rest.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         if !self.given {
             let stretch = rest.length.recip() * self.length();
             let places: Vec<D> = rest.arc_length.iter().map(|s| *s * stretch).collect();
-            return self.all_at(&places);
+            return self.positions(&places);
         }
         let length = rest.length.value();
         let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * length);
@@ -259,12 +259,12 @@ impl Polyline {
             let allowed = format!("from 0 (the wall) or before to {length} m or beyond");
             return Err(Error::invalid("initial.shape.file", found, allowed));
         }
-        self.all_at(&rest.arc_length)
+        self.positions(&rest.arc_length)
     }
 }
 
-/// The arc over every chord of a polygon inscribed in a smooth curve: it turns by the mean of the
-/// angles at its ends.
+/// Arc length over every edge of a polygon inscribed in a smooth curve, m: that of a circle that turns by the mean of the
+/// turning angles at both ends of the edge.
 fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
     let edges: Vec<Vector3<f64>> = points.windows(2).map(|p| p[1] - p[0]).collect();
     let turns: Vec<f64> = edges.windows(2).map(|e| angle(&e[0], &e[1])).collect();
@@ -320,7 +320,7 @@ mod tests {
     /// However the ends are held and however fine the mesh, points of a shape make its mesh; with
     /// as many nodes as points to fourth order in their distance.
     #[test]
-    fn points_of_a_shape_make_its_mesh() {
+    fn mesh_through_points_of_a_shape_equals_its_mesh() {
         let folder = tempfile::tempdir().unwrap();
         for shape in shapes() {
             for cut in [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [0.5, 0.5]] {
@@ -352,7 +352,7 @@ mod tests {
 
     /// Edges get the lengths they are given, along the line's own directions.
     #[test]
-    fn edges_of_given_lengths() {
+    fn given_lengths_become_lengths_of_edges() {
         let points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.2, 0.0], [0.1, 0.2, 0.3]];
         let mut shape = Shape::points(points);
         let Shape::Polyline { lengths, .. } = &mut shape else { unreachable!() };
@@ -370,7 +370,7 @@ mod tests {
 
     /// Where no wall cuts an edge the points are the nodes, to the last digit.
     #[test]
-    fn points_are_nodes_without_a_cut() {
+    fn nodes_without_a_wall_equal_the_points() {
         let folder = tempfile::tempdir().unwrap();
         let parts = [0.0, 0.03, 0.2, 0.25, 0.5, 0.6, 1.0];
         let line = points_of(&shapes()[2], &parts, folder.path());
@@ -383,7 +383,7 @@ mod tests {
     /// A wall stands at the first point and at the last, in the middle of an edge, whatever the
     /// distances of the points.
     #[test]
-    fn walls_stand_at_the_outermost_points() {
+    fn walls_are_at_the_outermost_points() {
         let folder = tempfile::tempdir().unwrap();
         let parts = [0.0, 0.03, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.9, 1.0];
         let [straight, arc, _] = shapes();
@@ -414,7 +414,7 @@ mod tests {
     /// Rods whose shape is given by points hang and swing as those whose shape is given by name,
     /// clamped at one end and at both.
     #[test]
-    fn rods_of_points_move_like_their_shape() {
+    fn rod_through_points_moves_as_its_shape() {
         let folder = tempfile::tempdir().unwrap();
         for shape in shapes() {
             for end in [Support::Free, Support::Clamped] {
@@ -444,7 +444,7 @@ mod tests {
     /// A rod that starts in a shape given by any number of points starts as in the shape itself;
     /// and one that starts where it hangs, as `rodfit static` writes it, stays there.
     #[test]
-    fn rods_start_in_shapes_of_points() {
+    fn rod_starts_in_a_shape_of_points() {
         let folder = tempfile::tempdir().unwrap();
         let [straight, arc, _] = shapes();
         let mut named = scene(straight, folder.path());

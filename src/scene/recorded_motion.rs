@@ -3,33 +3,35 @@
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
 use crate::scene::fault::Fault;
-use crate::scene::track::{Marker, Track, way};
+use crate::scene::track::{Marker, TimedPosition, Track, known_positions, with_velocities};
 
-/// A marker moves if its extent is at least this part of the largest in the recording.
+/// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving.
 const MOVING: f64 = 0.01;
-/// An interval between two frames longer than so many usual ones lacks a frame.
+/// Length of an interval between two frames, in usual intervals, above which a frame is missing.
 const LONG_INTERVAL: f64 = 1.5;
-/// Interpolation over missing frames is reported where its error elsewhere in the recording, RMS, exceeds this part of
-/// the extent of the motion, ..
+/// Error, RMS, of the interpolation over missing frames above which it is reported: this fraction of the extent of the
+/// motion, ..
 const GAP_ERROR: f64 = 0.01;
-/// .. and so many times the error over a single frame, which noise makes.
+/// .. and this multiple of the error over a single frame, which is due to noise.
 const GAP_TO_NOISE: f64 = 3.0;
-/// Complete stretches of the recording over which that error is measured: at least, and at most.
-const FEWEST_STRETCHES: usize = 5;
-const MOST_STRETCHES: usize = 200;
-/// A step from one frame to the next is a jump where it exceeds so many times the steps in the frames around it.
+/// Fewest complete sections of the recording from which that error is estimated.
+const FEWEST_SECTIONS: usize = 5;
+/// Most sections from which it is estimated.
+const MOST_SECTIONS: usize = 200;
+/// Displacement from one frame to the next, in those of the frames around it, above which it is a jump.
 const JUMP_TO_STEPS: f64 = 5.0;
-/// Frames around a jump whose steps are compared, on each side, beyond the next one: a jump may take two.
+/// Number of displacements on each side with which a jump is compared. The adjacent one is left out, since a jump may
+/// take two frames.
 const FRAMES_AROUND: usize = 4;
-/// A jump exceeds so many standard deviations of the noise, ..
+/// Smallest jump, in standard deviations of the noise, ..
 const JUMP_TO_NOISE: f64 = 10.0;
-/// .. this part of the extent of the motion, ..
+/// .. as a fraction of the extent of the motion, ..
 const JUMP_TO_EXTENT: f64 = 0.05;
-/// .. and so many steps of the resolution of the recording, such as pixels.
+/// .. and in units of the resolution of the recording, such as pixels.
 const JUMP_TO_RESOLUTION: f64 = 3.0;
-/// Part of the variance of a motion that lies above its bandwidth: an amplitude of a tenth.
+/// Fraction of the variance of a motion above its bandwidth: an amplitude of a tenth.
 const VARIANCE_ABOVE: f64 = 0.01;
-/// Uncertainty of the noise variance that is subtracted.
+/// Relative uncertainty of the noise variance that is subtracted.
 const NOISE_UNCERTAINTY: f64 = 0.3;
 /// Amplitude over the coordinates below which a marker is at rest: rounding errors of files with nine digits.
 const STILL: f64 = 1e-9;
@@ -37,13 +39,11 @@ const STILL: f64 = 1e-9;
 const LEAST_VARIANCE: f64 = 4.0;
 
 impl Track {
-    /// Without the quadratic of time that fits the places best: constant errors of an accelerometer, and a velocity at the
-    /// start, make one that exceeds the motion itself.
+    /// The recording minus the quadratic function of time that fits each coordinate best. Constant errors of an
+    /// accelerometer, and a velocity at the start, cause such a trend, which exceeds the motion itself.
     pub(super) fn detrended(&self) -> Self {
         let of = |marker: &Marker| {
-            let seen = marker.seen.iter().zip(self.times());
-            let known: Vec<(f64, [f64; 3])> =
-                seen.filter_map(|(place, time)| Some((*time, (*place)?))).collect();
+            let known = known_positions(self.times(), &marker.seen);
             let trends = [0, 1, 2].map(|c| quadratic(&known, c));
             let places = marker.seen.iter().zip(self.times());
             let places = places.map(|(place, time)| {
@@ -53,11 +53,11 @@ impl Track {
             (marker.name.clone(), places.collect())
         };
         let markers = self.markers().iter().map(of).collect();
-        // As many places as before.
+        // As many positions as before, so that `new` succeeds.
         Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
     }
 
-    /// The defects of the motion of these markers.
+    /// Missing frames and jumps of these markers.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
@@ -68,14 +68,14 @@ impl Track {
         faults.collect()
     }
 
-    /// Frequency below which 99 % of the variance of the motion of these markers lie, the fastest of them, Hz. None
-    /// where no motion stands out of the noise.
+    /// Largest bandwidth of these markers, Hz: the frequency below which 99 % of the variance of their motion lie. None if
+    /// no motion exceeds the noise.
     pub(super) fn bandwidth_of(&self, driven: &[usize]) -> Option<f64> {
         self.moving(driven).filter_map(|(m, _)| bandwidth(self.times(), m)).reduce(f64::max)
     }
 
-    /// Those of these markers that move as far as counts beside the largest motion in the recording, and how far that
-    /// is, m: others are held still, and jitter.
+    /// The moving ones of these markers, each with the smallest extent of a moving marker, m. Others are held and show
+    /// noise only.
     fn moving(&self, driven: &[usize]) -> impl Iterator<Item = (&Marker, f64)> {
         let largest = self.markers().iter().map(|m| extent(&m.seen)).fold(0.0, f64::max);
         let least = MOVING * largest;
@@ -84,11 +84,12 @@ impl Track {
     }
 }
 
+/// Distance of two points, m.
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Diagonal of the box around all places, m.
+/// Diagonal of the bounding box of all positions, m.
 fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     let along = |c: usize| {
         let values = seen.iter().flatten().map(|place| place[c]);
@@ -100,29 +101,29 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The quadratic of time that fits an axis of these places best, by Legendre polynomials on the span of the times.
-fn quadratic(known: &[(f64, [f64; 3])], axis: usize) -> impl Fn(f64) -> f64 + use<> {
-    let start = known.first().map_or(0.0, |(time, _)| *time);
-    let length = known.last().map_or(1.0, |(time, _)| time - start).max(f64::MIN_POSITIVE);
+/// Least-squares quadratic function of time of one coordinate of the positions, by Legendre polynomials on the range of
+/// the times.
+fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<> {
+    let start = known.first().map_or(0.0, |first| first.time);
+    let length = known.last().map_or(1.0, |last| last.time - start).max(f64::MIN_POSITIVE);
     let basis = move |time: f64| {
         let u = 2.0 * (time - start) / length - 1.0;
         [1.0, u, 1.5 * u * u - 0.5]
     };
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     let mut right = nalgebra::Vector3::<f64>::zeros();
-    for (time, place) in known {
+    for TimedPosition { time, position } in known {
         let row = nalgebra::Vector3::from(basis(*time));
         normal += row * row.transpose();
-        right += row * place[axis];
+        right += row * position[axis];
     }
     let found = normal.lu().solve(&right).unwrap_or_default();
     move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
-/// Where frames of a marker are missing, and interpolation over so many frames is inaccurate.
+/// Gaps of a marker over which interpolation is inaccurate; `step` is the usual interval, s.
 fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
-    let known: Vec<(f64, [f64; 3])> =
-        times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?))).collect();
+    let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
         ([known.first(), known.last()], [times.first(), times.last()])
     else {
@@ -140,8 +141,8 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
         error,
     };
     let mut faults = Vec::new();
-    // Before the first place and after the last it is extrapolated.
-    for (from, to) in [(*start, first.0), (last.0, *end)] {
+    // Before the first position and after the last one the motion is extrapolated.
+    for (from, to) in [(*start, first.time), (last.time, *end)] {
         let frames = ((to - from) / step).round() as usize;
         if frames > 0 {
             faults.push(fault(from, to, frames, None));
@@ -150,7 +151,7 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     let noise = interpolation_error(&known, 1, step).unwrap_or(0.0);
     let allowed = (GAP_ERROR * extent(&marker.seen)).max(GAP_TO_NOISE * noise);
     for pair in known.windows(2) {
-        let (from, to) = (pair[0].0, pair[1].0);
+        let (from, to) = (pair[0].time, pair[1].time);
         let frames = missing(from, to);
         if frames > 0 {
             let error = interpolation_error(&known, frames, step);
@@ -162,35 +163,35 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     faults
 }
 
-/// Error, RMS, of the interpolation over so many frames where these were recorded, m. None where there are too few such
-/// stretches.
-fn interpolation_error(known: &[(f64, [f64; 3])], frames: usize, step: f64) -> Option<f64> {
+/// Error, RMS, m, of the interpolation over a number of frames, estimated from complete sections of the recording. None
+/// if there are too few of them.
+fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Option<f64> {
     // Two frames on each side determine the slopes.
     let length = frames + 4;
     let complete = |first: usize| {
-        let stretch = &known[first..first + length];
-        stretch.windows(2).all(|pair| pair[1].0 - pair[0].0 <= LONG_INTERVAL * step)
+        let section = &known[first..first + length];
+        section.windows(2).all(|pair| pair[1].time - pair[0].time <= LONG_INTERVAL * step)
     };
-    let starts: Vec<usize> = (0..(known.len() + 1).saturating_sub(length)).collect();
-    let starts: Vec<usize> = starts.into_iter().filter(|first| complete(*first)).collect();
-    if starts.len() < FEWEST_STRETCHES {
+    let starts = 0..(known.len() + 1).saturating_sub(length);
+    let starts: Vec<usize> = starts.filter(|first| complete(*first)).collect();
+    if starts.len() < FEWEST_SECTIONS {
         return None;
     }
     let (mut sum, mut count) = (0.0, 0);
-    for first in starts.iter().step_by(starts.len() / MOST_STRETCHES + 1) {
-        let stretch = &known[*first..first + length];
-        let kept = [stretch[0], stretch[1], stretch[length - 2], stretch[length - 1]];
-        let bridge = Marker { name: String::new(), seen: Vec::new(), way: way(&kept) };
-        for (time, place) in &stretch[2..length - 2] {
-            sum += distance(bridge.at(*time), *place).powi(2);
+    for first in starts.iter().step_by(starts.len() / MOST_SECTIONS + 1) {
+        let section = &known[*first..first + length];
+        let kept = [section[0], section[1], section[length - 2], section[length - 1]];
+        let bridge = Marker { name: String::new(), seen: Vec::new(), path: with_velocities(&kept) };
+        for frame in &section[2..length - 2] {
+            sum += distance(bridge.at(frame.time), frame.position).powi(2);
             count += 1;
         }
     }
     Some((sum / f64::from(count)).sqrt())
 }
 
-/// Where a marker jumps from one frame to the next, by `least` at the least, and does not move so fast in the frames
-/// around.
+/// Jumps of a marker from one frame to the next, by at least `least`, m, that exceed its motion in the frames around;
+/// `step` is the usual interval, s.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -222,7 +223,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     };
     let is_jump = |k: &usize| {
         let (most, count) = around(*k);
-        // Beside the first and the last frame too little is known of how fast it moves.
+        // Next to the first and the last frame there are too few frames to compare with.
         steps[*k].is_some_and(|own| {
             own > least && own > JUMP_TO_STEPS * most && count >= FRAMES_AROUND - 1
         })
@@ -233,7 +234,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
 }
 
-/// Frequency below which 99 % of the variance of a motion lie beside that of white noise, Hz.
+/// Frequency, Hz, below which 99 % of the variance of a motion lie, without that of white noise.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());
@@ -268,7 +269,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     Some(nyquist)
 }
 
-/// Variance of the white noise along an axis, m^2; 0 where it does not show.
+/// Variance of the white noise along an axis, m^2; 0 if it cannot be estimated.
 fn noise_variance(times: &[f64], marker: &Marker, axis: usize) -> f64 {
     let seen = times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?[axis])));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();

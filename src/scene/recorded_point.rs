@@ -2,10 +2,9 @@
 
 use crate::error::Error;
 use crate::scene::fault::Fault;
-use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
-use marker_files::Format;
-use marker_files::Recording;
+use crate::scene::track::{CLOCK_TOLERANCE, PathPoint, TIME_ZERO_REMEDY, Track, check_clock};
 use marker_files::table::{TIMES, Table};
+use marker_files::{Format, Recording};
 use std::path::Path;
 
 /// Standard gravity, m/s^2.
@@ -13,17 +12,17 @@ const STANDARD_GRAVITY: f64 = 9.806_65;
 /// Units of accelerations, in m/s^2.
 const ACCELERATIONS: [(&str, f64); 4] =
     [("m/s^2", 1.0), ("cm/s^2", 1e-2), ("mm/s^2", 1e-3), ("g", STANDARD_GRAVITY)];
-/// A mean acceleration this near to standard gravity, as a part of it, is that of an accelerometer at rest: errors of
-/// calibration are smaller.
+/// Relative difference from standard gravity below which a mean acceleration is that of an accelerometer at rest; errors
+/// of calibration are smaller.
 const NEAR_GRAVITY: f64 = 0.05;
 
 impl Track {
-    /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
-    /// accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock and in its
-    /// unit, are left out.
+    /// Reads the motion of one point: columns x, y and z, of which z may be absent, or `ax, ay, az`, its accelerations from
+    /// rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock and in its unit, are
+    /// skipped.
     ///
     /// # Errors
-    /// Those of [`read`](Self::read), and more than one point.
+    /// Those of [`read`](Self::read), and files with more than one point.
     pub fn read_one(path: &Path, time_zero: Option<f64>) -> Result<Self, Error> {
         let (format, bytes) = marker_files::open(path, None)?;
         if format == Format::Csv {
@@ -44,7 +43,8 @@ impl Track {
     }
 }
 
-/// The motion of a point by its columns `ax`, `ay` and `az`, linear from one row to the next.
+/// Motion of a point from rest by its columns `ax`, `ay` and `az`: accelerations that are linear between rows, integrated
+/// twice.
 ///
 /// # Errors
 /// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
@@ -67,7 +67,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     for (factor, column) in factors.iter_mut().zip(axes) {
         *factor = column.map_or(Ok(1.0), |column| acceleration_unit(table, column))?;
     }
-    let mut way: Vec<(f64, [[f64; 3]; 2])> = Vec::with_capacity(table.rows.len());
+    let mut path: Vec<PathPoint> = Vec::with_capacity(table.rows.len());
     let mut last = [0.0; 3];
     for row in &table.rows {
         let blank = || table.error(row.line, "a blank, allowed: a number");
@@ -80,37 +80,40 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
             let value = column.map_or(Some(0.0), |column| row.values[column]);
             a[c] = value.ok_or_else(blank)? * factors[c];
         }
-        let [mut x, mut v] = [[0.0; 3]; 2];
-        match way.last() {
+        let [mut position, mut velocity] = [[0.0; 3]; 2];
+        match path.last() {
             None => check_clock(time, TIME_ZERO_REMEDY)
                 .map_err(|message| table.error(row.line, &message))?,
-            Some((before, [x0, v0])) => {
-                let h = time - before;
+            Some(before) => {
+                let h = time - before.time;
                 if h <= 0.0 {
-                    let message = format!("t = {time} s after {before} s, allowed: increasing");
+                    let message =
+                        format!("t = {time} s after {} s, allowed: increasing", before.time);
                     return Err(table.error(row.line, &message));
                 }
+                // The acceleration is linear over the interval h.
+                let (x, v) = (before.position, before.velocity);
                 for c in 0..3 {
-                    v[c] = v0[c] + 0.5 * h * (last[c] + a[c]);
-                    x[c] = x0[c] + h * v0[c] + h * h * (2.0 * last[c] + a[c]) / 6.0;
+                    velocity[c] = v[c] + 0.5 * h * (last[c] + a[c]);
+                    position[c] = x[c] + h * v[c] + h * h * (2.0 * last[c] + a[c]) / 6.0;
                 }
             }
         }
-        way.push((time, [x, v]));
+        path.push(PathPoint { time, position, velocity });
         last = a;
     }
-    if way.len() < 2 {
+    if path.len() < 2 {
         return Err(table.error(1, "fewer than two rows below the header, allowed: two"));
     }
-    let gravity = gravity(&way);
-    let track = Track::of_way(way).map_err(|message| table.error(1, &message))?;
+    let gravity = gravity_fault(&path);
+    let track = Track::from_integrated(path).map_err(|message| table.error(1, &message))?;
     Ok(match gravity {
         Some(fault) => track.with_first_fault(fault),
         None => track,
     })
 }
 
-/// Metres per second squared in the unit of a column's header.
+/// Factor from the unit in the header of a column to m/s^2.
 fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
@@ -128,10 +131,10 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// Gravity in the mean acceleration, which is the change of the velocity over the time.
-fn gravity(way: &[(f64, [[f64; 3]; 2])]) -> Option<Fault> {
-    let (time, [_, velocity]) = way.last()?;
-    let mean = velocity.map(|v| v / time);
+/// Defect of accelerations whose mean, the change of velocity over the duration, has the size of gravity.
+fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
+    let last = path.last()?;
+    let mean = last.velocity.map(|v| v / last.time);
     let size = mean.iter().map(|a| a * a).sum::<f64>().sqrt();
     ((size / STANDARD_GRAVITY - 1.0).abs() < NEAR_GRAVITY).then_some(Fault::Gravity { mean })
 }

@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::{Scene, Scheme, Shape, Tolerance};
+use crate::scene::{Scene, Scheme, Shape, StepTolerance};
 use serde::{Deserialize, Serialize};
 
 /// The accuracy of a scene that asks for none, over the length.
@@ -191,7 +191,7 @@ impl Scene {
             if chosen.scheme {
                 // Whoever simulates may solve a step less exactly than who takes derivatives.
                 (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
-                (time.tolerance, time.scheme_left_open) = (Tolerance::default(), false);
+                (time.tolerance, time.scheme_left_open) = (StepTolerance::default(), false);
             }
         }
         let time = scene.time.as_ref();
@@ -232,7 +232,7 @@ impl Scene {
             time.step = None;
             time.scheme_left_open = chosen.scheme;
             if chosen.scheme {
-                time.tolerance = Tolerance::default();
+                time.tolerance = StepTolerance::default();
             }
         }
         scene

@@ -1,8 +1,7 @@
 //! The time integrators and their traits.
 //!
-//! A scheme is a variant here, a row of [`Traits`], and its steps in [`crate::dynamics::stepper`].
-//! What a scene may ask of a scheme, how its energy is watched, which steps a study tries and what
-//! messages say of it is read from the row.
+//! A scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
+//! determines the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,24 +25,23 @@ pub enum Scheme {
     GeneralisedAlpha,
 }
 
-/// The number that belongs to a scheme.
+/// Parameter of a scheme in `[time]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SchemeParameter {
     /// `time.beta` in [0.5, 1]: above 0.5 it dissipates, at first order.
     Beta,
-    /// `time.rho_inf` in [0, 1]: by which factor a step takes vibrations down that are far too fast for
-    /// it.
+    /// `time.rho_inf` in [0, 1]: factor per step on the amplitude of vibrations that the step does not resolve.
     RhoInf,
 }
 
-/// What a scheme is like.
+/// Properties of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Traits {
-    /// Which scheme.
+    /// The scheme.
     pub scheme: Scheme,
     /// The name in files and reports.
     pub name: &'static str,
-    /// Which power of the step the error goes with, on smooth motion.
+    /// Order of accuracy: power of the step to which the error of smooth motion is proportional.
     pub order: u32,
     /// Whether it takes Kelvin-Voigt damping.
     pub takes_viscosity: bool,
@@ -53,99 +51,82 @@ pub struct Traits {
     pub takes_drag: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,
-    /// Largest `h omega` at which a vibration stays bounded; none where every step is stable.
+    /// Largest `h omega` at which a vibration stays bounded, with step h and angular frequency omega; none for
+    /// unconditionally stable schemes.
     pub stability_limit: Option<f64>,
-    /// What becomes of the energy of a rod without damping.
-    pub energy: EnergyKept,
-    /// The number in `[time]` that belongs to it. Schemes with one have a `time.tolerance` too.
+    /// Conservation of the energy of a rod without damping.
+    pub energy: EnergyConservation,
+    /// Parameter in `[time]`. Schemes with a parameter have a `time.tolerance` too.
     pub parameter: Option<SchemeParameter>,
 }
 
-/// What a scheme makes of the energy of a rod without damping.
+/// Conservation of the energy of a rod without damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EnergyKept {
-    /// Kept to rounding, whatever the step.
-    Exactly,
-    /// Swings about its value, without a drift as long as the step is stable.
+pub enum EnergyConservation {
+    /// Conserved to rounding, for every step.
+    Exact,
+    /// Oscillates about its value, without drift while the step is stable.
     OnAverage,
-    /// Falls with what the step does not resolve, and may grow at large steps.
-    Roughly,
+    /// Decreases by the motion that the step does not resolve, and may grow at large steps.
+    Inexact,
 }
 
-/// One row a scheme, in the order of the variants. A study tries them in this order, so that
+/// Properties that most schemes share: implicit, second order, for all terms of the equation of motion.
+const IMPLICIT: Traits = Traits {
+    scheme: Scheme::NewmarkBeta,
+    name: "newmark-beta",
+    order: 2,
+    takes_viscosity: true,
+    takes_friction: true,
+    takes_drag: true,
+    takes_boundary_motion: true,
+    stability_limit: None,
+    energy: EnergyConservation::Inexact,
+    parameter: None,
+};
+
+/// Properties of schemes for elastic rods without damping, drag and moving supports.
+const ELASTIC: Traits = Traits {
+    takes_viscosity: false,
+    takes_friction: false,
+    takes_drag: false,
+    takes_boundary_motion: false,
+    energy: EnergyConservation::OnAverage,
+    ..IMPLICIT
+};
+
+/// One row per scheme, in the order of the variants. A study tries the schemes in this order, so that
 /// explicit schemes of low order come before those of high order.
 const TRAITS: [Traits; 6] = [
-    Traits {
-        scheme: Scheme::NewmarkBeta,
-        name: "newmark-beta",
-        order: 2,
-        takes_viscosity: true,
-        takes_friction: true,
-        takes_drag: true,
-        takes_boundary_motion: true,
-        stability_limit: None,
-        energy: EnergyKept::Roughly,
-        parameter: Some(SchemeParameter::Beta),
-    },
+    Traits { parameter: Some(SchemeParameter::Beta), ..IMPLICIT },
     Traits {
         scheme: Scheme::AverageVectorField,
         name: "average-vector-field",
-        order: 2,
-        takes_viscosity: true,
         takes_friction: false,
         takes_drag: false,
-        takes_boundary_motion: true,
-        stability_limit: None,
-        energy: EnergyKept::Exactly,
-        parameter: None,
+        energy: EnergyConservation::Exact,
+        ..IMPLICIT
     },
     Traits {
         scheme: Scheme::Rodas4,
         name: "rodas4",
         order: 4,
-        takes_viscosity: false,
-        takes_friction: false,
-        takes_drag: false,
-        takes_boundary_motion: false,
-        stability_limit: None,
-        energy: EnergyKept::Roughly,
-        parameter: None,
+        energy: EnergyConservation::Inexact,
+        ..ELASTIC
     },
-    Traits {
-        scheme: Scheme::Verlet,
-        name: "verlet",
-        order: 2,
-        takes_viscosity: false,
-        takes_friction: false,
-        takes_drag: false,
-        takes_boundary_motion: false,
-        stability_limit: Some(2.0),
-        energy: EnergyKept::OnAverage,
-        parameter: None,
-    },
+    Traits { scheme: Scheme::Verlet, name: "verlet", stability_limit: Some(2.0), ..ELASTIC },
     Traits {
         scheme: Scheme::Pefrl,
         name: "pefrl",
         order: 4,
-        takes_viscosity: false,
-        takes_friction: false,
-        takes_drag: false,
-        takes_boundary_motion: false,
         stability_limit: Some(2.989),
-        energy: EnergyKept::OnAverage,
-        parameter: None,
+        ..ELASTIC
     },
     Traits {
         scheme: Scheme::GeneralisedAlpha,
         name: "generalised-alpha",
-        order: 2,
-        takes_viscosity: true,
-        takes_friction: true,
-        takes_drag: true,
-        takes_boundary_motion: true,
-        stability_limit: None,
-        energy: EnergyKept::Roughly,
         parameter: Some(SchemeParameter::RhoInf),
+        ..IMPLICIT
     },
 ];
 
@@ -159,7 +140,7 @@ const _: () = {
 };
 
 impl Scheme {
-    /// Whether `time.beta` belongs to it.
+    /// Whether `time.beta` is its parameter.
     pub fn takes_beta(self) -> bool {
         self.traits().parameter == Some(SchemeParameter::Beta)
     }
@@ -169,7 +150,7 @@ impl Scheme {
         TRAITS.iter().map(|traits| traits.scheme)
     }
 
-    /// What it is like.
+    /// Its properties.
     pub const fn traits(self) -> &'static Traits {
         &TRAITS[self as usize]
     }
@@ -179,9 +160,10 @@ impl Scheme {
         self.traits().name
     }
 
-    /// The names of the schemes that are `so`, for messages: `a, b and c`.
-    pub(crate) fn names(so: impl Fn(&Traits) -> bool) -> String {
-        let names: Vec<_> = TRAITS.iter().filter(|traits| so(traits)).map(|t| t.name).collect();
+    /// Names of the schemes with a property, for messages: `a, b and c`.
+    pub(crate) fn names(has_property: impl Fn(&Traits) -> bool) -> String {
+        let names: Vec<_> =
+            TRAITS.iter().filter(|traits| has_property(traits)).map(|t| t.name).collect();
         match &names[..] {
             [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
             names => names.concat(),
@@ -193,9 +175,8 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// The names are those that files are read with.
     #[test]
-    fn names_in_files() {
+    fn scheme_names_equal_their_serialized_form() {
         for scheme in Scheme::all() {
             let written = serde_json::to_value(scheme).unwrap();
             assert_eq!(written, scheme.name());

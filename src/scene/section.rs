@@ -1,113 +1,74 @@
-//! Cross-sections.
+//! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, cross, dot, scale, sub, unit};
-use crate::scene::number::{Candidates, Numbers, Quantity, Written};
-use crate::scene::validate::{direction, positive};
-use serde::{Deserialize, Serialize};
+use crate::scene::number::{Candidates, Quantity};
+use crate::scene::table::{NumberTree, TABLE, table};
+use crate::scene::validate::direction;
 use std::f64::consts::PI;
 
-/// Cross-section of the rod.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
-pub enum Section<D = f64> {
-    /// A full circle.
-    Circle {
-        /// Radius, m.
-        radius: D,
-    },
-    /// A circle with a round hole in its middle.
-    Tube {
-        /// Outer radius, m.
-        radius: D,
-        /// Wall thickness, m; at most the radius.
-        thickness: D,
-    },
-    /// A rectangle, `height` along `up`.
-    Rectangle {
-        /// Width across `up`, m.
-        width: D,
-        /// Height along `up`, m.
-        height: D,
-        /// Direction of the height; its component across the first edge counts.
-        #[serde(deserialize_with = "crate::input::arrays::numbers")]
-        up: [D; 3],
-    },
-    /// Any section, by its area, second moments and torsion constant.
-    Custom {
-        /// Area of the section, m^2.
-        area: D,
-        /// Second moment that resists bending in the plane of `up`, m^4.
-        i1: D,
-        /// Second moment that resists bending across `up`, m^4.
-        i2: D,
-        /// Torsion constant, m^4.
-        j: D,
-        /// Direction of the height; its component across the first edge counts.
-        #[serde(deserialize_with = "crate::input::arrays::numbers")]
-        up: [D; 3],
-    },
+/// Radius, thickness, width or height.
+const SIZE: Quantity = Quantity::positive("m").searched(Candidates::OfLength(1e-4, 0.1, 2.0));
+/// Second moment of area, or torsion constant.
+const SECOND_MOMENT: Quantity = Quantity::positive("m^4");
+
+table! {
+    /// Cross-section of the rod.
+    pub enum Section {
+        /// A full circle.
+        Circle {
+            /// Radius, m.
+            radius: D = SIZE,
+        },
+        /// A circle with a round hole in its middle.
+        Tube {
+            /// Outer radius, m.
+            radius: D = SIZE,
+            /// Wall thickness, m; at most the radius.
+            thickness: D = SIZE,
+        },
+        /// A rectangle, `height` along `up`.
+        Rectangle {
+            /// Width across `up`, m.
+            width: D = SIZE,
+            /// Height along `up`, m.
+            height: D = SIZE,
+            /// Direction of the height; its component across the first edge counts.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            up: [D; 3] = Quantity::signed(""),
+        },
+        /// Any section, by its area, second moments and torsion constant.
+        Custom {
+            /// Area of the section, m^2.
+            area: D = Quantity::positive("m^2"),
+            /// Second moment that resists bending in the plane of `up`, m^4.
+            i1: D = SECOND_MOMENT,
+            /// Second moment that resists bending across `up`, m^4.
+            i2: D = SECOND_MOMENT,
+            /// Torsion constant, m^4.
+            j: D = SECOND_MOMENT,
+            /// Direction of the height; its component across the first edge counts.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            up: [D; 3] = Quantity::signed(""),
+        },
+    }
 }
 
 impl Section {
-    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Section<D> {
-        let size = Quantity::positive("m").searched(Candidates::OfLength(1e-4, 0.1, 2.0));
-        let second_moment = Quantity::positive("m^4");
-        let axis = Quantity::signed("");
-        match *self {
-            Self::Circle { radius } => Section::Circle { radius: n.number("radius", radius, size) },
-            Self::Tube { radius, thickness } => Section::Tube {
-                radius: n.number("radius", radius, size),
-                thickness: n.number("thickness", thickness, size),
-            },
-            Self::Rectangle { width, height, up } => Section::Rectangle {
-                width: n.number("width", width, size),
-                height: n.number("height", height, size),
-                up: n.vector("up", up, axis),
-            },
-            Self::Custom { area, i1, i2, j, up } => Section::Custom {
-                area: n.number("area", area, Quantity::positive("m^2")),
-                i1: n.number("i1", i1, second_moment),
-                i2: n.number("i2", i2, second_moment),
-                j: n.number("j", j, second_moment),
-                up: n.vector("up", up, axis),
-            },
-        }
-    }
-
+    /// Rejects invalid sizes, and a direction `up` of no length.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let key = |name: &str| format!("rod.section.{name}");
+        self.check_numbers("rod.section", TABLE)?;
         match self {
-            Self::Circle { radius } => positive(&key("radius"), *radius),
-            Self::Tube { radius, thickness } => {
-                positive(&key("radius"), *radius)?;
-                positive(&key("thickness"), *thickness)?;
-                if thickness > radius {
-                    let allowed = format!("up to the radius, {radius:.4e} m");
-                    return Err(Error::invalid(key("thickness"), thickness, allowed));
-                }
-                Ok(())
+            Self::Tube { radius, thickness } if thickness > radius => {
+                let allowed = format!("up to the radius, {radius:.4e} m");
+                Err(Error::invalid("rod.section.thickness", thickness, allowed))
             }
-            Self::Rectangle { width, height, up } => {
-                positive(&key("width"), *width)?;
-                positive(&key("height"), *height)?;
-                direction(&key("up"), up)
-            }
-            Self::Custom { area, i1, i2, j, up } => {
-                for (name, value) in [("area", area), ("i1", i1), ("i2", i2), ("j", j)] {
-                    positive(&key(name), *value)?;
-                }
-                direction(&key("up"), up)
-            }
+            _ => self.up().map_or(Ok(()), |up| direction("rod.section.up", &up)),
         }
     }
-}
 
-impl Section {
-    /// Refuses a direction `up` that says nothing of how the section lies across the rod.
+    /// Rejects a direction `up` along the first edge, which does not determine the orientation of the section.
     pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
         let Some(up) = self.up() else { return Ok(()) };
         let first_edge = unit(sub(nodes[1], nodes[0]));
@@ -117,6 +78,28 @@ impl Section {
         }
         let found = "a direction along the first edge";
         Err(Error::invalid("rod.section.up", found, "a direction with a part across it"))
+    }
+
+    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu`: G. R. Cowper, J. Appl. Mech. 33 (1966) 335.
+    pub(crate) fn shear_coefficient(&self, nu: f64) -> f64 {
+        match self {
+            Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
+            Self::Tube { radius, thickness } => {
+                // (1 + m^2)^2 with the ratio m of the inner radius to the outer.
+                let inner = 1.0 - thickness / radius;
+                let whole = (1.0 + inner * inner).powi(2);
+                6.0 * (1.0 + nu) * whole
+                    / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * inner * inner)
+            }
+            // A section of unknown outline counts as a rectangle.
+            Self::Rectangle { .. } | Self::Custom { .. } => 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu),
+        }
+    }
+
+    /// Largest radius of gyration about an axis in the section, m.
+    pub(crate) fn radius_of_gyration(&self) -> f64 {
+        let SectionProperties { area, second_moments: [i1, i2], .. } = self.moments();
+        (i1.max(i2) / area).sqrt()
     }
 }
 
@@ -136,45 +119,21 @@ impl<D: Scalar> Section<D> {
     }
 
     /// Area, second moments and torsion constant.
-    pub fn moments(&self) -> Moments<D> {
+    pub fn moments(&self) -> SectionProperties<D> {
         match *self {
             Self::Circle { radius } => circle(radius),
             Self::Tube { radius, thickness } => tube(radius, thickness),
             Self::Rectangle { width, height, .. } => rectangle(width, height),
             Self::Custom { area, i1, i2, j, .. } => {
-                Moments { area, second_moments: [i1, i2], torsion_constant: j }
+                SectionProperties { area, second_moments: [i1, i2], torsion_constant: j }
             }
         }
     }
 }
 
-impl Section {
-    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu`: G. R. Cowper, J. Appl. Mech. 33 (1966) 335.
-    pub(crate) fn shear_coefficient(&self, nu: f64) -> f64 {
-        match self {
-            Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
-            Self::Tube { radius, thickness } => {
-                // (1 + m^2)^2 with the ratio m of the inner radius to the outer.
-                let inner = 1.0 - thickness / radius;
-                let whole = (1.0 + inner * inner).powi(2);
-                6.0 * (1.0 + nu) * whole
-                    / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * inner * inner)
-            }
-            // A section of unknown outline counts as a rectangle.
-            Self::Rectangle { .. } | Self::Custom { .. } => 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu),
-        }
-    }
-
-    /// Largest radius of gyration about an axis in the section, m.
-    pub(crate) fn radius_of_gyration(&self) -> f64 {
-        let Moments { area, second_moments: [i1, i2], .. } = self.moments();
-        (i1.max(i2) / area).sqrt()
-    }
-}
-
-/// What the stiffnesses and the inertia of a section come from.
+/// Area, second moments and torsion constant of a cross-section.
 #[derive(Clone, Copy, Debug)]
-pub struct Moments<D> {
+pub struct SectionProperties<D> {
     /// Area of the section, m^2.
     pub area: D,
     /// Second moments of area in the plane of `up` and across it, m^4.
@@ -183,28 +142,32 @@ pub struct Moments<D> {
     pub torsion_constant: D,
 }
 
-/// Of a circle of a radius in m.
-pub fn circle<D: Scalar>(radius: D) -> Moments<D> {
+/// Properties of a circle of a radius, m.
+pub fn circle<D: Scalar>(radius: D) -> SectionProperties<D> {
     let square = radius * radius;
     let second_moment = square * square * (PI / 4.0);
-    Moments {
+    SectionProperties {
         area: square * PI,
         second_moments: [second_moment; 2],
         torsion_constant: second_moment * 2.0,
     }
 }
 
-/// Of a tube of an outer radius and a wall in m, without the difference of two circles, in which a thin
-/// wall would lose its digits.
-pub fn tube<D: Scalar>(radius: D, thickness: D) -> Moments<D> {
+/// Properties of a tube of an outer radius and a wall thickness, m. No difference of two circles is formed, in which a
+/// thin wall would lose its digits.
+pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     let inner = radius - thickness;
     let area = thickness * (radius + inner) * PI;
     let second_moment = area * (radius * radius + inner * inner) * 0.25;
-    Moments { area, second_moments: [second_moment; 2], torsion_constant: second_moment * 2.0 }
+    SectionProperties {
+        area,
+        second_moments: [second_moment; 2],
+        torsion_constant: second_moment * 2.0,
+    }
 }
 
-/// Of a rectangle of a width and a height in m.
-pub fn rectangle<D: Scalar>(width: D, height: D) -> Moments<D> {
+/// Properties of a rectangle of a width and a height, m; its torsion constant is Saint-Venant's series.
+pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
     let area = width * height;
     let (long, short) =
         if width.value() > height.value() { (width, height) } else { (height, width) };
@@ -216,7 +179,7 @@ pub fn rectangle<D: Scalar>(width: D, height: D) -> Moments<D> {
         series += tanh * n.powi(-5);
     }
     let part = -(series * short / long) * (64.0 / PI.powi(5)) + 1.0 / 3.0;
-    Moments {
+    SectionProperties {
         area,
         second_moments: [height * height, width * width].map(|square| area * square * (1.0 / 12.0)),
         torsion_constant: long * short.powi(3) * part,

@@ -1,100 +1,96 @@
-//! Rest shapes and their meshes.
+//! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
+use crate::scene::camera::one;
 use crate::scene::mesh::Mesh;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::{Quantity, SceneNumber, is_default};
 use crate::scene::polyline::Polyline;
-use crate::scene::validate::{direction, positive};
+use crate::scene::table::{NumberTree, TABLE, table};
+use crate::scene::validate::direction;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Shape of the rod at rest. Arc length is measured from the wall to the tip; arc length 0 is at
-/// the origin.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
-pub enum Shape<D = f64> {
-    /// A straight line from the origin along `direction`.
-    Straight {
-        /// Length of the rod, m.
-        length: D,
-        /// Direction of the rod: any non-zero vector.
-        #[serde(deserialize_with = "crate::input::arrays::numbers")]
-        direction: [D; 3],
-    },
-    /// A helix `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for
-    /// the axis `[0, 0, -1]` and left-handed.
-    Helix {
-        /// Length along the curve, m.
-        length: D,
-        /// Radius R of the helix, m.
-        radius: D,
-        /// Advance along the axis per turn, m.
-        pitch: D,
-        /// Direction of advance of the helix.
-        #[serde(deserialize_with = "crate::input::arrays::numbers")]
-        axis: [D; 3],
-        /// Sense of rotation of the helix.
-        handedness: Handedness,
-    },
-    /// A circular arc in the xy plane, from the origin along +x, curving toward +y.
-    Arc {
-        /// Length along the curve, m.
-        length: D,
-        /// Total turning angle, rad.
-        angle: D,
-    },
-    /// A smooth curve through the points of a CSV file with the columns x, y, z, in m or in the unit
-    /// of their header, `x[mm]`. The first point is the start of the rod, at the wall of a clamped
-    /// start; the last is its end, at the wall of a clamped end or the tip. Without `segments` the
-    /// rod has as many nodes as there are points. The nodes are the points, except with walls at
-    /// `"mid-edge"`: there the middle of the outermost edge is at the point, and the nodes between
-    /// move along the curve by up to half an edge.
-    ///
-    /// As `initial.shape` the file may have any number of points: every node starts at the same
-    /// fraction of the length as at rest. An optional column s, as `rodfit static --out` writes it,
-    /// gives the arc length of each row from the wall at rest, m.
-    ///
-    /// The scene may contain the points instead, as `points = [[x, y, z], ..]`, m; those of
-    /// [`Shape::points`] are saved that way.
-    Polyline {
-        /// CSV file of the points, relative to the scene file; absent beside `points`.
-        #[serde(default, skip_serializing_if = "is_empty")]
-        file: PathBuf,
-        /// Points of the curve, m, instead of a file.
-        #[serde(
-            deserialize_with = "crate::input::arrays::rows",
-            default,
-            skip_serializing_if = "Vec::is_empty"
-        )]
-        points: Vec<[f64; 3]>,
-        /// Factor on the coordinates.
-        #[serde(default = "one::<D>", skip_serializing_if = "is_one")]
-        scale: D,
-        /// Lengths of the edges between the points, m, where the points give the turning angles but
-        /// not the lengths.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        lengths: Vec<f64>,
-        /// The curve, once the points are read.
-        #[serde(skip)]
-        line: Option<Arc<Polyline>>,
-    },
+table! {
+    /// Shape of the rod at rest. Arc length is measured from the wall to the tip; arc length 0 is at
+    /// the origin.
+    pub enum Shape {
+        /// A straight line from the origin along `direction`.
+        Straight {
+            /// Length of the rod, m.
+            length: D = LENGTH,
+            /// Direction of the rod: any non-zero vector.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            direction: [D; 3] = Quantity::signed(""),
+        },
+        /// A helix `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for
+        /// the axis `[0, 0, -1]` and left-handed.
+        Helix {
+            /// Length along the curve, m.
+            length: D = LENGTH,
+            /// Radius R of the helix, m.
+            radius: D = LENGTH,
+            /// Advance along the axis per turn, m.
+            pitch: D = LENGTH,
+            /// Direction of advance of the helix.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            axis: [D; 3] = Quantity::signed(""),
+            /// Sense of rotation of the helix.
+            handedness: Handedness,
+        },
+        /// A circular arc in the xy plane, from the origin along +x, curving toward +y.
+        Arc {
+            /// Length along the curve, m.
+            length: D = LENGTH,
+            /// Total turning angle, rad.
+            angle: D = Quantity::signed("rad").within(-1e3, 1e3),
+        },
+        /// A smooth curve through the points of a CSV file with the columns x, y, z, in m or in the unit
+        /// of their header, `x[mm]`. The first point is the start of the rod, at the wall of a clamped
+        /// start; the last is its end, at the wall of a clamped end or the tip. Without `segments` the
+        /// rod has as many nodes as there are points. The nodes are the points, except with walls at
+        /// `"mid-edge"`: there the middle of the outermost edge is at the point, and the nodes between
+        /// move along the curve by up to half an edge.
+        ///
+        /// As `initial.shape` the file may have any number of points: every node starts at the same
+        /// fraction of the length as at rest. An optional column s, as `rodfit static --out` writes it,
+        /// gives the arc length of each row from the wall at rest, m.
+        ///
+        /// The scene may contain the points instead, as `points = [[x, y, z], ..]`, m; those of
+        /// [`Shape::points`] are saved that way.
+        Polyline {
+            /// CSV file of the points, relative to the scene file; absent beside `points`.
+            #[serde(default, skip_serializing_if = "is_default")]
+            file: PathBuf,
+            /// Points of the curve, m, instead of a file.
+            #[serde(
+                deserialize_with = "crate::input::arrays::rows",
+                default,
+                skip_serializing_if = "Vec::is_empty"
+            )]
+            points: Vec<[f64; 3]>,
+            /// Factor on the coordinates.
+            #[serde(default = "one::<D>", skip_serializing_if = "is_one")]
+            scale: D = Quantity::positive(""),
+            /// Lengths of the edges between the points, m, where the points give the turning angles but
+            /// not the lengths.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            lengths: Vec<f64>,
+            /// The curve, once the points are read.
+            #[serde(skip)]
+            line: Option<Arc<Polyline>>,
+        },
+    }
 }
 
-fn one<D: From<f64>>() -> D {
-    D::from(1.0)
-}
+/// Length, radius or pitch.
+const LENGTH: Quantity = Quantity::positive("m");
 
-fn is_empty(file: &Path) -> bool {
-    file.as_os_str().is_empty()
-}
-
-fn is_one<D: Written>(value: &D) -> bool {
+/// Whether a factor is 1, without effect.
+fn is_one<D: SceneNumber>(value: &D) -> bool {
     *value == one()
 }
 
@@ -109,41 +105,12 @@ pub enum Handedness {
     Right,
 }
 
-/// The error of a mesh that nobody has said the fineness of.
+/// Error of a mesh without a number of edges.
 fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
 }
 
 impl Shape {
-    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Shape<D> {
-        let length = Quantity::positive("m");
-        let axis = Quantity::signed("");
-        match self {
-            Self::Straight { length: l, direction } => Shape::Straight {
-                length: n.number("length", *l, length),
-                direction: n.vector("direction", *direction, axis),
-            },
-            Self::Helix { length: l, radius, pitch, axis: a, handedness } => Shape::Helix {
-                length: n.number("length", *l, length),
-                radius: n.number("radius", *radius, length),
-                pitch: n.number("pitch", *pitch, length),
-                axis: n.vector("axis", *a, axis),
-                handedness: *handedness,
-            },
-            Self::Arc { length: l, angle } => Shape::Arc {
-                length: n.number("length", *l, length),
-                angle: n.number("angle", *angle, Quantity::signed("rad").within(-1e3, 1e3)),
-            },
-            Self::Polyline { file, points, scale, lengths, line } => Shape::Polyline {
-                lengths: lengths.clone(),
-                file: file.clone(),
-                points: points.clone(),
-                scale: n.number("scale", *scale, Quantity::positive("")),
-                line: line.clone(),
-            },
-        }
-    }
-
     /// A smooth curve through the points of a CSV file.
     pub fn polyline(file: impl Into<PathBuf>) -> Self {
         Self::Polyline {
@@ -155,19 +122,22 @@ impl Shape {
         }
     }
 
-    /// A smooth curve through points, m, from the wall or the rod's first end to the last. A scene that is
-    /// saved holds them.
+    /// A smooth curve through points, m, from the wall or the first end of the rod to the last. A saved scene contains
+    /// them.
     pub fn points(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
-        let points = points.into_iter().collect();
-        Self::Polyline { file: PathBuf::new(), points, scale: 1.0, lengths: Vec::new(), line: None }
+        let mut shape = Self::polyline("");
+        if let Self::Polyline { points: own, .. } = &mut shape {
+            *own = points.into_iter().collect();
+        }
+        shape
     }
 
-    /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
+    /// Reads the points of a polyline, unless they have been read. `on_a_rod` allows arc lengths, of an initial shape.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
             let path = marker_files::file::at(folder, file);
             let given = !points.is_empty();
-            // Others than were read are read anew.
+            // Another file, or other points, than those of the curve are read.
             let read = |line: &Arc<Polyline>| match given {
                 true => line.is_through(points) && lengths.is_empty(),
                 false => line.path() == Some(path.as_path()) && line.lengths() == &lengths[..],
@@ -177,44 +147,27 @@ impl Shape {
                     true => Polyline::through(points, on_a_rod)?,
                     false => Polyline::read(&path, on_a_rod)?,
                 };
-                *line = Some(Arc::new(found.of_lengths(lengths)?));
+                *line = Some(Arc::new(found.with_lengths(lengths)?));
             }
         }
         Ok(())
     }
 
-    /// Checks every value; `table` is where it stands.
+    /// Rejects invalid values; `table` is the key of the shape.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
-        let key = |name: &str| format!("{table}.{name}");
+        self.check_numbers(table, TABLE)?;
         match self {
-            Self::Straight { length, direction: d } => {
-                positive(&key("length"), *length)?;
-                direction(&key("direction"), d)
+            Self::Straight { direction: d, .. } => direction(&format!("{table}.direction"), d),
+            Self::Helix { axis, .. } => direction(&format!("{table}.axis"), axis),
+            Self::Polyline { file, points, .. } if is_default(file) == points.is_empty() => {
+                let found = if points.is_empty() { "neither file nor points" } else { "both" };
+                Err(Error::invalid(format!("{table}.points"), found, "a file, or points"))
             }
-            Self::Helix { length, radius, pitch, axis, .. } => {
-                positive(&key("length"), *length)?;
-                positive(&key("radius"), *radius)?;
-                positive(&key("pitch"), *pitch)?;
-                direction(&key("axis"), axis)
-            }
-            Self::Arc { length, angle } => {
-                positive(&key("length"), *length)?;
-                if angle.is_finite() {
-                    return Ok(());
-                }
-                Err(Error::invalid(key("angle"), angle, "a finite number"))
-            }
-            Self::Polyline { file, points, scale, .. } => {
-                if is_empty(file) == points.is_empty() {
-                    let found = if is_empty(file) { "neither file nor points" } else { "both" };
-                    return Err(Error::invalid(key("points"), found, "a file, or points"));
-                }
-                positive(&key("scale"), *scale)
-            }
+            Self::Arc { .. } | Self::Polyline { .. } => Ok(()),
         }
     }
 
-    /// Length, m; 0 of a polyline, whose points determine it.
+    /// Length, m; 0 for a polyline, whose points determine it.
     pub(crate) fn length(&self) -> f64 {
         match self {
             Self::Straight { length, .. }
@@ -224,7 +177,7 @@ impl Shape {
         }
     }
 
-    /// How far the tangent turns from end to end, rad; none where only the points tell.
+    /// Turning angle of the tangent from end to end, rad; none for a polyline, whose points determine it.
     pub(crate) fn turning(&self) -> Option<f64> {
         match self {
             Self::Straight { .. } => Some(0.0),
@@ -238,14 +191,15 @@ impl Shape {
 }
 
 impl<D: Scalar> Shape<D> {
-    /// The mesh of `segments` equal edges; a wall at the start or the end has the part `behind` of the
-    /// outermost edge behind it. The edges of a polyline go with the distances of its
-    /// points, which [`Scene::load`](super::Scene::load) and [`Scene::problem`](super::Scene::problem)
-    /// read; by default there are as many.
+    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall. The
+    /// edges of a polyline are proportional to the distances of its points, and by default as many; the points must
+    /// have been read, by [`Scene::load`](super::Scene::load) or [`Scene::problem`](super::Scene::problem).
     pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
         let (length, point) = match self.curve()? {
-            Curve::Formula(length, point) => (length, point),
-            Curve::Points(line, scale) => return Ok(line.mesh(segments, behind)?.times(scale)),
+            ShapeCurve::Formula(length, point) => (length, point),
+            ShapeCurve::Points(line, scale) => {
+                return Ok(line.mesh(segments, behind)?.times(scale));
+            }
         };
         let segments = segments.ok_or_else(no_segments)?;
         let edge = length / D::from(segments as f64 - behind[0] - behind[1]);
@@ -254,11 +208,11 @@ impl<D: Scalar> Shape<D> {
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
 
-    /// Where the nodes of a rod are that has this shape instead of its `rest`.
+    /// Positions, m, of the nodes of a rod in this shape; `rest` is the mesh of its rest shape.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve()? {
-            Curve::Formula(length, point) => (length, point),
-            Curve::Points(line, factor) => {
+            ShapeCurve::Formula(length, point) => (length, point),
+            ShapeCurve::Points(line, factor) => {
                 let nodes = line.nodes_of(rest)?;
                 return Ok(nodes.into_iter().map(|x| scale(x, factor)).collect());
             }
@@ -267,11 +221,12 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    fn curve(&self) -> Result<Curve<'_, D>, Error> {
+    /// The shape as a function of arc length, or as a polyline that has been read.
+    fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {
                 let direction = unit(direction);
-                Curve::Formula(length, Box::new(move |s| scale(direction, s)))
+                ShapeCurve::Formula(length, Box::new(move |s| scale(direction, s)))
             }
             Self::Helix { length, radius, pitch, axis, handedness } => {
                 let c = pitch / D::from(TAU);
@@ -283,7 +238,7 @@ impl<D: Scalar> Shape<D> {
                     let p = s / speed;
                     to_axis(axis, [radius * p.cos(), radius * p.sin() * -turn, -(c * p)])
                 };
-                Curve::Formula(length, Box::new(point))
+                ShapeCurve::Formula(length, Box::new(point))
             }
             Self::Arc { length, angle } => {
                 let point = move |s: D| {
@@ -292,29 +247,29 @@ impl<D: Scalar> Shape<D> {
                     let chord = s * sine_over(half);
                     [chord * half.cos(), chord * half.sin(), D::from(0.0)]
                 };
-                Curve::Formula(length, Box::new(point))
+                ShapeCurve::Formula(length, Box::new(point))
             }
             Self::Polyline { ref file, ref line, scale, .. } => {
                 let line = line.as_deref().ok_or_else(|| {
                     let found = format!("{}, which has not been read", file.display());
                     Error::invalid("shape.file", found, "a shape of a loaded scene or a problem")
                 })?;
-                Curve::Points(line, scale)
+                ShapeCurve::Points(line, scale)
             }
         })
     }
 }
 
-/// A shape as a curve.
-enum Curve<'a, D> {
-    /// Its length, m, and its points by arc length.
+/// Shape as a function of arc length, or through points.
+enum ShapeCurve<'a, D> {
+    /// Length, m, and position, m, as a function of arc length.
     Formula(D, Box<dyn Fn(D) -> Vector<D>>),
-    /// A line through points, and a factor on their coordinates.
+    /// Curve through points, and a factor on their coordinates.
     Points(&'a Polyline, D),
 }
 
-/// `v` turned the shortest way that takes -z to the unit vector `axis`; by half a turn about x where
-/// that is +z.
+/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`; by half a turn about x if `axis` is
+/// +z.
 fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     let (from, v) = match axis[2].value() > 1.0 - 1e-14 {
         true => ([0.0, 0.0, 1.0], [v[0], -v[1], -v[2]]),
@@ -326,7 +281,7 @@ fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     add(add(v, across), scale(cross(about, across), (dot(from, axis) + 1.0).recip()))
 }
 
-/// `sin(x)/x`, with its derivatives where x is zero.
+/// `sin(x)/x`, by its series near x = 0, where the derivatives of the quotient do not exist.
 fn sine_over<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.05 {
         return x.sin() / x;
@@ -344,7 +299,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn the_helix_is_the_documented_curve() {
+    fn helix_nodes_follow_the_documented_formula() {
         let (radius, pitch) = (0.02, 0.05);
         let helix = Shape::Helix {
             length: 0.5,
@@ -364,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_cuts_the_middle_of_the_outermost_edge() {
+    fn wall_is_at_the_middle_of_the_outermost_edge() {
         let shape = Shape::Arc { length: 1.0, angle: 1.0 };
         let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
         let edge = 1.0 / 9.5;

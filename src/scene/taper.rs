@@ -1,27 +1,28 @@
-//! Sections and materials that change along the rod.
+//! `[rod.taper]`: sections and materials that vary along the rod.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::material::Material;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::Quantity;
 use crate::scene::section::Section;
-use serde::{Deserialize, Serialize};
+use crate::scene::table::table;
 
-/// Declares the factors: one for each number of a section and a material that may change along the rod.
+/// Factor on a number of section or material.
+const FACTOR: [Quantity; 2] = [Quantity::positive("").within(1e-6, 1e6); 2];
+
+/// Declares one factor for each number of a section and a material that may vary along the rod.
 macro_rules! factors {
     ($($(#[$doc:meta])* $key:ident;)*) => {
-        /// `[rod.taper]`: factors along the rod on section and material; default 1. Each is a list
-        /// with one factor for each of equally many equal parts of the length, or a linear function
-        /// `{ from = 1.0, to = 0.5 }`.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[cfg_attr(test, derive(schemars::JsonSchema))]
-        #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-        #[serde(deny_unknown_fields, bound = "D: Written")]
-        pub struct Taper<D = f64> {
-            $($(#[$doc])*
-            #[serde(default = "none::<D>", skip_serializing_if = "Option::is_none")]
-            pub $key: Option<Along<D>>,)*
+        table! {
+            /// `[rod.taper]`: factors along the rod on section and material; default 1. Each is a list
+            /// with one factor for each of equally many equal parts of the length, or a linear function
+            /// `{ from = 1.0, to = 0.5 }`.
+            pub struct Taper {
+                $($(#[$doc])*
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $key: Option<Along<D>> = FACTOR,)*
+            }
         }
 
         impl<D> Default for Taper<D> {
@@ -30,28 +31,18 @@ macro_rules! factors {
             }
         }
 
-        impl Taper {
+        impl<D: Clone> Taper<D> {
             /// The same factor on every number.
-            pub(super) fn all(factor: Along) -> Self {
+            pub(super) fn uniform(factor: &Along<D>) -> Self {
                 Self { $($key: Some(factor.clone()),)* }
             }
         }
 
         impl<D> Taper<D> {
-            /// The factors that there are, with their keys.
-            fn each(&self) -> impl Iterator<Item = (&'static str, &Along<D>)> {
+            /// Keys and values of the given factors.
+            fn factors(&self) -> impl Iterator<Item = (&'static str, &Along<D>)> {
                 let all = [$((stringify!($key), self.$key.as_ref()),)*];
                 all.into_iter().filter_map(|(key, factor)| Some((key, factor?)))
-            }
-        }
-
-        impl Taper {
-            pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Taper<D> {
-                let factor = [Quantity::positive("").within(1e-6, 1e6); 2];
-                let mut over = |key: &str, along: &Option<Along>| {
-                    along.as_ref().map(|along| along.over(key, factor, n))
-                };
-                Taper { $($key: over(stringify!($key), &self.$key),)* }
             }
         }
     };
@@ -82,20 +73,16 @@ factors! {
     shear_modulus;
 }
 
-fn none<D>() -> Option<Along<D>> {
-    None
-}
-
 impl<D> Taper<D> {
-    /// Whether the rod is the same all along.
+    /// Whether section and material are constant along the rod.
     pub fn is_none(&self) -> bool {
-        self.each().next().is_none()
+        self.factors().next().is_none()
     }
 
-    /// Where factors jump, ascending, and the ends: parts of the rod's length.
+    /// Places at which factors jump, and both ends, ascending, as fractions of the rod length.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
-        breaks.extend(self.each().flat_map(|(_, factor)| factor.breaks()));
+        breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
         breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
         breaks
@@ -103,7 +90,7 @@ impl<D> Taper<D> {
 }
 
 impl<D: Scalar> Taper<D> {
-    /// Section and material at a place, given as a part of the rod's length.
+    /// Section and material at a place, a fraction of the rod length: those of the whole rod times the factors.
     pub(crate) fn at(
         &self,
         place: f64,
@@ -143,7 +130,8 @@ impl<D: Scalar> Taper<D> {
 }
 
 impl Taper {
-    /// Refuses factors that make no sense on such a section and material.
+    /// Rejects factors on numbers that section and material do not have, factors of 0 or below, and tapered sections
+    /// that are invalid.
     pub(super) fn check(&self, section: &Section, material: &Material) -> Result<(), Error> {
         let mut keys = match section {
             Section::Circle { .. } => vec!["radius"],
@@ -153,19 +141,18 @@ impl Taper {
         };
         keys.extend(["density", "youngs_modulus"]);
         keys.extend(material.shear_modulus.map(|_| "shear_modulus"));
-        for (key, factor) in self.each() {
+        for (key, factor) in self.factors() {
             let key = format!("rod.taper.{key}");
             if !keys.iter().any(|known| key.ends_with(&format!(".{known}"))) {
                 let allowed =
                     format!("a factor on a number that the scene has: {}", keys.join(", "));
                 return Err(Error::invalid(key, "a factor", allowed));
             }
-            factor.check(&key)?;
             if let Some(wrong) = factor.values().into_iter().find(|factor| *factor <= 0.0) {
                 return Err(Error::invalid(key, wrong, "factors above 0"));
             }
         }
-        // What is linear is largest and smallest at the ends of its pieces.
+        // Linear factors are largest and smallest at the ends of their pieces.
         for piece in self.breaks().windows(2) {
             let inside = 1e-9 * (piece[1] - piece[0]);
             for place in [piece[0] + inside, piece[1] - inside] {

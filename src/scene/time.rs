@@ -1,9 +1,10 @@
-//! `[time]`: how long, in which steps, by which scheme.
+//! `[time]`: duration, time step and integration scheme.
 
 use crate::error::Error;
-use crate::scene::number::{Candidates, Numbers, Quantity, Written};
+use crate::scene::number::{Candidates, Quantity, SceneNumber};
 use crate::scene::scheme::{Scheme, SchemeParameter};
-use crate::scene::tolerance::Tolerance;
+use crate::scene::table::table;
+use crate::scene::tolerance::StepTolerance;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 
@@ -13,37 +14,37 @@ const MOST_STEPS: f64 = 1e9;
 /// `[time]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: Written")]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
+#[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: SceneNumber")]
 pub struct Time<D = f64> {
-    /// Duration of the simulation, s; [as long](Self::TO_THE_END) as the recording that leads its ends.
+    /// Duration of the simulation, s; [`Time::TO_THE_END`] for that of the recording that drives the ends.
     pub end: f64,
-    /// Time step, s; none where the program is to choose it.
+    /// Time step, s; none if the program chooses it.
     pub step: Option<f64>,
     /// The time integrator.
     pub scheme: Scheme,
-    /// Whether the program is to choose the integrator, with the step.
+    /// Whether the program chooses the scheme, with the step.
     pub scheme_left_open: bool,
-    /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
+    /// Parameter of Newmark-beta, 0.5 to 1; 1 is implicit Euler.
     pub beta: D,
-    /// Of generalised-alpha, in [0, 1]: by which factor a step takes vibrations down that are far too
-    /// fast for it. At 1 none, at 0 they are gone after a step.
+    /// Spectral radius of generalised-alpha at infinite frequency, 0 to 1: factor per step on the amplitude of vibrations
+    /// that the step does not resolve.
     pub rho_inf: D,
-    /// Of Newmark-beta and generalised-alpha: which error of a step's solution is left.
-    pub tolerance: Tolerance,
+    /// Newton error of a step of Newmark-beta and generalised-alpha, as a fraction of the rod length.
+    pub tolerance: StepTolerance,
 }
 
-/// A step and an end that differ by less than this part are equal.
+/// Relative difference below which a step and the duration are equal.
 const ROUNDING: f64 = 1e-9;
 
-/// The `rho_inf` of a scene that gives none.
+/// Default of `rho_inf`.
 const RHO_INF: f64 = 0.5;
 
 /// `[time]`: duration, step and scheme.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
-#[serde(deny_unknown_fields, bound = "D: Written")]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
+#[serde(deny_unknown_fields, bound = "D: SceneNumber")]
 struct TimeForm<D> {
     /// Duration of the simulation, s; default: that of the recording that drives the ends.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +63,7 @@ struct TimeForm<D> {
     rho_inf: Option<D>,
     /// Newton error of a step as a fraction of the rod length, or `"rounding"`; default 3e-14.
     #[serde(skip_serializing_if = "Option::is_none")]
-    tolerance: Option<Tolerance>,
+    tolerance: Option<StepTolerance>,
 }
 
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
@@ -108,38 +109,28 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 impl<D> From<Time<D>> for TimeForm<D> {
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
-        if scheme_left_open {
-            let end = (end != Time::TO_THE_END).then_some(end);
-            return Self {
-                end,
-                step: None,
-                scheme: None,
-                beta: None,
-                rho_inf: None,
-                tolerance: None,
-            };
-        }
         let parameter = scheme.traits().parameter;
-        let chosen = parameter.is_some() && tolerance != Tolerance::default();
+        let is_tolerance_given = parameter.is_some() && tolerance != StepTolerance::default();
+        // Numbers of the scheme are written with a scheme that was given.
+        let given = !scheme_left_open;
         Self {
             end: (end != Time::TO_THE_END).then_some(end),
-            step,
-            scheme: Some(scheme),
-            beta: (parameter == Some(SchemeParameter::Beta)).then_some(beta),
-            rho_inf: (parameter == Some(SchemeParameter::RhoInf)).then_some(rho_inf),
-            tolerance: chosen.then_some(tolerance),
+            step: step.filter(|_| given),
+            scheme: given.then_some(scheme),
+            beta: (given && parameter == Some(SchemeParameter::Beta)).then_some(beta),
+            rho_inf: (given && parameter == Some(SchemeParameter::RhoInf)).then_some(rho_inf),
+            tolerance: (given && is_tolerance_given).then_some(tolerance),
         }
     }
 }
 
 impl Time {
-    /// The end of a simulation that lasts as long as the recording that leads its ends, until that is
-    /// read: a file without `end`.
+    /// Duration of a file without `end`, until the recording that drives the ends is read.
     pub const TO_THE_END: f64 = f64::INFINITY;
 }
 
 impl<D: Copy> Time<D> {
-    /// The number that belongs to the scheme: `rho_inf` of generalised-alpha, else `beta`.
+    /// Parameter of the scheme: `rho_inf` of generalised-alpha, `beta` of all others.
     pub fn parameter(&self) -> D {
         match self.scheme.traits().parameter {
             Some(SchemeParameter::RhoInf) => self.rho_inf,
@@ -148,31 +139,25 @@ impl<D: Copy> Time<D> {
     }
 }
 
-impl Time {
-    pub(super) fn over<D: From<f64>>(&self, n: &mut Numbers<'_, D>) -> Time<D> {
-        let beta = Quantity::signed("").within(0.5, 1.0);
-        let beta = beta.searched(Candidates::Values(&[0.55, 0.75, 0.95]));
-        let rho_inf = Quantity::signed("").within(0.0, 1.0);
-        let rho_inf = rho_inf.searched(Candidates::Values(&[0.1, 0.5, 0.9]));
-        let parameter = self.scheme.traits().parameter;
-        Time {
-            end: self.end,
-            step: self.step,
-            scheme: self.scheme,
-            scheme_left_open: self.scheme_left_open,
-            beta: match parameter {
-                Some(SchemeParameter::Beta) => n.number("beta", self.beta, beta),
-                _ => D::from(self.beta),
-            },
-            rho_inf: match parameter {
-                Some(SchemeParameter::RhoInf) => n.number("rho_inf", self.rho_inf, rho_inf),
-                _ => D::from(self.rho_inf),
-            },
-            tolerance: self.tolerance,
-        }
-    }
+/// Damping parameter of Newmark-beta.
+const BETA: Quantity =
+    Quantity::signed("").within(0.5, 1.0).searched(Candidates::Values(&[0.55, 0.75, 0.95]));
+/// Spectral radius of generalised-alpha at infinite frequency.
+const RADIUS: Quantity =
+    Quantity::signed("").within(0.0, 1.0).searched(Candidates::Values(&[0.1, 0.5, 0.9]));
 
-    /// Duration and step in s, Newmark-beta at beta = 0.5.
+table!(@numbers Time {
+    end,
+    step,
+    scheme,
+    scheme_left_open,
+    beta = BETA,
+    rho_inf = RADIUS,
+    tolerance,
+});
+
+impl Time {
+    /// Duration and step, s, with Newmark-beta at beta = 0.5.
     pub fn new(end: f64, step: f64) -> Self {
         Self {
             end,
@@ -181,11 +166,11 @@ impl Time {
             scheme_left_open: false,
             beta: 0.5,
             rho_inf: RHO_INF,
-            tolerance: Tolerance::default(),
+            tolerance: StepTolerance::default(),
         }
     }
 
-    /// Duration in s; step and scheme are the program's to choose.
+    /// Duration, s, with a step and a scheme that the program chooses.
     pub fn lasting(end: f64) -> Self {
         Self { step: None, scheme_left_open: true, ..Self::new(end, end) }
     }
@@ -195,7 +180,7 @@ impl Time {
         self.step.is_some_and(|step| step > self.end * (1.0 + ROUNDING))
     }
 
-    /// Time step, s; the duration where it is left open.
+    /// Time step, s; the duration if the program chooses the step.
     pub fn step_size(&self) -> f64 {
         self.step.unwrap_or(self.end)
     }
@@ -210,10 +195,10 @@ impl Time {
         if k >= self.steps() { self.end } else { k as f64 * self.step_size() }
     }
 
-    /// Refuses what makes no sense.
-    pub(super) fn check(&self, led: bool) -> Result<(), Error> {
+    /// Rejects invalid numbers, and a missing end unless recorded ends give it (`has_recording`).
+    pub(super) fn check(&self, has_recording: bool) -> Result<(), Error> {
         match self.end == Self::TO_THE_END {
-            true if led => {}
+            true if has_recording => {}
             true => return Err(Error::invalid("time.end", "inf, or none", "finite and above 0 s")),
             false => positive("time.end", self.end)?,
         }

@@ -1,28 +1,27 @@
-//! How exactly the equations of a step are solved.
+//! `time.tolerance`: largest Newton error of the solution of a time step.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Which error of a step's solution is left by Newmark-beta: `time.tolerance`, a number or
-/// `"rounding"`. The average vector field always solves to rounding, as it is taken for the energy it
-/// keeps.
+/// Largest Newton error of a step: a fraction of the rod length, or `"rounding"`. The average vector field always solves
+/// to rounding, since it is chosen for its conservation of energy.
 ///
-/// The error is predicted from how Newton's corrections shrink. With the default, `3e-14`, trajectories
+/// The error is predicted from the decrease of Newton's corrections. With the default, `3e-14`, trajectories
 /// stay within `1e-10` of the rod's length a second of those solved to rounding
 /// (`cargo test --release --test physics left_by_newton -- --nocapture`), orders of magnitude below
 /// what steps and mesh leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tolerance {
-    /// An error of coordinates predicted to be below this part of the rod's length is left.
+pub enum StepTolerance {
+    /// Predicted error of the coordinates, as a fraction of the rod length.
     Predicted(f64),
-    /// Nothing but rounding errors, for those who check.
+    /// Only rounding errors remain.
     Rounding,
 }
 
-impl Tolerance {
-    /// The part of the rod's length that may be left.
+impl StepTolerance {
+    /// Allowed error as a fraction of the rod length.
     pub(crate) fn part(self) -> f64 {
         match self {
             Self::Predicted(part) => part,
@@ -30,7 +29,7 @@ impl Tolerance {
         }
     }
 
-    /// Refuses what makes no sense.
+    /// Rejects fractions outside (0, 1e-6].
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
             Self::Predicted(part) if !(part > 0.0 && part <= LARGEST) => {
@@ -43,17 +42,18 @@ impl Tolerance {
     }
 }
 
-/// Beyond this the iteration would no longer be the smallest of all errors.
+/// Largest allowed fraction: above it the Newton error would no longer be the smallest of all errors.
 const LARGEST: f64 = 1e-6;
+/// Word of files for [`StepTolerance::Rounding`].
 const ROUNDING: &str = "rounding";
 
-impl Default for Tolerance {
+impl Default for StepTolerance {
     fn default() -> Self {
         Self::Predicted(3e-14)
     }
 }
 
-impl Serialize for Tolerance {
+impl Serialize for StepTolerance {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Predicted(part) => serializer.serialize_f64(*part),
@@ -62,34 +62,34 @@ impl Serialize for Tolerance {
     }
 }
 
-impl<'de> Deserialize<'de> for Tolerance {
+impl<'de> Deserialize<'de> for StepTolerance {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Written;
-        impl Visitor<'_> for Written {
-            type Value = Tolerance;
+        struct ToleranceVisitor;
+        impl Visitor<'_> for ToleranceVisitor {
+            type Value = StepTolerance;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "a part of the length, such as 3e-14, or \"{ROUNDING}\"")
             }
-            fn visit_f64<E: de::Error>(self, part: f64) -> Result<Tolerance, E> {
-                Ok(Tolerance::Predicted(part))
+            fn visit_f64<E: de::Error>(self, part: f64) -> Result<StepTolerance, E> {
+                Ok(StepTolerance::Predicted(part))
             }
-            fn visit_i64<E: de::Error>(self, part: i64) -> Result<Tolerance, E> {
-                Ok(Tolerance::Predicted(part as f64))
+            fn visit_i64<E: de::Error>(self, part: i64) -> Result<StepTolerance, E> {
+                Ok(StepTolerance::Predicted(part as f64))
             }
-            fn visit_str<E: de::Error>(self, word: &str) -> Result<Tolerance, E> {
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<StepTolerance, E> {
                 match word {
-                    ROUNDING => Ok(Tolerance::Rounding),
+                    ROUNDING => Ok(StepTolerance::Rounding),
                     _ => Err(E::invalid_value(de::Unexpected::Str(word), &self)),
                 }
             }
         }
-        deserializer.deserialize_any(Written)
+        deserializer.deserialize_any(ToleranceVisitor)
     }
 }
 
 #[cfg(test)]
-impl schemars::JsonSchema for Tolerance {
+impl schemars::JsonSchema for StepTolerance {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Tolerance".into()
     }
@@ -117,9 +117,9 @@ mod tests {
     #[test]
     fn a_number_or_a_word() {
         for (line, tolerance) in [
-            ("", Tolerance::default()),
-            ("tolerance = 1e-10", Tolerance::Predicted(1e-10)),
-            ("tolerance = \"rounding\"", Tolerance::Rounding),
+            ("", StepTolerance::default()),
+            ("tolerance = 1e-10", StepTolerance::Predicted(1e-10)),
+            ("tolerance = \"rounding\"", StepTolerance::Rounding),
         ] {
             let time = read(line).unwrap();
             assert_eq!(time.tolerance, tolerance);

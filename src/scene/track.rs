@@ -1,4 +1,4 @@
-//! Markers that were followed in time: a table of places, and the smooth way through them.
+//! Recorded markers: their positions at the frames of a recording, and the cubic HermiteWeights interpolant through them.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -10,52 +10,65 @@ use marker_files::{MarkerData, Recording};
 use std::ops::Range;
 use std::path::Path;
 
-/// Where markers were at increasing times.
+/// Positions of markers at increasing times.
 ///
-/// Between two times a marker goes along the cubic with the slopes of the central differences, and of
-/// the neighbouring interval at the ends. Markers that were not seen for a while go on through the gap
-/// likewise.
+/// Between two times the motion is the cubic with the velocities of central differences, one-sided at the ends. Gaps are
+/// interpolated in the same way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     times: Vec<f64>,
     markers: Vec<Marker>,
-    /// Whether it was integrated from accelerations, and drifts.
+    /// Whether it was integrated from accelerations, and may drift.
     is_integrated: bool,
-    /// What its reader found wrong.
+    /// Defects that were found while reading.
     read_faults: Vec<Fault>,
-    /// What is wrong in it, once that was looked for.
+    /// Defects, once the recording was examined.
     faults: Option<Vec<Fault>>,
-    /// Bandwidth of the markers that drive a support, Hz; none before it was computed, and where nothing moves.
+    /// Bandwidth of the markers that drive a support, Hz; none before the examination, and for markers at rest.
     bandwidth: Option<f64>,
 }
 
-/// A marker.
+/// Recorded marker: name, positions at the frames, and positions with velocities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marker {
-    /// What follows x, y and z in the names of its columns.
+    /// Name: the part of the column names behind x, y and z.
     pub name: String,
-    /// Where it was seen, m; none where it was not.
+    /// Position at every frame, m; none where it is missing.
     pub seen: Vec<Option<[f64; 3]>>,
-    /// When it was seen, s, where, m, and with which velocity, m/s.
-    pub(super) way: Vec<(f64, [[f64; 3]; 2])>,
+    /// Known positions with velocities, in the order of time.
+    pub(super) path: Vec<PathPoint>,
+}
+
+/// Position of a marker, m, at a time, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TimedPosition {
+    pub time: f64,
+    pub position: [f64; 3],
+}
+
+/// Position of a marker, m, and its velocity, m/s, at a time, s.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PathPoint {
+    pub time: f64,
+    pub position: [f64; 3],
+    pub velocity: [f64; 3],
 }
 
 impl Track {
-    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, units in brackets,
-    /// SI without; or a file of another program, which is known by its first bytes. Without columns z all of it
-    /// lies at z = 0.
+    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, with units in brackets, otherwise
+    /// SI; or a file of another program, which is recognized by its first bytes. Without columns z, all z are 0.
     ///
     /// # Errors
-    /// A file that cannot be read, or a line of it that makes no sense, with its number.
+    /// A file that cannot be read, or the number of an invalid line.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_as(path, &Recording::default(), &[])
     }
 
-    /// The markers of these names, in this order, or all in the order of the file; `recording` says how its numbers
-    /// become seconds and metres.
+    /// Reads the markers of these names, in this order, or all in the order of the file. `recording` has the units, axes
+    /// and start time of the file.
     ///
     /// # Errors
-    /// Those of [`read`](Self::read), a marker that is not there, and what makes no sense beside this file.
+    /// Those of [`read`](Self::read), an unknown marker, and settings that contradict the file.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
         let (format, bytes) = marker_files::open(path, recording.format)?;
         let file = marker_files::parse(path, format, &bytes)?;
@@ -92,32 +105,30 @@ impl Track {
         track.map_err(|message| file.error(1, format!("{message}; {found} markers")).into())
     }
 
-    /// The motion of one point by its places and velocities at increasing times, s, m and m/s.
-    pub(super) fn of_way(way: Vec<(f64, [[f64; 3]; 2])>) -> Result<Self, String> {
-        let seen = way.iter().map(|(_, [place, _])| Some(*place)).collect();
-        let times = way.iter().map(|(time, _)| *time).collect();
+    /// Motion of one point from positions and velocities at increasing times, integrated from accelerations.
+    pub(super) fn from_integrated(path: Vec<PathPoint>) -> Result<Self, String> {
+        let seen = path.iter().map(|point| Some(point.position)).collect();
+        let times = path.iter().map(|point| point.time).collect();
         let mut track = Self::new(times, vec![(String::new(), seen)])?;
-        track.markers[0].way = way;
+        track.markers[0].path = path;
         track.is_integrated = true;
         Ok(track)
     }
 
-    /// Markers by name, each seen at these increasing times, s, or not.
+    /// Markers by name, each with its position, m, at these increasing times, s, or none where it is missing.
     ///
     /// # Errors
-    /// A marker that was seen less than twice, in words.
+    /// A message about a marker with fewer than two positions.
     pub fn new(
         times: Vec<f64>,
         markers: Vec<(String, Vec<Option<[f64; 3]>>)>,
     ) -> Result<Self, String> {
         let of = |(name, seen): (String, Vec<Option<[f64; 3]>>)| {
-            let known = times.iter().zip(&seen);
-            let known: Vec<(f64, [f64; 3])> =
-                known.filter_map(|(t, x)| Some((*t, (*x)?))).collect();
+            let known = known_positions(&times, &seen);
             if known.len() < 2 {
                 return Err(format!("marker `{name}` seen {} times, allowed: twice", known.len()));
             }
-            Ok(Marker { way: way(&known), name, seen })
+            Ok(Marker { path: with_velocities(&known), name, seen })
         };
         let markers = markers.into_iter().map(of).collect::<Result<Vec<_>, _>>()?;
         if markers.is_empty() {
@@ -133,30 +144,31 @@ impl Track {
         })
     }
 
-    /// With what was found wrong in it.
+    /// The examined recording with these defects.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
     }
 
-    /// With a fault that its reader found; the others have not been looked for yet.
+    /// The recording with a defect that was found while reading, before its examination.
     pub(super) fn with_first_fault(mut self, fault: Fault) -> Self {
         self.read_faults.push(fault);
         self
     }
 
-    /// With the defects of the motion of these markers, which drive a support, and their bandwidth.
+    /// The examined recording, with the defects and the bandwidth of the motion of the markers `driven`, which drive a
+    /// support.
     pub(super) fn guarded(self, driven: &[usize]) -> Self {
         let detrended = self.is_integrated.then(|| self.detrended());
         let motion = detrended.as_ref().unwrap_or(&self);
         let (mut faults, bandwidth) = (motion.motion_faults(driven), motion.bandwidth_of(driven));
         let before: Vec<Fault> =
             self.faults.iter().flatten().chain(&self.read_faults).cloned().collect();
-        faults.retain_mut(|fault| fault.is_beside(&before, self.usual_step()));
+        faults.retain_mut(|fault| fault.retain_distinct(&before, self.usual_step()));
         faults.splice(0..0, before);
         Self { faults: Some(faults), bandwidth, ..self }
     }
 
-    /// Some of its frames as a recording of its own, from time 0; faults are not looked for again.
+    /// The frames of a range as a recording, from time 0, marked as examined.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -168,41 +180,41 @@ impl Track {
         Ok(window.with_faults(Vec::new()))
     }
 
-    /// Whether faults were looked for.
+    /// Whether the recording was examined for defects.
     pub(super) fn is_examined(&self) -> bool {
         self.faults.is_some()
     }
 
-    /// What is wrong in it, or was until it was mended; nothing before a problem was made of it.
+    /// Defects, the corrected ones included; empty before the examination, when a problem is built.
     pub fn faults(&self) -> &[Fault] {
         self.faults.as_deref().unwrap_or_default()
     }
 
-    /// What is wrong in it, in words, of a file with this name.
+    /// Warnings of its defects, with the name of its file.
     pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
         let name = file.display().to_string();
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
         self.faults().iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
     }
 
-    /// Frequency below which 99 % of the variance of the motion lie that drives a support, Hz.
+    /// Frequency, Hz, below which 99 % of the variance of the driving motion lie; none before the examination and at rest.
     pub(super) fn bandwidth(&self) -> Option<f64> {
         self.bandwidth
     }
 
-    /// The usual time between two frames, s.
+    /// Median time between two frames, s.
     pub(super) fn usual_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// When the markers were looked at, s.
+    /// Times of the frames, s.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// When they were looked at last, s.
+    /// Time of the last frame, s.
     pub fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or(0.0)
     }
@@ -214,30 +226,31 @@ impl Track {
 }
 
 impl Marker {
-    /// Where the marker is at a time, m; before the first time it was seen, and after the last, it goes
-    /// on straight.
+    /// Position at a time, m: the cubic HermiteWeights interpolant; before the first known position and after the last the
+    /// motion is continued with constant velocity.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
-        let after = self.way.partition_point(|(t, _)| *t <= time.value());
-        let straight =
-            |(t, [x, v]): &(f64, [[f64; 3]; 2])| std::array::from_fn(|c| (time - *t) * v[c] + x[c]);
-        if after == 0 {
-            return straight(&self.way[0]);
-        }
-        let Some((t1, [x1, v1])) = self.way.get(after) else {
-            return straight(&self.way[after - 1]);
+        let next = self.path.partition_point(|point| point.time <= time.value());
+        let (Some(a), Some(b)) = (next.checked_sub(1), self.path.get(next)) else {
+            let end = &self.path[next.saturating_sub(1)];
+            return std::array::from_fn(|c| (time - end.time) * end.velocity[c] + end.position[c]);
         };
-        let (t0, [x0, v0]) = &self.way[after - 1];
-        let w = HermiteWeights::new(*t0, *t1, time);
-        std::array::from_fn(|c| w.x0 * x0[c] + w.x1 * x1[c] + w.v0 * v0[c] + w.v1 * v1[c])
+        let a = &self.path[a];
+        let w = HermiteWeights::new(a.time, b.time, time);
+        std::array::from_fn(|c| {
+            w.x0 * a.position[c]
+                + w.x1 * b.position[c]
+                + w.v0 * a.velocity[c]
+                + w.v1 * b.velocity[c]
+        })
     }
 }
 
-/// The clock of a recording starts at 0 up to this, s.
+/// Largest time of the first frame, s, that counts as 0.
 pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
-/// What to do where it does not.
+/// Remedy in the message of a clock that starts at another time.
 pub(super) const TIME_ZERO_REMEDY: &str = "; state time_zero, the start on the file's clock";
 
-/// Refuses a clock that does not start at 0, as the scene's does: the motion before it would be extrapolated.
+/// Rejects a first time, s, other than 0, the start of the simulation: the motion before it would be extrapolated.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     match first.abs() > CLOCK_TOLERANCE {
         true => {
@@ -247,11 +260,18 @@ pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     }
 }
 
-/// Places with their velocities: central differences, of unequal intervals the parabola's.
-pub(super) fn way(known: &[(f64, [f64; 3])]) -> Vec<(f64, [[f64; 3]; 2])> {
+/// Known positions, in the order of time.
+pub(super) fn known_positions(times: &[f64], seen: &[Option<[f64; 3]>]) -> Vec<TimedPosition> {
+    let frames = times.iter().zip(seen);
+    frames.filter_map(|(t, x)| Some(TimedPosition { time: *t, position: (*x)? })).collect()
+}
+
+/// The positions with velocities: at inner points the slope of the parabola through three neighbors, at the ends that of
+/// the outermost interval.
+pub(super) fn with_velocities(known: &[TimedPosition]) -> Vec<PathPoint> {
     let slope = |i: usize| {
-        let ((t0, x0), (t1, x1)) = (known[i], known[i + 1]);
-        std::array::from_fn::<f64, 3, _>(|c| (x1[c] - x0[c]) / (t1 - t0))
+        let (a, b) = (known[i], known[i + 1]);
+        std::array::from_fn::<f64, 3, _>(|c| (b.position[c] - a.position[c]) / (b.time - a.time))
     };
     let last = known.len() - 1;
     let velocity = |i: usize| match i {
@@ -259,11 +279,16 @@ pub(super) fn way(known: &[(f64, [f64; 3])]) -> Vec<(f64, [[f64; 3]; 2])> {
         _ if i == last => slope(last - 1),
         _ => {
             let (before, after) = (slope(i - 1), slope(i));
-            let [h0, h1] = [known[i].0 - known[i - 1].0, known[i + 1].0 - known[i].0];
+            let [h0, h1] = [known[i].time - known[i - 1].time, known[i + 1].time - known[i].time];
             std::array::from_fn(|c| (before[c] * h1 + after[c] * h0) / (h0 + h1))
         }
     };
-    known.iter().enumerate().map(|(i, (t, x))| (*t, [*x, velocity(i)])).collect()
+    let point = |(i, x): (usize, &TimedPosition)| PathPoint {
+        time: x.time,
+        position: x.position,
+        velocity: velocity(i),
+    };
+    known.iter().enumerate().map(point).collect()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! What numbers may be, wherever they stand in a scene.
+//! Rejection of invalid numbers and vectors, with their key.
 
 use crate::error::Error;
 
-/// A finite number above zero.
+/// Rejects a number that is not finite or not above 0.
 pub(crate) fn positive(key: &str, value: f64) -> Result<(), Error> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
@@ -10,15 +10,7 @@ pub(crate) fn positive(key: &str, value: f64) -> Result<(), Error> {
     Err(Error::invalid(key, value, "a finite number above 0"))
 }
 
-/// A finite number, zero or above.
-pub(crate) fn not_negative(key: &str, value: f64) -> Result<(), Error> {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
-    }
-    Err(Error::invalid(key, value, "a finite number, 0 or above"))
-}
-
-/// Finite components.
+/// Rejects a vector with a component that is not finite.
 pub(crate) fn finite(key: &str, values: &[f64; 3]) -> Result<(), Error> {
     if values.iter().all(|v| v.is_finite()) {
         return Ok(());
@@ -26,7 +18,7 @@ pub(crate) fn finite(key: &str, values: &[f64; 3]) -> Result<(), Error> {
     Err(Error::invalid(key, format!("{values:?}"), "finite numbers"))
 }
 
-/// A finite direction of non-zero length.
+/// Rejects a direction of length zero, or with a component that is not finite.
 pub(crate) fn direction(key: &str, vector: &[f64; 3]) -> Result<(), Error> {
     finite(key, vector)?;
     let length = nalgebra::Vector3::from(*vector).norm();

@@ -80,7 +80,8 @@ impl<M: Model> Discretized<'_, M> {
         match strain_rate.is_empty() {
             true => rod.gradient(q, frames, self.derivatives(), &mut force),
             false => {
-                let mut viscosity = Viscosity::none(strain_rate.len(), damping.has_own_times());
+                let mut viscosity =
+                    Viscosity::none(strain_rate.len(), damping.has_additional_times());
                 viscosity.now(&damping, internal);
                 let mut viscous = rod.clone();
                 viscous.set_viscous(rod, &viscosity);

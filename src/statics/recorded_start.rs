@@ -20,9 +20,11 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::numerics::vector::sub;
-use crate::problem::{Discretized, Framed, Model, Placed, Setup, between_markers};
+use crate::problem::{
+    Discretized, Framed, Model, NodeTie, Setup, UnknownsAndFrames, between_markers,
+};
 use crate::rod::{FactorsOf, Rod};
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{Recorded, Track};
 use crate::statics::Descent;
 use std::f64::consts::TAU;
@@ -39,11 +41,11 @@ const STIFFER: f64 = 30.0;
 const HELD: f64 = 1e3;
 
 /// The unknowns in the first two frames, with the frames of the edges that all angles count from.
-type Relaxed<D, M> = (Placed<D, M>, Vec<D>);
+type Relaxed<D, M> = (UnknownsAndFrames<D, M>, Vec<D>);
 
 /// The unknowns and frames at the start of a recording, how they change until its next frame, and how long that
 /// takes, s.
-type Start<D, M> = (Placed<D, M>, (Vec<D>, f64));
+type Start<D, M> = (UnknownsAndFrames<D, M>, (Vec<D>, f64));
 
 impl<M: Model> Discretized<'_, M> {
     /// Where the recording starts, and how it goes on.
@@ -56,7 +58,7 @@ impl<M: Model> Discretized<'_, M> {
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
         self.turn_ends(setup, &mut q);
         if let Some(boundary_motion) = self.boundary_motion(setup) {
-            let moment = Moment::Time(0.0);
+            let moment = MotionTime::Time(0.0);
             boundary_motion.advance::<M::Rod<D>>(moment, moment, &mut q, &frames);
         }
         Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
@@ -66,7 +68,7 @@ impl<M: Model> Discretized<'_, M> {
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
-    ) -> Result<Placed<D, M>, Error> {
+    ) -> Result<UnknownsAndFrames<D, M>, Error> {
         let ((mut q, frames), _) = self.relaxed_over(setup, self.track()?)?;
         self.turn_ends(setup, &mut q);
         Ok((q, frames))
@@ -96,7 +98,8 @@ impl<M: Model> Discretized<'_, M> {
         // Between the two, however much stiffer the edges are.
         let stiffness = spring(setup, segments) * STIFFER.sqrt();
         let tie = |(node, marker): (&usize, &crate::scene::track::Marker)| {
-            (*node, marker.at(time), stiffness * if is_held(*node) { HELD } else { 1.0 })
+            let stiffness = stiffness * if is_held(*node) { HELD } else { 1.0 };
+            NodeTie { node: *node, point: marker.at(time), stiffness }
         };
         let ties: Vec<_> = nodes.iter().zip(track.markers()).map(tie).collect();
         // How long an edge is whose ends are both held makes no difference to the motion, and shall not pull them.

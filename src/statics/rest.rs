@@ -7,10 +7,10 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::problem::Model;
 use crate::problem::Setup;
-use crate::problem::{Discretized, Framed, FramesOf, Placed};
+use crate::problem::{Discretized, Framed, FramesOf, UnknownsAndFrames};
 use crate::rod::strain_rates;
 use crate::rod::{FactorsOf, Rod};
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, EquilibriumState};
 use crate::statics::edge_coordinates::EdgeCoordinates;
@@ -87,7 +87,7 @@ impl<M: Model> Discretized<'_, M> {
             if let Some(boundary_motion) = &boundary_motion {
                 let progress = |k: usize| k as f64 / stages as f64;
                 let [from, to] =
-                    [k - 1, k].map(|k| Moment::Approach { progress: progress(k), settled });
+                    [k - 1, k].map(|k| MotionTime::Approach { progress: progress(k), settled });
                 boundary_motion.carry(from, to, &mut q, |end, node| self.reach(end, node));
                 boundary_motion.advance::<M::Rod<f64>>(from, to, &mut q, &frames);
             }
@@ -107,7 +107,10 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Where a rod begins to come to rest, with recorded ends turned about themselves by what the scene says: as it
     /// lies when the recording starts, if the scene starts there.
-    fn begin_at_rest<D: Nestable>(&self, setup: &Setup<D, M>) -> Result<Placed<D, M>, Error> {
+    fn begin_at_rest<D: Nestable>(
+        &self,
+        setup: &Setup<D, M>,
+    ) -> Result<UnknownsAndFrames<D, M>, Error> {
         if self.scene().initial.state == InitialState::Recorded {
             return self.recorded_shape(setup);
         }
@@ -142,7 +145,7 @@ impl<M: Model> Discretized<'_, M> {
     pub(crate) fn hold<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
-        moment: Moment<f64>,
+        moment: MotionTime<f64>,
         q: &mut [D],
         frames: &<M::Rod<D> as Rod<D>>::Frames,
     ) -> Result<(), Error> {
@@ -256,7 +259,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
-        let rod = self.setup.held(self.model, &self.rod());
+        let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
         let found = self.equilibrium_of(&rod, false)?;
         let mut q = found.q;
         M::Rod::<f64>::refer(&mut q, &found.frames, &self.begin(self.setup).1);
@@ -359,7 +362,7 @@ impl<M: Model> Discretized<'_, M> {
         if *indifferent {
             self.add_start_derivatives(&self.begin_at_rest(setup)?.0, &mut q);
         }
-        self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
+        self.hold(setup, MotionTime::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
         self.follow((&rod, &frames), (&self.rod(), &rest.frames), &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))

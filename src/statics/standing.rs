@@ -85,6 +85,6 @@ impl<M: Model> Discretized<'_, M> {
         }
         let setup = Setup::new(self.model, scene);
         let rod = setup.rod(self.model);
-        if held { setup.held(self.model, &rod) } else { rod }
+        if held { setup.rod_with_release_forces(self.model, &rod) } else { rod }
     }
 }

@@ -22,7 +22,7 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::Model;
 use crate::problem::SpatialModel;
-use crate::problem::{AnyProblem, Modelled, Problem};
+use crate::problem::{AnyProblem, ModelWithSetup, Problem};
 use crate::rod::Rod;
 use crate::scene::Parameter;
 use crate::statics::CheckedEquilibrium;
@@ -105,7 +105,7 @@ impl Problem {
 /// An equilibrium by its model.
 enum AnySettled {
     /// With the spatial model, where modes out of the plane are asked for.
-    Planar(CheckedEquilibrium<()>, Option<Box<Modelled<SpatialModel>>>),
+    Planar(CheckedEquilibrium<()>, Option<Box<ModelWithSetup<SpatialModel>>>),
     Spatial(CheckedEquilibrium<Frames<f64>>),
 }
 

@@ -132,7 +132,7 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
             let chord = sub(place(j + 1), place(j));
             let length = dot(chord, chord).sqrt();
             let [tangent, d1, d2] =
-                discretized.axes(directors, (self.q, &still), self.frames, j).map(|[axis, _]| axis);
+                discretized.axes(directors, self.q, &still, self.frames, j).map(|[axis, _]| axis);
             let across = |v: [f64; 3]| sub(v, scale(tangent, dot(v, tangent)));
             let turn = scale(sub(rate(&rates, j + 1), rate(&rates, j)), 1.0 / length);
             let outside = 1.0

@@ -5,8 +5,8 @@ use num_dual::{Dual64, DualSVec64};
 use rodfit::numerics::tangent::Factors;
 use rodfit::problem::Model;
 use rodfit::scene::{
-    Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, Support, Time,
-    Tolerance,
+    Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, StepTolerance,
+    Support, Time,
 };
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Point, Problem};
 
@@ -243,7 +243,7 @@ fn by_damping_that_is_not_there() {
         let mut space = helix_with(0.7, 2e-3, 0.05, Clamp::MidEdge);
         for scene in [&mut plane, &mut space] {
             scene.loads.damping = Damping::default();
-            let tolerance = Tolerance::Rounding;
+            let tolerance = StepTolerance::Rounding;
             scene.time = scene.time.take().map(|time| Time { scheme, tolerance, ..time });
         }
         for (scene, of) in [(&plane, stretching), (&space, twisting)] {

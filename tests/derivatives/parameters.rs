@@ -262,7 +262,7 @@ fn derivatives_by_every_number() {
         };
         assert_eq!(problem.planar().is_some(), planar, "{seed}: {}", problem.model().1);
         let mut solved = scene.clone();
-        solved.time.as_mut().unwrap().tolerance = Tolerance::Rounding;
+        solved.time.as_mut().unwrap().tolerance = StepTolerance::Rounding;
         let to_rounding = solved.problem().unwrap();
         checked[usize::from(planar)] += 1;
         let supports = &scene.supports;

@@ -2,7 +2,7 @@
 
 use rodfit::scene::{
     Damping, Drag, End, Friction, Initial, InitialState, Material, Maxwell, Motion, Recorded,
-    Scene, Scheme, Section, Shape, Support, Supports, Time, Tolerance, Track,
+    Scene, Scheme, Section, Shape, StepTolerance, Support, Supports, Time, Track,
 };
 use rodfit::{Parameter, Problem};
 
@@ -48,8 +48,8 @@ pub fn scene(planar: bool, scheme: Scheme) -> Scene {
     let rho_inf = if scheme == Scheme::GeneralisedAlpha { 0.4 } else { 0.5 };
     let beta = if scheme == Scheme::NewmarkBeta { 0.7 } else { 0.5 };
     let tolerance = match scheme.traits().parameter {
-        Some(_) => Tolerance::Rounding,
-        None => Tolerance::default(),
+        Some(_) => StepTolerance::Rounding,
+        None => StepTolerance::default(),
     };
     scene.time = Some(Time { scheme, rho_inf, beta, tolerance, ..Time::new(0.06, 5e-3) });
     scene

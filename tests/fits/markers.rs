@@ -181,7 +181,7 @@ fn derivatives_of_markers() {
         (helix, helical),
     ] {
         let mut scene = scene;
-        scene.time.as_mut().unwrap().tolerance = rodfit::scene::Tolerance::Rounding;
+        scene.time.as_mut().unwrap().tolerance = rodfit::scene::StepTolerance::Rounding;
         let problem = scene.problem().unwrap();
         let step = scene.time.as_ref().unwrap().step_size();
         let sample = |k: usize| Sample {

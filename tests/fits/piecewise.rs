@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use rodfit::fit::Sample;
-use rodfit::scene::{Clamp, Scene, Shape, Tolerance};
+use rodfit::scene::{Clamp, Scene, Shape, StepTolerance};
 use rodfit::{Fit, Observation, Parameter, Point, Problem};
 
 use crate::common::differences::{at_rest, difference};
@@ -95,7 +95,7 @@ fn derivatives_by_the_parts() {
         (twisted, vec![curvature_of(1), curvature_of(2), twist_of(1), twist_of(3)]),
     ] {
         // What a tolerance leaves of a step is no smooth function of the parameters.
-        scene.time.as_mut().unwrap().tolerance = Tolerance::Rounding;
+        scene.time.as_mut().unwrap().tolerance = StepTolerance::Rounding;
         let problem = scene.problem().unwrap();
         for parameter in parameters {
             let tips = |problem: &Problem| {

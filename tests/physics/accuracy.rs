@@ -1,7 +1,7 @@
 //! Mesh, step and scheme that the program chooses: true errors against requested and estimated ones.
 
 use rodfit::accuracy::{Aim, RunAssessment, simulate_checked};
-use rodfit::scene::{Resolution, Scheme, Time, Tolerance};
+use rodfit::scene::{Resolution, Scheme, StepTolerance, Time};
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
 
@@ -273,7 +273,7 @@ fn newton_tolerance_follows_the_requested_accuracy() {
         println!("{k}: {few} tangents instead of {many}, {off:.1e} off");
         assert!(few < many && off < 1e-5, "{k}: {few} {many} {off:e}");
         let finer = chosen.scene().reopened().problem_for(Aim::Guess).unwrap();
-        assert_eq!(finer.scene().tolerance(), Tolerance::default());
+        assert_eq!(finer.scene().tolerance(), StepTolerance::default());
     }
 }
 

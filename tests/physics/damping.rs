@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rodfit::scene::{
     Clamp, Damping, Dimension, Friction, Initial, InitialState, Material, Maxwell, Scene, Scheme,
-    Section, Shape, Time, Tolerance,
+    Section, Shape, StepTolerance, Time,
 };
 use rodfit::{Point, Problem};
 use std::f64::consts::{PI, TAU};
@@ -108,7 +108,7 @@ fn oscillator(maxwell: Maxwell, scheme: Scheme, turns: f64, steps: u32) -> [f64;
         Scene::new(2, shape, Section::Circle { radius: 0.005 }, Material::new(1000.0, 1e7));
     scene.supports.clamp = Clamp::Nodes;
     let time = Time::new(1.0, 1.0);
-    scene.time = Some(Time { scheme, rho_inf: 0.8, tolerance: Tolerance::Rounding, ..time });
+    scene.time = Some(Time { scheme, rho_inf: 0.8, tolerance: StepTolerance::Rounding, ..time });
     let problem = scene.problem().unwrap();
     let rod = planar(&problem).rod();
     let w = (rod.stretch[1].stiffness / rod.stretch[1].rest_length / rod.mass[4]).sqrt();
@@ -202,7 +202,7 @@ fn what_is_left_where_springs_slip() {
         scene.rod.segments = Some(16);
         scene.time.as_mut().unwrap().scheme = scheme;
         scene.loads.damping.friction = Some(Friction { stiffness: 0.8, curvature: 0.3 });
-        let [exact, usual] = [Tolerance::Rounding, Tolerance::default()].map(|tolerance| {
+        let [exact, usual] = [StepTolerance::Rounding, StepTolerance::default()].map(|tolerance| {
             scene.time.as_mut().unwrap().tolerance = tolerance;
             scene.problem().unwrap().simulate().unwrap()
         });
@@ -227,7 +227,7 @@ fn friction_of_a_flat_rod_is_the_same_in_the_plane_and_in_space() {
         let mut scene = Scene::new(10, shape, section, material);
         scene.loads.gravity = [0.0, -9.8, 0.0];
         scene.loads.damping.friction = Some(Friction { stiffness: 0.8, curvature: 0.5 });
-        scene.time = Some(Time { tolerance: Tolerance::Rounding, ..Time::new(0.2, 2e-3) });
+        scene.time = Some(Time { tolerance: StepTolerance::Rounding, ..Time::new(0.2, 2e-3) });
         let tip = |dimension: Dimension, friction: bool| {
             let mut scene = scene.clone();
             scene.rod.dimension = dimension;

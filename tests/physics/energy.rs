@@ -5,7 +5,7 @@ use rodfit::dynamics::SimulationReport;
 use rodfit::problem::Model;
 use rodfit::scene::{
     Clamp, Friction, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section,
-    Shape, Support, Time, Tolerance,
+    Shape, StepTolerance, Support, Time,
 };
 use rodfit::{Error, Problem, Trajectory};
 
@@ -321,7 +321,7 @@ fn a_cord_takes_few_corrections() {
             scene.time = Some(Time { scheme, rho_inf: 0.0, tolerance, ..time });
             scene.problem().unwrap().simulate().unwrap()
         };
-        let (found, exact) = (run(Tolerance::default()), run(Tolerance::Rounding));
+        let (found, exact) = (run(StepTolerance::default()), run(StepTolerance::Rounding));
         let work = found.work();
         let [factored, corrected] =
             [work.factorizations, work.newton_iterations].map(|n| n as f64 / work.steps as f64);
@@ -354,12 +354,13 @@ fn what_is_left_by_newton() {
     let mut fine = cantilever_with(1.0, 5e-3, 1.0, Clamp::Nodes);
     fine.rod.segments = Some(200);
     for (name, mut scene) in scenes.into_iter().chain(alpha).chain([("fine", fine)]) {
-        let mut run = |tolerance: Tolerance| {
+        let mut run = |tolerance: StepTolerance| {
             scene.time.as_mut().unwrap().tolerance = tolerance;
             scene.problem().unwrap().simulate().unwrap()
         };
         let [exact, usual, rough] =
-            [Tolerance::Rounding, Tolerance::default(), Tolerance::Predicted(1e-10)].map(&mut run);
+            [StepTolerance::Rounding, StepTolerance::default(), StepTolerance::Predicted(1e-10)]
+                .map(&mut run);
         let left = |run: &Trajectory| {
             let apart = |k: usize| (Vector3::from(run.tip(k)) - Vector3::from(exact.tip(k))).norm();
             (0..run.times().len()).map(apart).fold(0.0, f64::max) / 0.5
@@ -447,7 +448,7 @@ fn friction_takes_energy() {
             let time = Time {
                 scheme,
                 rho_inf: 0.9,
-                tolerance: Tolerance::Rounding,
+                tolerance: StepTolerance::Rounding,
                 ..Time::new(0.3, step)
             };
             scene.time = Some(time);

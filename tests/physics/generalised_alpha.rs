@@ -1,7 +1,7 @@
 //! Generalised-alpha against Newmark's scheme, and against the scheme as it is published.
 
 use nalgebra::Vector3;
-use rodfit::scene::{Clamp, Damping, InitialState, Scheme, Time, Tolerance};
+use rodfit::scene::{Clamp, Damping, InitialState, Scheme, StepTolerance, Time};
 
 use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
 
@@ -12,7 +12,7 @@ fn generalised_alpha_without_dissipation_is_newmarks() {
         for mut scene in [cantilever(), helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge)] {
             scene.loads.damping = Damping { mass, stiffness, ..Damping::default() };
             let mut run = |scheme| {
-                let tolerance = Tolerance::Rounding;
+                let tolerance = StepTolerance::Rounding;
                 let (beta, rho_inf) = (0.5, 1.0);
                 let time = Time::new(0.2, 1e-3);
                 scene.time = Some(Time { scheme, beta, rho_inf, tolerance, ..time });

@@ -2,7 +2,7 @@
 
 use rodfit::scene::{
     End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Scheme, Section, Shape,
-    Support, Time, Tolerance,
+    StepTolerance, Support, Time,
 };
 use rodfit::{Error, Trajectory};
 use std::f64::consts::PI;
@@ -313,7 +313,7 @@ fn newton_is_not_deceived_by_a_rod_that_turns_quickly() {
             scene.time = Some(time);
             simulate(&scene)
         };
-        let exact = run(Tolerance::Rounding);
+        let exact = run(StepTolerance::Rounding);
         let mut left = |tolerance| {
             let run = run(tolerance);
             let apart = |k: usize| {
@@ -322,7 +322,8 @@ fn newton_is_not_deceived_by_a_rod_that_turns_quickly() {
             };
             (0..exact.times().len()).map(apart).fold(0.0, f64::max) / 0.24
         };
-        let [usual, rough] = [Tolerance::default(), Tolerance::Predicted(1e-10)].map(&mut left);
+        let [usual, rough] =
+            [StepTolerance::default(), StepTolerance::Predicted(1e-10)].map(&mut left);
         println!(
             "{twist} rad/m, {step} s: the tip is off by {usual:.1e} of the length, {rough:.1e} with 1e-10"
         );

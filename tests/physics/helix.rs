@@ -8,7 +8,7 @@ use rodfit::energy::frame::Frames;
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::{Energies, Rod, SpatialRod, Viscosity};
-use rodfit::scene::{Clamp, Tolerance};
+use rodfit::scene::{Clamp, StepTolerance};
 use rodfit::{Derivatives, Problem};
 
 use crate::common::{extremum, helix_with};
@@ -177,7 +177,7 @@ fn the_exact_tangent_saves_iterations() {
         discretized.free(),
         undamped,
         scheme,
-        (Tolerance::default(), 0.5),
+        (StepTolerance::default(), 0.5),
         hand,
     );
     for k in 1..=200 {

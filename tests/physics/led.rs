@@ -3,7 +3,7 @@
 use rodfit::Trajectory;
 use rodfit::scene::{
     Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
-    Support, Time, Tolerance, Track,
+    StepTolerance, Support, Time, Track,
 };
 use std::f64::consts::PI;
 
@@ -23,8 +23,8 @@ fn what_is_led_as_it_goes_anyway_goes_on() {
                 // Steps without ringing of the edges.
                 let time = Time::new(track.end(), 0.01);
                 let tolerance = match scheme {
-                    Scheme::AverageVectorField => Tolerance::default(),
-                    _ => Tolerance::Rounding,
+                    Scheme::AverageVectorField => StepTolerance::default(),
+                    _ => StepTolerance::Rounding,
                 };
                 scene.time = Some(Time { scheme, beta: 1.0, tolerance, ..time });
                 let inner = inner.iter().map(|name| (*name).into()).collect();

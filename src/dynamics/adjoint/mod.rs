@@ -139,8 +139,8 @@ impl Reversible {
     }
 
     /// The run that the derivatives by these parameters are of, where it is another one.
-    fn felt_by(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
-        let Some(problem) = self.problem.felt_by(parameters)? else { return Ok(None) };
+    fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
+        let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
         let ((steps, bytes), tracked) = (self.asked, self.trajectory.record().tracked());
         Self::run_within(&problem, &tracked, steps, bytes).map(Some)
     }
@@ -174,7 +174,7 @@ impl Reversible {
         slopes: &Slopes<'_>,
     ) -> Result<Vec<f64>, Error> {
         let asked = (Asked::new(&self.problem, parameters)?, parameters);
-        if let Some(felt) = self.felt_by(parameters)? {
+        if let Some(felt) = self.with_trace_viscosity(parameters)? {
             return felt.gradient(parameters, slopes);
         }
         let misfit = (&slopes.motions[..], self.trajectory.record());
@@ -202,7 +202,7 @@ impl Reversible {
         let parameters: Vec<Parameter> =
             direction.iter().map(|(parameter, _)| *parameter).collect();
         Asked::new(&self.problem, &parameters)?;
-        if let Some(felt) = self.felt_by(&parameters)? {
+        if let Some(felt) = self.with_trace_viscosity(&parameters)? {
             return felt.along(direction);
         }
         let record = self.trajectory.record();
@@ -328,7 +328,7 @@ where
 {
     let start = course.start();
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
-    let apart = start.damping().own_times().iter().any(|time| *time != 0.0)
+    let apart = start.damping().additional_times().iter().any(|time| *time != 0.0)
         || parameters.iter().any(|parameter| own.contains(parameter));
     let moments = parameters.iter().any(|parameter| parameter.is_moment());
     let supports = moving_supports(discretized, course, &asked);

@@ -3,7 +3,7 @@
 use crate::dynamics::linearization::Linearization;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{DualFrames, FrameRate, Transposed};
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
 /// The supports of a rod, with the parameters that move them.
@@ -28,7 +28,7 @@ impl<R: Transposed> MovingSupports<R> {
     pub fn new(motion: Option<&BoundaryMotion>, still: Vec<FrameRate<1>>) -> Self {
         let [led, angles] = motion
             .filter(|motion| motion.has_numbers())
-            .map_or([const { Vec::new() }; 2], |motion| motion.led());
+            .map_or([const { Vec::new() }; 2], |motion| motion.prescribed());
         Self { led, angles, moved: Vec::new(), still }
     }
 
@@ -64,7 +64,7 @@ impl<R: Transposed> MovingSupports<R> {
             (0..v.len()).filter(|i| !step.free.contains(i)).for_each(|i| v[i] = 0.0);
             return;
         }
-        let (now, moment) = (step.after, Moment::Time(step.after.time));
+        let (now, moment) = (step.after, MotionTime::Time(step.after.time));
         for Moved { motion, frames, sum, .. } in &mut self.moved {
             R::set_dual_frames(&step.before.frames, &self.still, 0, frames);
             let dual = |x: &[f64]| -> Vec<Dual64> { x.iter().map(|x| Dual64::from(*x)).collect() };

@@ -12,7 +12,7 @@ use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
 use crate::scene::Damping;
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
 /// The derivatives along `G` parameters.
@@ -53,7 +53,7 @@ pub struct Implicit<R: Sensitive, const G: usize> {
 /// Whether the stress depends on what the strains were, or its derivative does.
 pub fn depends_on_history<R: Sensitive>(simulation: &Simulation<Dual64, R::Dual>) -> bool {
     // An average takes the viscous stress apart from the rest.
-    !simulation.can_linearize_again() || simulation.damping().remembers()
+    !simulation.can_linearize_again() || simulation.damping().depends_on_history()
 }
 
 /// The lanes of `G` lists.
@@ -165,7 +165,7 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
         let Some(motions) = &self.boundary_motion else { return };
         let (now, free) = (step.after, &step.free);
         let held = (0..now.q.len()).filter(|i| !free.contains(i));
-        let moment = Moment::Time(now.time);
+        let moment = MotionTime::Time(now.time);
         let ends: [_; G] = std::array::from_fn(|g| {
             let dual = |x: &[f64], rates: &[[f64; G]]| -> Vec<Dual64> {
                 x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()

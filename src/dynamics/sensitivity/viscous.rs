@@ -41,7 +41,8 @@ impl<const G: usize> Viscous<G> {
     /// At the start of simulations; none of rods that are not viscous.
     pub fn new<R: Sensitive>(simulations: [&Simulation<Dual64, R::Dual>; G]) -> Option<Self> {
         let internal = simulations.map(|simulation| &simulation.state().internal);
-        let times = simulations.iter().flat_map(|simulation| simulation.damping().own_times());
+        let times =
+            simulations.iter().flat_map(|simulation| simulation.damping().additional_times());
         let apart = times.into_iter().any(|time| time != Dual64::from(0.0) || time.eps != 0.0);
         let rates = |of: &dyn Fn(&InternalVariables<Dual64>) -> &Vec<Dual64>| -> Vec<Lanes<G>> {
             let count = internal.iter().map(|internal| of(internal).len()).min().unwrap_or(0);

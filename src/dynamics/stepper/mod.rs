@@ -62,7 +62,7 @@ use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{Rod, State};
-use crate::scene::{Scheme, Tolerance};
+use crate::scene::{Scheme, StepTolerance};
 
 /// What carries out a scheme's steps, with the room it works in.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
     pub fn new(
         (scheme, beta): (Scheme, D),
         system: &System<D, R>,
-        tolerance: (Tolerance, f64),
+        tolerance: (StepTolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let mass = system.rod.mass();

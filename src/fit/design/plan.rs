@@ -141,7 +141,7 @@ fn ready(experiment: &mut Experiment, (unknowns, x): (&[Unknown], &[f64])) -> Re
         let fine = there.scene().reopened().problem_for(aim)?;
         let step = fine.scene().time.as_ref().map_or(0.0, |time| time.step_size());
         let resolved = scene.resolved(fine.segments(), step);
-        experiment.problem = experiment.problem.like_it(resolved)?;
+        experiment.problem = experiment.problem.with_scene(resolved)?;
     }
     Ok(())
 }

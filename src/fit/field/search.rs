@@ -37,7 +37,7 @@ impl FieldFit {
         let since = Instant::now();
         self.check()?;
         let space = Space::new(&self.problem, &self.fields, &self.unknowns)?;
-        let problem = self.problem.laid_out_for(space.decisive())?;
+        let problem = self.problem.with_generic_layout_for(space.decisive())?;
         let mut search = Search { fit: self, space: &space, problem, runs: 0.0 };
         let z = vec![0.0; space.len()];
         let start = search.at(&z)?;
@@ -91,7 +91,7 @@ impl Search<'_> {
 
     /// What the rod does with the numbers at `z`.
     fn at(&mut self, z: &[f64]) -> Result<Trial, Error> {
-        let problem = self.problem.varied(self.space.values(z))?;
+        let problem = self.problem.with_fixed_layout(self.space.values(z))?;
         let seen = self.seen(&problem);
         let (time, mut tracked) = (problem.time()?, Vec::new());
         for observation in &self.fit.observations {

@@ -357,7 +357,7 @@ impl DataKind for PointMotion {
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
         let Some(moving) = simulated.moving else { return Ok(()) };
-        let marker = marker::Marker::new(self.point.fixed(), self.offset, simulated.mesh)?;
+        let marker = marker::MarkerStencil::new(self.point.fixed(), self.offset, simulated.mesh)?;
         for sample in &self.samples {
             let place = moving.marker(&marker, simulated.view.time(sample.time))?;
             simulated.compare(place, &sample.position, each);

@@ -109,7 +109,7 @@ impl ObservedExperiment {
     ) -> Result<(Problem, usize), Error> {
         let own =
             self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
-        let mut problem = self.problem.varied(own)?;
+        let mut problem = self.problem.with_fixed_layout(own)?;
         if self.required.moving.is_empty() {
             return Ok((problem, 0));
         }

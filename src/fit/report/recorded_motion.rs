@@ -181,7 +181,7 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
             let mut scene = problem.scene().clone();
             scene.time.as_mut()?.end = window.end();
             scene.supports.path.as_mut()?.track = Some(window.into());
-            let own = problem.like_it(scene).ok()?;
+            let own = problem.with_scene(scene).ok()?;
             FreeRun::new(&own, false, search).ok()
         });
         errors.push(followed.map(|followed| followed.mean_error()));

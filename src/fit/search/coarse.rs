@@ -106,7 +106,7 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
         }
         time.step = Some(step);
     }
-    problem.like_it(scene)
+    problem.with_scene(scene)
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ impl Experiment {
         let driven = scene.loads.gravity != [0.0; 3]
             || !scene.loads.point.is_empty()
             || scene.supports.move_ends()
-            || scene.loads.flow()
+            || scene.loads.have_flow()
             || scene.initial.moves();
         let still = |m: &Measurement| {
             m.motion().is_some_and(|o| o.is_still(self.problem.length(), m.sigma()))

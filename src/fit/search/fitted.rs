@@ -81,7 +81,7 @@ impl Search<'_> {
     /// The problem of an experiment with the values of the unknowns at `x`.
     pub fn problem_at(&self, x: &[f64], experiment: &Experiment) -> Result<Problem, Error> {
         let own = self.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
-        experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
+        experiment.problem.with_fixed_layout(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
     }
 }
 

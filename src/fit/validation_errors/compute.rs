@@ -108,7 +108,7 @@ fn prepared(experiment: &Experiment) -> Result<Experiment, Error> {
         (false, highest) => Aim::Modes(highest),
     };
     let accurate = problem.scene().reopened().problem_for(aim)?;
-    Ok(experiment.posed_as(problem.like_it(accurate.scene().clone())?))
+    Ok(experiment.posed_as(problem.with_scene(accurate.scene().clone())?))
 }
 
 fn one(experiment: &Experiment, keeps_plots: bool) -> Result<Compared, Error> {

@@ -2,7 +2,7 @@
 
 use crate::own_energy::energies::{Bending, Everything, Floor, Foundation, Magnet};
 use crate::own_energy::scenes::{helix, named, straight, with_both};
-use rodfit::check::{Configuration, Tolerance, check_own, check_problem};
+use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own, check_problem};
 use rodfit::dynamics::SimulationReport;
 use rodfit::energy::At;
 use rodfit::numerics::vector::{cross, unit};
@@ -193,8 +193,8 @@ fn energies_are_checked_by_themselves() {
     let state = |s: f64| Configuration {
         arc_length: 0.1,
         length: 0.1,
-        rest: (nodes(0.0), edges(0.0)),
-        now: (nodes(s), edges(s)),
+        rest: NodesAndEdges { nodes: nodes(0.0), edges: edges(0.0) },
+        now: NodesAndEdges { nodes: nodes(s), edges: edges(s) },
     };
     let states = [0.3, -1.0, 2.0].map(state);
     let tolerance = Tolerance::default();

@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
-use crate::scene::{Scheme, Tolerance};
+use crate::scene::{Scheme, StepTolerance};
 
 /// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of `h`, s, resolves them,
 /// and zero of all others. Strains change as they do when all unknowns change by `change` in two such steps: between two
@@ -39,7 +39,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     }
     let rates = state.internal.strain_rate.clone();
     let scheme = (Scheme::GeneralisedAlpha, D::from(0.5));
-    let tolerance = (Tolerance::default(), 1.0);
+    let tolerance = (StepTolerance::default(), 1.0);
     let mut now = state.clone();
     let mut newton = Newton::<D, R>::new(scheme, system, tolerance, &mut now);
     now.internal.strain_rate = rates;

@@ -4,7 +4,7 @@ use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
 use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
-use crate::scene::supports::Moment;
+use crate::scene::prescribed_motion::MotionTime;
 
 /// Steps count as equally long when their lengths differ by less than this part.
 const EQUAL: f64 = 1e-6;
@@ -112,7 +112,7 @@ impl<D: Nestable> Guess<D> {
             let (start, end) = (step.system.free.start, step.system.free.end);
             q[..start].copy_from_slice(&before.q[..start]);
             q[end..].copy_from_slice(&before.q[end..]);
-            let [from, to] = [before.time, step.time].map(Moment::Time);
+            let [from, to] = [before.time, step.time].map(MotionTime::Time);
             boundary_motion.advance::<R>(from, to, q, frames);
             boundary_motion.velocities(step.time, v);
         }

@@ -2,7 +2,7 @@
 //! [them](crate::dynamics::coefficients).
 //!
 //! A step starts from a [guess], forms one tangent there, and corrects with its factors until the
-//! error that is [predicted](convergence) to be left is below the [tolerance](crate::scene::Tolerance);
+//! error that is [predicted](convergence) to be left is below the [tolerance](crate::scene::StepTolerance);
 //! where that would take long, with a new tangent. The residual at the end is never looked at: the
 //! forces there follow from the linear system. Averaging schemes, numbers that carry derivatives and
 //! those who ask for it iterate until nothing but rounding errors is left.
@@ -28,7 +28,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{FactorsOf, InternalVariables, Rod, State, Viscosity};
-use crate::scene::{Scheme, Tolerance};
+use crate::scene::{Scheme, StepTolerance};
 use convergence::{Convergence, Formed, Next, sizes};
 use dragging::Dragging;
 use guess::Guess;
@@ -61,7 +61,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     /// The scheme's parameter.
     parameter: D,
     /// When to stop, with its scale, m.
-    tolerance: Tolerance,
+    tolerance: StepTolerance,
     length: f64,
     convergence: Convergence,
     guess: Guess<D>,
@@ -103,7 +103,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     pub fn new(
         (scheme, parameter): (Scheme, D),
         system: &System<D, R>,
-        (tolerance, length): (Tolerance, f64),
+        (tolerance, length): (StepTolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
@@ -133,7 +133,10 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             keeps_tangent: false,
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
-            viscosity: Viscosity::none(state.internal.strain.len(), system.damping.has_own_times()),
+            viscosity: Viscosity::none(
+                state.internal.strain.len(),
+                system.damping.has_additional_times(),
+            ),
             sliding,
             dragging: None,
             coefficients,
@@ -278,7 +281,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let steady = self.coefficients.averages();
         let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {
-            Tolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
+            StepTolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
                 self.solve_as_predicted(step, before, state, work)
             }
             _ => self.solve_to_rounding(step, before, state, work),

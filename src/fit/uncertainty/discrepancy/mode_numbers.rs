@@ -165,7 +165,7 @@ fn scaled_fit(
     // Higher modes require as many more edges.
     let remeshed = match mesh_factor {
         1 => None,
-        _ => Some(problem.like_it(problem.remeshed(mesh_factor * problem.segments())).ok()?),
+        _ => Some(problem.with_scene(problem.remeshed(mesh_factor * problem.segments())).ok()?),
     };
     let problem = remeshed.as_ref().unwrap_or(problem);
     let computed = problem.natural_frequencies(names, &[]).ok()?;

@@ -84,7 +84,7 @@ fn on_other_mesh(
         Some(fewer) => fewer,
         None => (own * FINER).round(),
     };
-    let other = problem.like_it(problem.remeshed(segments as usize))?;
+    let other = problem.with_scene(problem.remeshed(segments as usize))?;
     let order = if is_chosen { smooth_mesh_order(scene) } else { 1.0 };
     let error_ratio = Extrapolation { ratio: segments / own, order }.error_before();
     Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
@@ -120,7 +120,7 @@ fn with_other_step(
         }
         time.step = time.step.map(|step| step / ratio);
     }
-    let other = experiment.problem.like_it(scene)?;
+    let other = experiment.problem.with_scene(scene)?;
     let error_ratio = Extrapolation { ratio, order }.error_before();
     Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
 }

@@ -60,7 +60,7 @@ impl<'a> RefinedResiduals<'a> {
             let step = scene.time.as_ref().map_or(1.0, |time| time.step_size());
             let segments = REFINEMENT * e.problem.segments();
             let other = scene.resolved(segments, step / REFINEMENT as f64);
-            Ok::<_, Error>(e.posed_as(e.problem.like_it(other)?))
+            Ok::<_, Error>(e.posed_as(e.problem.with_scene(other)?))
         };
         let experiments: Vec<Experiment> =
             search.experiments.iter().map(finer).collect::<Result<_, _>>()?;

@@ -90,7 +90,7 @@ fn add_input_errors(
             Some((known.parameter, known.parameter.of(scene)? + known.sigma * error))
         });
         let values: Vec<_> = values.collect();
-        experiment.problem = experiment.problem.varied(values)?;
+        experiment.problem = experiment.problem.with_fixed_layout(values)?;
     }
     Ok(())
 }

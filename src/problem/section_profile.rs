@@ -1,17 +1,16 @@
-//! What a rod's section and material come to at its joints, edges and nodes.
+//! Stiffnesses and inertia of joints, edges and nodes of a rod with a tapered section or material.
 //!
-//! A joint stands for the rod from the middle of one of its edges to that of the other, and bends
-//! and twists by the sum of what they do: its compliance is the mean of theirs. An edge stretches likewise,
-//! and what a node weighs is the mean of the halves of its edges. Means count every part between
-//! two jumps by its middle. That is of second order, wherever the jumps are; the value at the
-//! joint would be of first order, as a jump then seems to be at the middle of an edge.
+//! A joint represents the rod between the middles of its two edges. Its bending and twisting angles are the sums of those
+//! of its parts, so that its compliance is the mean of theirs; likewise for the stretch of an edge. The mass of a node is
+//! the mean over the halves of its edges. Each part between two jumps is evaluated at its middle, which is of second order
+//! for jumps at any place. The value at the joint would be of first order: it moves a jump to the middle of an edge.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Material, Scene, Section};
 
-/// Stiffnesses and inertia of a rod at a place.
+/// Stiffnesses and inertia of a cross-section.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Constants<D> {
+pub(crate) struct SectionConstants<D> {
     /// EA, N.
     pub axial: D,
     /// EI1 and EI2, N m^2.
@@ -26,7 +25,8 @@ pub(crate) struct Constants<D> {
     pub line_inertia: D,
 }
 
-impl<D: Scalar> Constants<D> {
+impl<D: Scalar> SectionConstants<D> {
+    /// Constants of a section and a material.
     fn of(section: &Section<D>, material: &Material<D>) -> Self {
         let moments = section.moments();
         let [i1, i2] = moments.second_moments;
@@ -40,8 +40,8 @@ impl<D: Scalar> Constants<D> {
         }
     }
 
-    /// With every stiffness, or compliance, and every inertia combined with another's.
-    fn with(self, other: Self, f: impl Fn(D, D) -> D) -> Self {
+    /// Every stiffness, or compliance, and every inertia combined with that of `other` by `f`.
+    fn combine(self, other: Self, f: impl Fn(D, D) -> D) -> Self {
         Self {
             axial: f(self.axial, other.axial),
             bending: [0, 1].map(|c| f(self.bending[c], other.bending[c])),
@@ -52,9 +52,9 @@ impl<D: Scalar> Constants<D> {
         }
     }
 
-    /// Compliances in place of stiffnesses, or the other way round.
+    /// Compliances in place of stiffnesses, or stiffnesses in place of compliances.
     fn inverted(self) -> Self {
-        // Rods in the plane may have no torsion constant.
+        // The torsional stiffness of planar rods may be 0.
         let inverse = |x: D| if x.value() == 0.0 { x } else { x.recip() };
         Self {
             axial: inverse(self.axial),
@@ -65,65 +65,72 @@ impl<D: Scalar> Constants<D> {
     }
 }
 
-/// The constants all along a rod.
-pub(crate) struct Profile<'a, D> {
+/// Constants along a rod.
+pub(crate) struct SectionProfile<'a, D> {
     scene: &'a Scene<D>,
-    /// Where the nodes are, as parts of the length.
+    /// Positions of the nodes as fractions of the rod length.
     nodes: &'a [f64],
-    /// Without factors along the rod.
-    whole: Constants<D>,
-    /// Where the constants jump, and the ends; empty of a rod that is the same all along.
+    /// Constants without taper.
+    whole: SectionConstants<D>,
+    /// Places of jumps, and both ends; empty for a rod without taper.
     breaks: Vec<f64>,
 }
 
-impl<'a, D: Scalar> Profile<'a, D> {
-    /// Of a scene whose rod has its `nodes` at these parts of its length.
+impl<'a, D: Scalar> SectionProfile<'a, D> {
+    /// Profile of a scene with nodes at these fractions of the rod length.
     pub fn new(scene: &'a Scene<D>, nodes: &'a [f64]) -> Self {
         let taper = &scene.rod.taper;
         let breaks = if taper.is_none() { Vec::new() } else { taper.breaks() };
-        Self { scene, nodes, whole: Constants::of(&scene.rod.section, &scene.material), breaks }
+        Self {
+            scene,
+            nodes,
+            whole: SectionConstants::of(&scene.rod.section, &scene.material),
+            breaks,
+        }
     }
 
-    /// Of a joint, the first of which is at the second node.
-    pub fn joint(&self, i: usize) -> Constants<D> {
+    /// Mean constants of joint `i`, at node `i + 1`.
+    pub fn joint(&self, i: usize) -> SectionConstants<D> {
         self.mean(self.middle(i), self.middle(i + 1))
     }
 
-    /// Of an edge.
-    pub fn edge(&self, j: usize) -> Constants<D> {
+    /// Mean constants of edge `j`.
+    pub fn edge(&self, j: usize) -> SectionConstants<D> {
         self.mean(self.nodes[j], self.nodes[j + 1])
     }
 
-    /// Of a node.
-    pub fn node(&self, i: usize) -> Constants<D> {
+    /// Mean constants of node `i`, over the adjacent halves of its edges.
+    pub fn node(&self, i: usize) -> SectionConstants<D> {
         let last = self.nodes.len() - 1;
         let start = if i == 0 { self.nodes[0] } else { self.middle(i - 1) };
         let end = if i == last { self.nodes[last] } else { self.middle(i) };
         self.mean(start, end)
     }
 
+    /// Middle of an edge, as a fraction of the rod length.
     fn middle(&self, edge: usize) -> f64 {
         0.5 * (self.nodes[edge] + self.nodes[edge + 1])
     }
 
-    /// From one place to another.
-    fn mean(&self, start: f64, end: f64) -> Constants<D> {
+    /// Mean constants between two places, fractions of the rod length: harmonic means of stiffnesses, arithmetic ones of
+    /// inertia.
+    fn mean(&self, start: f64, end: f64) -> SectionConstants<D> {
         if self.breaks.is_empty() {
             return self.whole;
         }
         let first = self.breaks.partition_point(|place| *place <= start);
         let last = self.breaks.partition_point(|place| *place < end).max(first);
         let inside = self.breaks[first..last].iter().copied();
-        let mut sum: Option<Constants<D>> = None;
+        let mut sum: Option<SectionConstants<D>> = None;
         let mut from = start;
         for to in inside.chain([end]) {
             let (section, material) = self.scene.at(0.5 * (from + to));
-            let here = Constants::of(&section, &material).inverted();
+            let here = SectionConstants::of(&section, &material).inverted();
             let part = (to - from) / (end - start);
-            let here = here.with(here, |x, _| x * part);
-            sum = Some(sum.map_or(here, |sum| sum.with(here, |a, b| a + b)));
+            let here = here.combine(here, |x, _| x * part);
+            sum = Some(sum.map_or(here, |sum| sum.combine(here, |a, b| a + b)));
             from = to;
         }
-        sum.map_or(self.whole, Constants::inverted)
+        sum.map_or(self.whole, SectionConstants::inverted)
     }
 }

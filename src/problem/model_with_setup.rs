@@ -1,0 +1,41 @@
+//! The planar or spatial model of a problem with its setup in plain numbers.
+
+use crate::problem::model::Model;
+use crate::problem::planar::PlanarModel;
+use crate::problem::setup::Setup;
+use crate::problem::spatial::SpatialModel;
+use crate::scene::Scene;
+
+/// Planar or spatial model of a problem.
+#[derive(Clone, Debug)]
+pub(crate) enum AnyModel {
+    /// Rod in a plane.
+    Planar(ModelWithSetup<PlanarModel>),
+    /// Rod in space.
+    Spatial(ModelWithSetup<SpatialModel>),
+}
+
+/// Model of a scene, and its setup in plain numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelWithSetup<M: Model> {
+    pub(crate) model: M,
+    pub(crate) setup: Setup<f64, M>,
+}
+
+impl<M: Model> ModelWithSetup<M> {
+    /// The model with the setup of a scene.
+    pub(crate) fn new(model: M, scene: &Scene) -> Self {
+        let setup = Setup::new(&model, scene.clone());
+        Self { model, setup }
+    }
+}
+
+impl AnyModel {
+    /// The same model for another scene with the same layout.
+    pub(crate) fn with_scene(&self, scene: &Scene) -> Self {
+        match self {
+            Self::Planar(own) => Self::Planar(ModelWithSetup::new(own.model.clone(), scene)),
+            Self::Spatial(own) => Self::Spatial(ModelWithSetup::new(own.model.clone(), scene)),
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Vectors of a scene that must lie in the plane of a planar rod, or normal to it, and whether parameters keep them there.
+
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, dot, sub};
+use crate::problem::model::Model;
+use crate::problem::own::find_nonplanar;
+use crate::problem::planar::{PlanarModel, TOLERANCE};
+use crate::scene::mesh::Mesh;
+use crate::scene::plane::KeyedVector;
+use crate::scene::prescribed_motion::MotionTime;
+use crate::scene::{Scene, Track};
+use num_dual::Dual64;
+
+/// Rate of a vector, relative to its length and to the fastest rate, below which it is a rounding error.
+const ROUNDING: f64 = 1e-10;
+
+/// Vectors of a scene by their direction in a planar model.
+pub(super) struct PlanarVectors<D> {
+    /// Vectors that must lie in the plane, beside the rest shape: forces, displacements, velocities.
+    pub within: Vec<KeyedVector<D>>,
+    /// Vectors that must be normal to the plane: moments, rotations, angular velocities.
+    pub normal: Vec<KeyedVector<D>>,
+}
+
+impl<D: Scalar> PlanarVectors<D> {
+    /// The vectors of a scene with these nodes at rest, m, and these in its initial shape, if that is another one.
+    pub fn new(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
+        let keyed = |key: &str, vector: Vector<D>| KeyedVector { key: key.into(), vector };
+        let mut within = vec![
+            keyed("loads.gravity", scene.loads.gravity),
+            keyed("initial.velocity", scene.initial.velocity),
+        ];
+        let mut normal = vec![keyed("initial.angular_velocity", scene.initial.angular_velocity)];
+        if let Some(drag) = &scene.loads.drag {
+            within.push(keyed("loads.drag.fluid_velocity", drag.fluid_velocity));
+        }
+        for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
+            for (i, load) in points.iter().enumerate() {
+                within.push(keyed(&format!("{table}.point[{i}].force"), load.force));
+                normal.push(keyed(&format!("{table}.point[{i}].moment"), load.moment));
+            }
+        }
+        for (i, motion) in scene.supports.motion.iter().enumerate() {
+            let key = format!("supports.motion[{i}]");
+            within.push(keyed(&format!("{key}.displacement"), motion.displacement));
+            normal.push(keyed(&format!("{key}.rotation"), motion.rotation));
+            let times = motion.track.as_ref().map_or(&[][..], |track| track.times());
+            let recorded = |t: &f64| motion.recorded_displacement(MotionTime::Time(D::from(*t)));
+            let file = format!("{key}.file");
+            within.extend(times.iter().filter_map(recorded).map(|x| keyed(&file, x)));
+        }
+        // A recording has no derivatives.
+        if D::PLAIN
+            && let Some(track) = scene.supports.path.as_ref().and_then(|p| p.track.as_ref())
+        {
+            let positions = positions_from_first_node(nodes, track);
+            within.extend(positions.map(|x| keyed("supports.path", x)));
+        }
+        if let Some(roller) = scene.supports.roller {
+            within.push(keyed("supports.roller", roller.map(D::from)));
+        }
+        if let Some(start) = start {
+            let key = if scene.supports.path.is_some() { "supports.path" } else { "initial.shape" };
+            within.extend(start.iter().map(|x| keyed(key, sub(*x, nodes[0]))));
+        }
+        Self { within, normal }
+    }
+}
+
+/// Positions of the markers at all frames, m, relative to the first node, without those at this node.
+fn positions_from_first_node<D: Scalar>(
+    nodes: &[Vector<D>],
+    track: &Track,
+) -> impl Iterator<Item = Vector<D>> {
+    let places = track.markers().iter().flat_map(|marker| marker.seen.iter().flatten());
+    let origin = nodes[0].map(|x| x.value());
+    let vectors = places.map(move |x| sub(*x, origin));
+    let largest_square = vectors.clone().map(|v| dot(v, v)).fold(0.0, f64::max);
+    vectors.filter(move |v| dot(*v, *v) > 1e-12 * largest_square).map(|v| v.map(D::from))
+}
+
+/// Keys and values of the rotations about the rod itself, rad or rad/m, which a planar rod does not have.
+pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
+    let twists = scene.rod.natural_twist.values().into_iter();
+    let twists = twists.map(|t| ("rod.natural_twist".into(), t));
+    let motions = scene.supports.motion.iter().enumerate();
+    let motions = motions.map(|(i, motion)| (format!("supports.motion[{i}].twist"), motion.twist));
+    twists.chain(motions).collect()
+}
+
+impl PlanarModel {
+    /// Key of the first quantity that leaves the plane to first order along the derivatives of the scene; none if all stay
+    /// in it. `start` are the nodes of the initial shape, m, if that is not the rest shape.
+    pub(super) fn leaves_plane_to_first_order(
+        &self,
+        scene: &Scene<Dual64>,
+        mesh: &Mesh<Dual64>,
+        start: Option<&[Vector<Dual64>]>,
+    ) -> Option<String> {
+        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let rate = |v: Vector<Dual64>| self.components(v).map(|c| c.eps);
+        let PlanarVectors { mut within, mut normal } =
+            PlanarVectors::new(scene, &mesh.nodes, start);
+        let shape = |x: &Vector<Dual64>| KeyedVector { key: "rod.shape".into(), vector: *x };
+        within.extend(mesh.nodes.iter().map(shape));
+        if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
+            let moments = scene.second_moments_along();
+            let [x, y, z] = self.components(up.map(|c| c.re));
+            let (in_plane, out) = (x.hypot(y), z.abs());
+            if moments.iter().any(|[i1, i2]| i1.re != i2.re) {
+                let up = KeyedVector { key: "rod.section.up".into(), vector: up };
+                if in_plane > out { &mut within } else { &mut normal }.push(up);
+            } else if moments.iter().any(|[i1, i2]| i1.eps != i2.eps)
+                && in_plane.min(out) > TOLERANCE
+            {
+                // A square has no principal axes until its second moments differ.
+                return Some("rod.section".into());
+            }
+        }
+        // Rate relative to the length; a vector of length zero has no rounding errors.
+        let relative = |v: &KeyedVector<Dual64>| match size(&v.vector.map(|c| c.re)) {
+            0.0 => None,
+            length => Some(size(&rate(v.vector)) / length),
+        };
+        let fastest = within.iter().chain(&normal).filter_map(relative).fold(0.0, f64::max);
+        let changes = |v: &KeyedVector<Dual64>| relative(v).is_none_or(|r| r > ROUNDING * fastest);
+        let leaves = |v: &KeyedVector<Dual64>| {
+            let rate = rate(v.vector);
+            rate[2].abs() > TOLERANCE * size(&rate) && changes(v)
+        };
+        let tilts = |v: &KeyedVector<Dual64>| {
+            let rate = rate(v.vector);
+            size(&rate[..2]) > TOLERANCE * size(&rate) && changes(v)
+        };
+        // User-defined energies are evaluated at displaced values.
+        let displaced = |v: &Dual64| v.re + v.eps * (1.0 + v.re.abs());
+        let energy = find_nonplanar(&scene.energies, displaced, self.normal(), self.plane.origin);
+        let rotation = || rotations_about_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
+        let vector = || within.into_iter().find(leaves).or(normal.into_iter().find(tilts));
+        energy.or_else(|| vector().map(|v| v.key)).or_else(|| rotation().map(|(key, _)| key))
+    }
+}

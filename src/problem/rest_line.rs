@@ -1,0 +1,93 @@
+//! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in the plane and in space: edges,
+//! masses and weights.
+
+use crate::energy::{DeadLoad, Stretch};
+use crate::numerics::scalar::Scalar;
+use crate::problem::model::Correction;
+use crate::problem::section_profile::SectionProfile;
+use crate::problem::soft_clamp::SoftClamps;
+use crate::problem::tributary::TributaryLengths;
+use crate::scene::Scene;
+use crate::scene::mesh::Mesh;
+
+/// Nodes, edges and tributary lengths of a rod at rest, with `N` coordinates per node.
+#[derive(Clone, Debug)]
+pub(crate) struct RestLine<D, const N: usize> {
+    /// Positions of the nodes, m.
+    pub nodes: Vec<[D; N]>,
+    /// Lengths of the edges (chords), m.
+    pub length: Vec<D>,
+    /// Lengths that joints, edges and nodes represent, m.
+    pub tributary: TributaryLengths<D>,
+    /// Positions of the nodes as fractions of the rod length.
+    pub places: Vec<f64>,
+}
+
+/// Inertia and weights of a rod.
+pub(crate) struct InertiaAndWeight<D, const N: usize> {
+    /// Mass of every unknown, kg; rotational inertia of angles, kg m^2.
+    pub mass: Vec<D>,
+    /// Weight of every node, N.
+    pub load: Vec<DeadLoad<D, N>>,
+}
+
+impl<D: Scalar, const N: usize> RestLine<D, N> {
+    /// The line through the nodes of a mesh, m, in the axes of the model.
+    pub fn new(nodes: Vec<[D; N]>, mesh: &Mesh<D>, correction: &Correction) -> Self {
+        let mut length = Vec::with_capacity(nodes.len() - 1);
+        for pair in nodes.windows(2) {
+            let mut square = D::from(0.0);
+            for c in 0..N {
+                let d = pair[1][c] - pair[0][c];
+                square = if c == 0 { d * d } else { square + d * d };
+            }
+            length.push(square.sqrt());
+        }
+        let tributary = match correction.arcs(mesh) {
+            Some(arcs) => TributaryLengths::corrected(arcs),
+            None => TributaryLengths::plain(&length),
+        };
+        Self { nodes, length, tributary, places: mesh.places() }
+    }
+
+    /// Vector of edge `j`, m.
+    pub fn edge(&self, j: usize) -> [D; N] {
+        std::array::from_fn(|c| self.nodes[j + 1][c] - self.nodes[j][c])
+    }
+
+    /// The edges with their stiffness EA/l against stretch, in series with the axial compliance of clamps.
+    pub fn stretch(
+        &self,
+        profile: &SectionProfile<D>,
+        clamps: &SoftClamps<D>,
+    ) -> Vec<Stretch<D, N>> {
+        let edges = self.length.iter().zip(&self.tributary.stretch).enumerate();
+        let stretch = edges.map(|(j, (l, arc))| Stretch {
+            stiffness: clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l),
+            rest_length: *l,
+            natural_strain: D::from(0.0),
+        });
+        stretch.collect()
+    }
+
+    /// Masses, rotational inertia about the rod in space, and weights under a gravity in the axes of the model, m/s^2.
+    pub fn inertia_and_weight(
+        &self,
+        scene: &Scene<D>,
+        profile: &SectionProfile<D>,
+        gravity: [D; N],
+    ) -> InertiaAndWeight<D, N> {
+        let (masses, weighing) = self.tributary.immersed(profile, scene.loads.drag.as_ref());
+        let mut mass = Vec::with_capacity((N + 1) * self.nodes.len());
+        for (i, node_mass) in masses.into_iter().enumerate() {
+            mass.extend([node_mass; N]);
+            // Angles of edges are unknowns in space only.
+            if N == 3 {
+                let inertia = |l: &D| profile.edge(i).line_inertia * *l;
+                mass.extend(self.tributary.spin.get(i).map(inertia));
+            }
+        }
+        let weight = |m: &D| DeadLoad { force: gravity.map(|g| *m * g) };
+        InertiaAndWeight { mass, load: weighing.iter().map(weight).collect() }
+    }
+}

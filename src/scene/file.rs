@@ -1,0 +1,206 @@
+//! Reading and writing of scene files, and the files of shapes and recordings that they name.
+
+use crate::error::Error;
+use crate::input::hints::{SCENE, explained};
+use crate::input::missing_keys::parse;
+use crate::scene::Scene;
+use crate::scene::required::REQUIRED;
+use crate::scene::shape::Shape;
+use crate::scene::time::Time;
+use std::path::{Path, PathBuf};
+
+impl Scene {
+    /// Reads the points of polylines and the recordings, unless they have been read.
+    pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
+        let folder = self.folder();
+        self.rod.shape.read(&folder, false)?;
+        for motion in &mut self.supports.motion {
+            motion.read(&folder)?;
+        }
+        let ends = [self.supports.start, self.supports.end];
+        if let Some(path) = &mut self.supports.path {
+            path.read(&folder, ends)?;
+            if let (Some(time), Ok(track)) = (&mut self.time, path.track())
+                && time.end == Time::TO_THE_END
+            {
+                time.end = track.end();
+                self.end_of_recording = Some(track.end());
+            }
+        }
+        if let Some(time) = &self.time {
+            self.supports.check_end(time)?;
+        }
+        self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
+    }
+
+    /// Reads and validates a scene file.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is not a scene, and values that are not allowed.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_file(path.as_ref())
+    }
+
+    /// [`load`](Self::load) without a type parameter, so that programs do not compile the reading of scenes again.
+    fn load_file(path: &Path) -> Result<Self, Error> {
+        Self::read(&marker_files::file::text(path)?, path)
+    }
+
+    /// Reads and validates a scene file with [user-defined energies](crate::energy::own); `give`
+    /// [attaches](Self::give_energy) their code.
+    pub fn load_with(
+        path: impl AsRef<Path>,
+        give: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
+        Self::read_with(&marker_files::file::text(path)?, path, give)
+    }
+
+    /// Reads and validates the text of a scene file. Paths in it are relative to `folder`; messages name
+    /// the text as if it were a file `scene` there.
+    ///
+    /// # Errors
+    ///
+    /// Text that is not a scene, values that are not allowed, and files of shapes that cannot be read.
+    ///
+    /// ```
+    /// use rodfit::Scene;
+    /// let text = std::fs::read_to_string("data/cantilever.toml")?;
+    /// assert_eq!(Scene::from_toml(&text, "data")?.rod, Scene::load("data/cantilever.toml")?.rod);
+    /// let error = Scene::from_toml("[rod]", "data").unwrap_err().to_string();
+    /// assert!(error.starts_with("data/scene: missing keys: rod.shape"), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read(text, &folder.as_ref().join("scene"))
+    }
+
+    /// Reads and validates the text of a scene file with this path.
+    pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
+        Self::parse_text(text, path)?.complete(path)
+    }
+
+    /// Reads the text of a scene file with this path, applies `give`, and validates the scene.
+    pub(crate) fn read_with(
+        text: &str,
+        path: &Path,
+        give: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let mut scene = Self::parse_text(text, path)?;
+        give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
+        scene.complete(path)
+    }
+
+    /// Reads the text of a scene file with this path, without validation.
+    fn parse_text(text: &str, path: &Path) -> Result<Self, Error> {
+        let mut scene: Self = parse(text, &REQUIRED)
+            .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
+        scene.path = Some(path.into());
+        // A gravity of zero in the file is intended, a missing one perhaps not.
+        scene.gravity_left_out = scene.loads.gravity == [0.0; 3]
+            && toml::from_str::<toml::Table>(text)
+                .is_ok_and(|table| table.get("loads").is_none_or(|l| l.get("gravity").is_none()));
+        Ok(scene)
+    }
+
+    /// Validates the scene of a file with this path, and reads the files that it names.
+    fn complete(mut self, path: &Path) -> Result<Self, Error> {
+        self.validate()?;
+        self.read_shapes().map_err(|error| error.in_file(Some(path)))?;
+        Ok(self)
+    }
+
+    /// Replaces the recording that drives the ends by another `file`, relative to the working directory.
+    ///
+    /// # Errors
+    ///
+    /// A scene without recorded ends.
+    pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
+        self.follow_file(file.as_ref())
+    }
+
+    /// [`follow`](Self::follow) without a type parameter.
+    fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
+        self.leave_end_to_recording();
+        let Some(path) = &mut self.supports.path else {
+            let allowed = "[supports.path] in the scene, whose file the recording replaces";
+            return Err(Error::invalid("supports.path", "no such table", allowed));
+        };
+        path.file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
+        path.track = None;
+        Ok(())
+    }
+
+    /// Removes a `time.end` that the file did not give, so that another recording sets its own.
+    fn leave_end_to_recording(&mut self) {
+        if self.ends_with_recording() {
+            self.time.iter_mut().for_each(|time| time.end = Time::TO_THE_END);
+            self.end_of_recording = None;
+        }
+    }
+
+    /// Whether two scenes with recorded ends are equal except for the recording.
+    pub fn differs_in_recording_only(&self, other: &Self) -> bool {
+        let without_recording = |scene: &Self| {
+            let mut scene = scene.reopened();
+            scene.leave_end_to_recording();
+            if let Some(path) = &mut scene.supports.path {
+                (path.file, path.track) = (PathBuf::new(), None);
+            }
+            scene
+        };
+        self.supports.path.is_some() && without_recording(self) == without_recording(other)
+    }
+
+    /// The scene as TOML text; without `time.end` if its own file has none.
+    pub fn to_toml(&self) -> Result<String, Error> {
+        let mut written = self.clone();
+        written.leave_end_to_recording();
+        toml::to_string_pretty(&written)
+            .map_err(|error| Error::Parse { file: None, message: error.to_string() })
+    }
+
+    /// Makes the paths in the scene absolute, so that it can be saved in any folder.
+    pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
+        let folder = self.folder();
+        for file in self.named_files() {
+            let path = marker_files::file::at(&folder, file);
+            *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
+        }
+        Ok(())
+    }
+
+    /// Files of the scene: its own, and those of its shapes and recordings.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let folder = self.folder();
+        let mut files: Vec<PathBuf> = self.path.iter().cloned().collect();
+        let mut scene = self.clone();
+        files.extend(scene.named_files().map(|file| marker_files::file::at(&folder, file)));
+        files
+    }
+
+    /// Files of shapes and recordings that the scene names.
+    fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
+        let polylines = shapes.filter_map(|shape| match shape {
+            Shape::Polyline { file, points, .. } if points.is_empty() => Some(file),
+            _ => None,
+        });
+        let recording = self.supports.path.iter_mut().map(|path| &mut path.file);
+        let motions = self.supports.motion.iter_mut().map(|motion| &mut motion.file);
+        let named = polylines.chain(recording).chain(motions);
+        named.filter(|file| !file.as_os_str().is_empty())
+    }
+
+    /// Folder of the scene file, to which its paths are relative.
+    pub fn folder(&self) -> PathBuf {
+        self.path.as_deref().and_then(Path::parent).map(Into::into).unwrap_or_default()
+    }
+
+    /// Whether the file gives no `time.end`, so that the simulation lasts as long as its recording.
+    fn ends_with_recording(&self) -> bool {
+        let end = self.time.as_ref().map(|time| time.end);
+        end.is_some() && end == self.end_of_recording
+    }
+}

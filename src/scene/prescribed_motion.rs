@@ -1,0 +1,183 @@
+//! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
+
+use crate::error::Error;
+use crate::numerics::scalar::Scalar;
+use crate::scene::number::{Quantity, is_default};
+use crate::scene::support::{End, Support};
+use crate::scene::table::table;
+use crate::scene::track::Track;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+table! {
+    /// `[[supports.motion]]`: prescribed motion of a clamped or pinned end, or twist of a recorded one.
+    /// Motions of one end are added.
+    #[derive(Default)]
+    pub struct Motion {
+        /// End of the rod that moves.
+        pub end: End,
+        /// Displacement of the end, m.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub displacement: [D; 3] = Quantity::signed("m"),
+        /// Rotation vector of a clamped end about an axis through it, rad.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub rotation: [D; 3] = Quantity::signed("rad"),
+        /// Rotation of a clamped end about the rod itself, rad, right-handed from start to end, counted
+        /// beyond full turns. Of a recorded end: constant rotation relative to the position of least
+        /// energy between the first markers.
+        #[serde(default)]
+        pub twist: D = Quantity::signed("rad"),
+        /// Duration of a motion from rest to rest, s; without ramp and frequency the end is displaced
+        /// from the beginning.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub ramp: Option<D> = Quantity::positive("s"),
+        /// Frequency of a motion `sin(2 pi frequency t)`, Hz.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub frequency: Option<D> = Quantity::positive("Hz"),
+        /// Recording of the motion, relative to the scene file: a CSV file with a clock `t` and columns
+        /// x, y, z of a point that moves with the end, m, or `ax, ay, az` of an accelerometer that
+        /// starts at rest, m/s^2.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub file: PathBuf,
+        /// Time on the recording's own clock, in its unit, at which the simulation starts; default 0.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub time_zero: Option<f64>,
+        /// The recording, once it is read.
+        #[serde(skip)]
+        pub track: Option<Arc<Track>>,
+    }
+}
+
+/// Time at which prescribed motions are evaluated.
+#[derive(Clone, Copy, Debug)]
+pub enum MotionTime<D> {
+    /// Time of a simulation, s.
+    Time(D),
+    /// Step on the way to an equilibrium: that at t = 0, or, `settled`, the one after every ramp.
+    Approach {
+        /// Fraction of the displacements that is applied, 0 to 1.
+        progress: D,
+        /// Whether ramps have ended.
+        settled: bool,
+    },
+}
+
+impl<D> MotionTime<D> {
+    /// The same time over another number type.
+    pub fn map<E>(self, convert: impl Fn(D) -> E) -> MotionTime<E> {
+        match self {
+            Self::Time(time) => MotionTime::Time(convert(time)),
+            Self::Approach { progress, settled } => {
+                MotionTime::Approach { progress: convert(progress), settled }
+            }
+        }
+    }
+}
+
+impl<D: Scalar> Motion<D> {
+    /// The same motion over another number type.
+    pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Motion<E> {
+        Motion {
+            end: self.end,
+            displacement: self.displacement.map(convert),
+            rotation: self.rotation.map(convert),
+            twist: convert(self.twist),
+            ramp: self.ramp.map(convert),
+            frequency: self.frequency.map(convert),
+            file: self.file.clone(),
+            time_zero: self.time_zero,
+            track: self.track.clone(),
+        }
+    }
+
+    /// Displacement of the end by the recording since t = 0, m, in the world; none without a recording, and on the way
+    /// to an equilibrium.
+    pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
+        let [marker, ..] = self.track.as_ref()?.markers() else { return None };
+        let MotionTime::Time(time) = at else { return None };
+        let (start, now) = (marker.at(0.0), marker.at(time));
+        Some(std::array::from_fn(|c| now[c] - start[c]))
+    }
+
+    /// Factor on displacement, rotation and twist at a time, with derivatives by the time, ramp and frequency.
+    pub(crate) fn factor(&self, at: MotionTime<D>) -> D {
+        let (zero, one) = (D::from(0.0), D::from(1.0));
+        match (at, self.ramp, self.frequency) {
+            (MotionTime::Time(_), None, None) => one,
+            (MotionTime::Approach { progress, .. }, None, None) => progress,
+            (MotionTime::Time(t), None, Some(frequency)) => (t * frequency * TAU).sin(),
+            (MotionTime::Time(t), Some(ramp), _) => {
+                // The quintic without velocity and acceleration at its ends.
+                let u = t / ramp;
+                match u.value() {
+                    ..=0.0 => zero,
+                    1.0.. => one,
+                    _ => u * u * u * ((u * 6.0 - 15.0) * u + 10.0),
+                }
+            }
+            (MotionTime::Approach { progress, settled: true }, Some(_), _) => progress,
+            (MotionTime::Approach { .. }, _, _) => zero,
+        }
+    }
+}
+
+impl Motion {
+    /// Reads the recording, and examines it for defects, unless that has been done.
+    pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
+        let track = match self.track.take() {
+            Some(track) => track,
+            None if is_default(&self.file) => return Ok(()),
+            None => {
+                let file = marker_files::file::at(folder, &self.file);
+                Track::read_one(&file, self.time_zero)?.into()
+            }
+        };
+        let unguarded = (!track.is_examined()).then(|| Track::clone(&track).guarded(&[0]));
+        self.track = Some(unguarded.map_or(track, Arc::new));
+        Ok(())
+    }
+
+    /// Whether the end is displaced from the beginning, without ramp, frequency and recording.
+    pub(crate) fn is_offset(&self) -> bool {
+        self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
+    }
+
+    /// Rejects keys that contradict each other or the support of the end; `key` is that of the motion.
+    pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
+        let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
+            Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
+        };
+        if let Some(time_zero) = self.time_zero {
+            if !time_zero.is_finite() {
+                return invalid("time_zero", &time_zero, "a finite number");
+            }
+            if is_default(&self.file) {
+                return invalid("time_zero", &time_zero, "with the file of a recording only");
+            }
+        }
+        if self.ramp.is_some() && self.frequency.is_some() {
+            return invalid("frequency", &"both ramp and frequency", "one of the two");
+        }
+        // A recording prescribes all of an end but its rotation about the rod.
+        let twist_alone = Self { twist: self.twist, end: self.end, ..Self::default() };
+        match support {
+            Support::Clamped => Ok(()),
+            Support::Pinned if self.rotation == [0.0; 3] && self.twist == 0.0 => Ok(()),
+            Support::Pinned => {
+                invalid("rotation", &"a turn of a pinned end", "turns of clamped ends")
+            }
+            Support::Recorded if *self == twist_alone => Ok(()),
+            Support::Recorded => invalid(
+                "end",
+                &"a motion of a recorded end other than a twist that stays",
+                "twist alone: the recording moves the end",
+            ),
+            Support::Free | Support::Roller => invalid(
+                "end",
+                &"a motion of an end that no wall or hinge holds",
+                "clamped, pinned or recorded ends",
+            ),
+        }
+    }
+}

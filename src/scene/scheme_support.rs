@@ -1,0 +1,56 @@
+//! Terms of the equation of motion that integration schemes do not support.
+
+use crate::scene::Scene;
+use crate::scene::scheme::{Scheme, Traits};
+
+impl Scene {
+    /// Whether a scheme can simulate the scene.
+    pub(crate) fn is_taken_by(&self, scheme: Scheme) -> bool {
+        self.unsupported_by(scheme).is_empty()
+    }
+
+    /// Terms of the equation of motion that a scheme does not support.
+    pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
+        let (damping, traits) = (&self.loads.damping, scheme.traits());
+        let mut unsupported = Vec::new();
+        let mut add = |key: &str, found: String, supports: fn(&Traits) -> bool| {
+            let allowed = format!("with the schemes {}", Scheme::names(supports));
+            unsupported.push(UnsupportedTerm { key: key.into(), found, allowed });
+        };
+        let beside = |term: &str| format!("{term} beside the scheme {}", traits.name);
+        if !traits.takes_friction {
+            if damping.friction.is_some() {
+                add("loads.damping.friction", beside("friction"), |traits| traits.takes_friction);
+            }
+            if damping.maxwell.is_some() {
+                add("loads.damping.maxwell", beside("maxwell"), |traits| traits.takes_friction);
+            }
+        }
+        if !traits.takes_drag && self.loads.drag.is_some() {
+            add("loads.drag", beside("drag"), |traits| traits.takes_drag);
+        }
+        if !traits.takes_boundary_motion && self.supports.move_ends() {
+            let is_recorded = self.supports.path.is_some();
+            let key = if is_recorded { "supports.path" } else { "supports.motion" };
+            add(key, beside("a motion"), |traits| traits.takes_boundary_motion);
+        }
+        let time = damping.times().into_iter().find(|(_, time)| *time > 0.0);
+        if let Some((key, time)) = time.filter(|_| !traits.takes_viscosity) {
+            let takers = Scheme::names(|traits| traits.takes_viscosity);
+            let allowed = format!("0 with {}; the schemes {takers} take it", traits.name);
+            let key = format!("loads.damping.{key}");
+            unsupported.insert(0, UnsupportedTerm { key, found: time.to_string(), allowed });
+        }
+        unsupported
+    }
+}
+
+/// Term of the equation of motion that a scheme does not support.
+pub(super) struct UnsupportedTerm {
+    /// Key of the term in the scene.
+    pub key: String,
+    /// Value of the key.
+    pub found: String,
+    /// Schemes that support it.
+    pub allowed: String,
+}
