@@ -332,7 +332,11 @@ impl OmittedEffect {
         }
         (self.add)(&mut scene, sizes);
         // Schemes may not support the term, and scenes may refuse it.
-        let added = problem.with_scene(scene).ok()?.with_generic_layout_for_another(self.parameter()).ok()?;
+        let added = problem
+            .with_scene(scene)
+            .ok()?
+            .with_generic_layout_for_another(self.parameter())
+            .ok()?;
         added.check_parameter(self.parameter()).ok()?;
         Some(added)
     }
