@@ -3,8 +3,8 @@
 //! A search begins with a coarse mesh and large steps, as the motion that was recorded takes them. At its optimum
 //! another mesh and another step show how far every parameter is from where edges and steps of no length have it.
 //! That is corrected in the estimates, and half of it stated as the error of the correction. Where this half is more
-//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), mesh and step are refined as it
-//! takes, and the fit goes on from where it is expected to end.
+//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), or where discretization errors are a
+//! visible part of the residuals, mesh and step are refined, and the fit goes on from the expected optimum.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
@@ -113,6 +113,10 @@ pub(crate) fn refined(
         let allowed = (OF_ERROR * combination.deviation).max(OF_VALUE) / REMAINING_FRACTION;
         let finer = ErrorModel::of_second_order(errors).finer_for(allowed, segments);
         (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
+    }
+    if let Some(bias) = bias {
+        let [by_mesh, by_step] = bias.refinement();
+        (mesh, step) = (mesh.max(by_mesh), step.max(by_step));
     }
     if optimum.halved {
         // Steps that are taken in halves make the misfit jump.

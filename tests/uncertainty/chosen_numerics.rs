@@ -1,8 +1,9 @@
 //! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
 
-use rodfit::fit::{Experiment, Grade};
+use rodfit::accuracy::Aim;
+use rodfit::fit::{Experiment, Grade, Sample};
 use rodfit::scene::{Clamp, Scene, Scheme, Time};
-use rodfit::{FitReport, Parameter};
+use rodfit::{Fit, FitReport, Observation, Parameter, Point, Unknown};
 
 use crate::common::fits::{covers, fit, noisy, observe};
 use crate::common::helix_with;
@@ -61,6 +62,43 @@ fn discretization_error_of_the_residuals_does_not_lower_the_grade() {
         seeds.count()
     };
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
+}
+
+/// A plucked steel strip, filmed with 1000 frames a second and a noise of 0.1 mm: numerics that are fine enough for the
+/// parameters cause a visible part of the residuals. They are refined until the residuals are noise. At 0.25 of the residuals
+/// their sum of squares has an excess of 6 %, three standard deviations of 2000 values.
+#[test]
+fn numerics_of_a_plucked_strip_are_refined_until_the_residuals_are_noise() {
+    const STRIP: &str = "[rod]\nshape = { kind = \"straight\", length = 0.3, direction = [1, 0, 0] }\n\
+        section = { kind = \"rectangle\", width = 0.0127, height = 0.0005, up = [0, 1, 0] }\n\
+        [material]\ndensity = 7830.0\nyoungs_modulus = 2.05e11\npoisson_ratio = 0.3\n\
+        [loads]\ngravity = [0, -9.81, 0]\ndamping = { mass = 0.6 }\n\
+        [initial]\nstate = \"equilibrium\"\npoint = [{ node = \"tip\", force = [0, 0.15, 0] }]\n[time]\nend = 1.0\n";
+    let point = Point::ArcLength(0.21);
+    let exact = STRIP.replace(
+        "end = 0.6",
+        "end = 0.6\nstep = 5e-5\nscheme = \"generalised-alpha\"\nrho_inf = 1",
+    );
+    let exact = Scene::from_toml(&exact.replace("[rod]", "[rod]\nsegments = 300"), ".").unwrap();
+    let run = exact.problem().unwrap().simulate().unwrap();
+    let samples = (0..=1000)
+        .map(|k| {
+            let time = f64::from(k) * 1e-3;
+            let [x, y, _] = run.at(point, time).unwrap().0;
+            Sample { time, position: [Some(x), Some(y), None] }
+        })
+        .collect();
+    let data = noisy(&Observation::new(samples).at(point), 1e-4, 5);
+    let start = STRIP.replace("2.05e11", "1e11").replace("mass = 0.6", "mass = 0.2");
+    let problem = Scene::from_toml(&start, ".").unwrap().problem_for(Aim::Guess).unwrap();
+    let mut fit = Fit::new(&problem).observe(data);
+    for unknown in UNKNOWNS {
+        fit = fit.identify(Unknown::new(unknown));
+    }
+    let report = fit.solve().unwrap();
+    println!("{report}");
+    assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+    assert!(covers(&report, UNKNOWNS[0], 2.05e11) && covers(&report, UNKNOWNS[1], 0.6), "{report}");
 }
 
 /// A fit replaces a scheme that was chosen for a simulation and has no derivatives by its parameters.

@@ -10,6 +10,9 @@ pub(crate) const EXPLAINING_FRACTION: f64 = 0.5;
 /// Part of the residuals by discretization errors that explains a weak excess over the noise: a quarter adds 3 % to the
 /// residuals.
 const VISIBLE_FRACTION: f64 = 0.25;
+/// Part of the residuals by discretization errors that is left after a refinement: tests for autocorrelation of 2000 values detect
+/// a part of about 0.05.
+const INVISIBLE_FRACTION: f64 = 0.03;
 
 /// Bias of all unknowns by the mesh, or by the step.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +22,8 @@ pub(crate) struct BiasPart {
     pub shifts: Vec<Option<f64>>,
     /// Whether the program chose it for all experiments. The estimates are then corrected.
     pub is_chosen: bool,
+    /// Norm of the discretization errors of the residuals over that of the residuals.
+    pub residual_fraction: f64,
 }
 
 /// Bias of all unknowns by mesh and step.
@@ -26,8 +31,6 @@ pub(crate) struct BiasPart {
 pub(crate) struct DiscretizationBias {
     pub mesh: BiasPart,
     pub step: BiasPart,
-    /// Norm of the discretization errors of the residuals over that of the residuals.
-    pub residual_fraction: f64,
 }
 
 impl BiasPart {
@@ -81,14 +84,30 @@ impl DiscretizationBias {
         remaining_error(self.corrections(i))
     }
 
+    /// Norm of the discretization errors of the residuals over that of the residuals. Errors of mesh and step may cancel: the
+    /// larger of the two is their size.
+    pub fn residual_fraction(&self) -> f64 {
+        self.mesh.residual_fraction.max(self.step.residual_fraction)
+    }
+
     /// Whether chosen numerics cause a visible part of the residuals.
     pub fn is_visible(&self) -> bool {
-        self.is_corrected() && self.residual_fraction > VISIBLE_FRACTION
+        self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
+    }
+
+    /// Factors by which mesh and step are refined, so that their errors are no visible part of the residuals. One where they
+    /// cause most of the residuals: exact data have no noise to compare with.
+    pub fn refinement(&self) -> [f64; 2] {
+        let is_comparable = self.is_visible() && !self.explains_residuals();
+        // Of second order.
+        let factor =
+            |part: &BiasPart| (part.residual_fraction / INVISIBLE_FRACTION).sqrt().max(1.0);
+        self.parts().map(|part| if is_comparable { factor(part) } else { 1.0 })
     }
 
     /// Whether chosen numerics cause most of the residuals.
     pub fn explains_residuals(&self) -> bool {
-        self.is_corrected() && self.residual_fraction > EXPLAINING_FRACTION
+        self.is_corrected() && self.residual_fraction() > EXPLAINING_FRACTION
     }
 
     /// Whether the program chose both mesh and step.

@@ -52,7 +52,7 @@ pub(crate) fn discretization_errors(
         let chosen = e.problem.scene().chosen();
         !chosen.segments || e.moves() && !chosen.step
     });
-    if is_given && bias.residual_fraction > EXPLAINING_FRACTION && warnings.has_misfit() {
+    if is_given && bias.residual_fraction() > EXPLAINING_FRACTION && warnings.has_misfit() {
         severity = Severity::Mesh;
         let text = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
                      discretization error. Refine the numerics before searching for a missing effect";

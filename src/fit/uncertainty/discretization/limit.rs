@@ -233,21 +233,19 @@ fn bias(
         }
     };
     let (mesh, step) = rayon::join(|| part(on_other_mesh), || part(with_other_step));
-    // Mesh and step may cancel in the residuals: the larger of the two is their size.
-    let mut largest = 0.0_f64;
-    let [mesh, step] = [mesh?, step?].map(|part| {
-        part.map_or_else(Vec::new, |difference| {
-            search.work.add(difference.work);
-            largest = largest.max(difference.residual_norm);
-            difference.shifts
-        })
-    });
-    search.report("discretisation error");
+    let norm = weighted_norm(search, &optimum.residuals);
+    let part = |difference: Option<LimitDifference>, is_chosen: bool| {
+        let Some(difference) = difference else {
+            return BiasPart { is_chosen, ..BiasPart::default() };
+        };
+        search.work.add(difference.work);
+        let LimitDifference { shifts, residual_norm, .. } = difference;
+        BiasPart { shifts, is_chosen, residual_fraction: residual_norm / norm }
+    };
     let mesh_chosen = experiments().all(|e| e.problem.scene().chosen().segments);
     let step_chosen = experiments().all(|e| !e.moves() || e.problem.scene().chosen().step);
-    Ok(Some(DiscretizationBias {
-        mesh: BiasPart { shifts: mesh, is_chosen: mesh_chosen },
-        step: BiasPart { shifts: step, is_chosen: step_chosen },
-        residual_fraction: largest / weighted_norm(search, &optimum.residuals),
-    }))
+    let bias =
+        DiscretizationBias { mesh: part(mesh?, mesh_chosen), step: part(step?, step_chosen) };
+    search.report("discretisation error");
+    Ok(Some(bias))
 }

@@ -43,7 +43,7 @@ impl<'a> RefinedResiduals<'a> {
     /// The residuals; none where the scene gives the numerics, the change is not detectable, or the run is too large or fails.
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
-        let norm = self.bias.residual_fraction * (residuals.len() as f64).sqrt();
+        let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();
         if !self.bias.parts().iter().any(|part| part.is_chosen) || norm <= DETECTABLE {
             return None;
         }
