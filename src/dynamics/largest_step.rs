@@ -77,7 +77,7 @@ mod tests {
         let n = 12;
         let mut tangent = BandMatrix::<f64, 5>::zeros(n + 2);
         for i in 0..n + 1 {
-            tangent.add_block(i, &[[3.0, -3.0], [-3.0, 3.0]]);
+            tangent.add_corner(i, 2, &[[3.0, -3.0], [-3.0, 3.0]]);
         }
         let found = highest_squared(&tangent, &vec![0.2; n + 2], 1..n + 1);
         let angle = std::f64::consts::PI * n as f64 / (2.0 * (n as f64 + 1.0));

@@ -1,16 +1,13 @@
-//! Symmetric band matrices and their LDL^T factors.
+//! Symmetric band matrices and their `L D L^T` factors.
 //!
-//! The tangent of an open rod is a band: `W` entries below the diagonal, 5 in the plane. The
-//! factorisation takes no pivots. It is backward stable when the matrix is positive definite; when
-//! it is not, the number of negative pivots is positive and the solution is checked by its
-//! [residual](Tangent::residual).
+//! The tangent of an open rod is a band of half-bandwidth `W`: 5 in the plane, 10 in space. The
+//! factorization takes no pivots. It is backward stable for positive definite matrices. For others the number of
+//! negative pivots is positive, and the solution is checked by its [residual](Tangent::residual).
 //!
-//! Row by row, an elimination mostly waits: each pivot for the inverse of the one before, each
-//! unknown for its neighbour. So it is done from both ends at once, in the order first row, last row,
-//! second row, ..., until the two meet in `W` or `W + 1` rows in the middle, which come last. This is
-//! L D L^T of the same matrix with its rows and columns in another order: as stable, and with as
-//! many negative pivots. The two ends do the same with different numbers, side by side in memory,
-//! so that one vector instruction serves both.
+//! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once, in the
+//! order first row, last row, second row, ..., until the ends meet in `W` or `W + 1` rows in the middle, which come last.
+//! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of negative
+//! pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 
 mod elimination;
 mod ldlt;
@@ -22,15 +19,10 @@ use crate::numerics::simd::with_simd_if_wide;
 use crate::numerics::tangent::Tangent;
 use std::ops::Range;
 
-/// `N` entries of `slice` from `start` on: one bounds check for all of them.
+/// `N` entries of `slice` from `start` on, with one bounds check for all of them.
 #[inline(always)]
 fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
-}
-
-#[inline(always)]
-fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
-    slice[start..].first_chunk_mut().expect("the band has padding")
 }
 
 /// A symmetric matrix of half-bandwidth `W`, stored by columns from the diagonal down.
@@ -41,64 +33,21 @@ pub struct BandMatrix<D, const W: usize> {
     below: Vec<[D; W]>,
 }
 
-/// A product to be added to a list.
-struct Product<'a, D, const W: usize, const G: usize> {
-    matrix: &'a BandMatrix<D, W>,
-    x: &'a [[D; G]],
-    out: &'a mut [[D; G]],
-}
-
-impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.matrix.add_product_here(self.x, self.out);
-    }
-}
-
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     /// Number of rows.
     pub fn order(&self) -> usize {
         self.diagonal.len() - W
     }
 
-    /// Adds the lower triangle of the symmetric `block` at the diagonal position `start`;
-    /// `N <= W + 1`.
-    #[inline]
-    pub fn add_block<const N: usize>(&mut self, start: usize, block: &[[D; N]; N]) {
-        let diagonal: &mut [D; N] = array_mut(&mut self.diagonal, start);
-        let below: &mut [[D; W]; N] = array_mut(&mut self.below, start);
-        for c in 0..N {
-            diagonal[c] += block[c][c];
-            for r in c + 1..N {
-                below[c][r - c - 1] += block[r][c];
-            }
-        }
-    }
-
-    /// Sets the columns `start .. start + C`: their entries on the diagonal and below it.
-    #[inline(always)]
-    pub fn set_columns<const C: usize>(
-        &mut self,
-        start: usize,
-        diagonal: &[D; C],
-        below: &[[D; W]; C],
-    ) {
-        *array_mut(&mut self.diagonal, start) = *diagonal;
-        *array_mut(&mut self.below, start) = *below;
-    }
-
-    /// The columns from the first on, `C` at a time: their entries on the diagonal and below it. There are as many
-    /// as the matrix has, and some beyond.
+    /// The columns in groups of `C`: entries on the diagonal, and below it. Some groups lie beyond the last column.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
-    /// The same inline.
+    /// [`add_column`](Tangent::add_column), inlined.
     #[inline(always)]
-    pub fn add_column_here<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
+    pub fn add_column_inlined<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
             for g in 0..G {
                 out[g] += entry * x[g];
@@ -119,7 +68,7 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
                 }
             }
         }
-        // Row j, left of the diagonal.
+        // By symmetry, row j left of the diagonal.
         let first = j.saturating_sub(W);
         let (above, rows) = (&mut out[first..j], &self.below[first..j]);
         match (above.first_chunk_mut::<W>(), rows.first_chunk::<W>()) {
@@ -136,8 +85,9 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// [`add_product`](Tangent::add_product), inlined.
     #[inline(always)]
-    fn add_product_here<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+    fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
         for j in 0..n {
             let (own, column) = (x[j], &self.below[j]);
@@ -174,7 +124,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     type Factors = Ldlt<D, W>;
 
     fn zeros(n: usize) -> Self {
-        // W rows of padding, so that inner loops need not look at the end.
+        // W rows of padding, so that inner loops need no test for the end.
         Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
     }
 
@@ -222,34 +172,14 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     }
 
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
-        self.add_column_here(j, x, out);
+        self.add_column_inlined(j, x, out);
     }
 
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
-    }
-
-    fn product(&self, x: &[D], out: &mut [D]) {
-        let n = x.len();
-        for (out, (diagonal, x)) in out.iter_mut().zip(self.diagonal.iter().zip(x)) {
-            *out = *diagonal * *x;
-        }
-        let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
-        for (j, column) in inner.iter().enumerate() {
-            let xs: &[D; W] = array(x, j + 1);
-            let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
-            let below: &mut [D; W] = array_mut(below, 0);
-            for p in 0..W {
-                below[p] += column[p] * x[j];
-                *here += column[p] * xs[p];
-            }
-        }
-        for (j, column) in (inner.len()..).zip(rim) {
-            for (i, entry) in (j + 1..n).zip(column) {
-                out[i] += *entry * x[j];
-                out[j] += *entry * x[i];
-            }
-        }
+        with_simd_if_wide::<_, G>(
+            #[inline(always)]
+            || self.add_product_inlined(x, out),
+        );
     }
 
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
@@ -259,7 +189,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         for (j, column) in inner.iter().enumerate() {
             let xs: &[D; W] = array(x, j + 1);
             let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
-            let below: &mut [f64; W] = array_mut(below, 0);
+            let below: &mut [f64; W] = below.first_chunk_mut().expect("W rows follow");
             let xj = x[j].value().abs();
             let mut sum = self.diagonal[j].value().abs() * xj;
             for p in 0..W {
@@ -278,21 +208,6 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
-        let mut r: Vec<D> = range.clone().map(|i| b[i]).collect();
-        for j in range.clone() {
-            r[j - range.start] -= self.diagonal[j] * x[j];
-            for (p, &entry) in self.below[j].iter().enumerate() {
-                let i = j + 1 + p;
-                if i < range.end {
-                    r[i - range.start] -= entry * x[j];
-                    r[j - range.start] -= entry * x[i];
-                }
-            }
-        }
-        r
-    }
-
     fn coupled(j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
     }
@@ -303,13 +218,14 @@ mod tests {
     use super::*;
     use crate::numerics::tangent::{Factors, Singular};
 
-    /// A fixed, diagonally dominant or indefinite, matrix.
+    /// A matrix of order `n`, positive definite without `shift` and indefinite with a negative one.
     fn matrix(n: usize, shift: f64) -> BandMatrix<f64, 3> {
         let mut a = BandMatrix::zeros(n);
         for j in 0..n - 3 {
             let v = |k: usize| ((j * 7 + k * 3) % 11) as f64 / 11.0 - 0.4;
-            a.add_block(
+            a.add_corner(
                 j,
+                4,
                 &[
                     [3.0 + shift, v(0), v(1), v(2)],
                     [v(0), 2.0, v(3), v(4)],
@@ -321,7 +237,7 @@ mod tests {
         a
     }
 
-    /// A band without structure, of any width; positive definite without `shift`.
+    /// A band with arbitrary entries, of any width; positive definite without `shift`.
     fn band<T: Tangent<f64>>(n: usize, shift: f64) -> T {
         let (mut a, w) = (T::zeros(n), T::NUMBERS_PER_ROW - 1);
         for j in 0..n {
@@ -356,12 +272,12 @@ mod tests {
     }
 
     #[test]
-    fn both_ends_solve_as_one_does_over_ranges_of_every_length() {
+    fn elimination_from_both_ends_agrees_with_that_from_the_top_for_every_length() {
         fn check<T: Tangent<f64>>() {
             let a = band::<T>(45, 0.0);
             let b: Vec<f64> = (0..45).map(|i| (i as f64).sin()).collect();
             let mut ldlt = T::Factors::with_order(45);
-            // Long ones before short ones, so that nothing left behind may count.
+            // Long ranges first, so that entries of earlier factors would show.
             for length in (1..=40).rev() {
                 for start in [0, 3, 45 - length] {
                     let range = start..start + length;
@@ -382,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn solves_over_a_range_and_leaves_the_rest_zero() {
+    fn solution_outside_of_the_range_is_zero() {
         let a = matrix(20, 0.0);
         let b: Vec<f64> = (0..20).map(|i| (i as f64).sin()).collect();
         for range in [0..20, 4..20, 4..16, 7..9, 5..6] {
@@ -396,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn many_right_hand_sides_are_each_the_single_solution() {
+    fn solutions_of_several_right_hand_sides_equal_single_ones() {
         fn check<T: Tangent<f64>, const R: usize>() {
             let mut ldlt = T::Factors::with_order(40);
             ldlt.factor(&band::<T>(40, 0.0), 2..39).unwrap();
@@ -418,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn negative_pivots_count_negative_eigenvalues() {
+    fn negative_pivots_equal_the_number_of_negative_eigenvalues() {
         for n in [5, 12, 13, 29] {
             for shift in [0.0, -2.9, -6.1, -20.0] {
                 let a = matrix(n, shift);
@@ -432,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_row_is_named_wherever_it_stands() {
+    fn zero_or_infinite_pivot_is_an_error_with_its_row() {
         let mut ldlt = Ldlt::<f64, 3>::with_order(20);
         for row in 2..19 {
             for pivot in [0.0, f64::NAN, f64::INFINITY] {
@@ -450,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn dual_numbers_carry_the_derivative_of_the_solution() {
+    fn dual_solution_has_the_derivative_of_the_solution() {
         use num_dual::Dual64;
         // (A + p B) x = b: x' = -A^-1 B x.
         let (a, slope) =
@@ -478,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn solves_as_a_dense_solver_does() {
+    fn solution_agrees_with_a_dense_lu_solver() {
         for shift in [0.0, -2.9, -20.0] {
             let a = matrix(40, shift);
             let mut ldlt = Ldlt::with_order(40);
@@ -495,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn absolute_product_takes_every_entry() {
+    fn absolute_product_sums_all_entries() {
         let a = matrix(12, -6.1);
         let x: Vec<f64> = (0..12).map(|i| (i as f64).cos()).collect();
         let mut found = vec![0.0; 12];
@@ -507,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_add_up_to_the_product() {
+    fn sum_over_columns_equals_the_product() {
         let a = matrix(12, -6.1);
         let x: Vec<f64> = (0..12).map(|i| (i as f64).cos()).collect();
         let mut found = vec![[1.0; 2]; 12];
@@ -527,11 +443,11 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_is_an_error() {
+    fn zero_or_nan_matrix_is_an_error() {
         let mut ldlt = Ldlt::<f64, 3>::with_order(8);
         assert_eq!(ldlt.factor(&BandMatrix::zeros(8), 2..8), Err(Singular { row: 2 }));
         let mut a = matrix(8, 0.0);
-        a.add_block(3, &[[f64::NAN]]);
+        a.add_corner(3, 1, &[[f64::NAN]]);
         assert!(ldlt.factor(&a, 0..8).is_err());
     }
 }

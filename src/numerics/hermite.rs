@@ -1,18 +1,22 @@
-//! Between time steps: the cubic Hermite interpolant of positions and velocities, over numbers that may
-//! carry derivatives.
+//! Cubic Hermite interpolation between two time steps, from positions and velocities at both. The time of interpolation
+//! may carry derivatives.
 
 use crate::numerics::scalar::Scalar;
 
-/// Weights of the cubic Hermite interpolant.
+/// Weights of the cubic Hermite interpolant: the interpolated value is `x0 x(t0) + x1 x(t1) + v0 v(t0) + v1 v(t1)`.
 pub(crate) struct HermiteWeights<D> {
+    /// Weight of the position at the first time.
     pub x0: D,
+    /// Weight of the position at the second time.
     pub x1: D,
+    /// Weight of the velocity at the first time.
     pub v0: D,
+    /// Weight of the velocity at the second time.
     pub v1: D,
 }
 
 impl<D: Scalar> HermiteWeights<D> {
-    /// Of its derivative by time.
+    /// Weights of the interpolant's derivative by time, the velocity at `t`.
     pub fn derivative(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let u = (t - t0) / h;
@@ -21,12 +25,12 @@ impl<D: Scalar> HermiteWeights<D> {
         Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
     }
 
-    /// Of a position between two times, from those and the velocities there.
+    /// Weights of the position at `t` between the times `t0` and `t1`.
     pub fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let mut u = (t - D::from(t0)) * (1.0 / h);
         if !(0.0..=1.0).contains(&u.value()) {
-            // Rounding.
+            // Rounding may move `t` out of the interval.
             u = u - D::from(u.value()) + u.value().clamp(0.0, 1.0);
         }
         let (w, u2) = (-u + 1.0, u * u);

@@ -1,127 +1,133 @@
-//! Symmetric matrices that are known by what they make of vectors, after Lanczos (1950): the matrix in the few directions
-//! in which it is large, one product each.
+//! The Lanczos method (1950) for symmetric positive semidefinite matrices that are given by products with vectors.
+//!
+//! `k` products with a matrix `A` from a vector `b` yield an orthonormal basis `Q` of the Krylov space of `b`, and the
+//! tridiagonal matrix `T = Q' A Q`. Eigenvalues of `T` (Ritz values) approximate the largest ones of `A`, and
+//! `Q (T + shift)^-1 Q' b` solves `(A + shift) x = b` for any shift without further products.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Part of a vector below which what is left of it has no digits.
-const NOTHING: f64 = 1e-12;
+/// Norm of the remainder of a product, relative to the largest product, below which it consists of rounding errors.
+const BREAKDOWN: f64 = 1e-12;
 
-/// A symmetric matrix `A` in the directions that follow from a vector.
+/// The Krylov basis of a symmetric matrix `A` and its projection on it.
 #[derive(Clone, Debug)]
 pub struct Lanczos {
-    /// Orthonormal.
-    directions: Vec<Vec<f64>>,
-    /// The next one, and how much of it the last product had.
-    next: Vec<f64>,
-    left: f64,
+    /// Orthonormal basis vectors.
+    basis: Vec<DVector<f64>>,
+    /// The next basis vector.
+    next: DVector<f64>,
+    /// Norm of the part of the last product outside of the basis: the next subdiagonal entry of `T`.
+    remainder: f64,
+    /// Diagonal of `T`.
     diagonal: Vec<f64>,
-    beside: Vec<f64>,
-    size: f64,
+    /// Subdiagonal of `T`, up to the entry beside the next basis vector.
+    subdiagonal: Vec<f64>,
+    /// Largest norm of a product with a basis vector.
+    scale: f64,
 }
 
-/// Directions in which a matrix is known.
+/// An approximate eigenvalue and eigenvector of a matrix.
 #[derive(Clone, Debug)]
-pub struct Ritz {
-    /// What it is in each, the largest first, and how far that may be off.
-    pub values: Vec<(f64, f64)>,
-    /// The directions, of length one.
-    pub vectors: Vec<Vec<f64>>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn add(to: &mut [f64], factor: f64, from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
+pub struct RitzPair {
+    /// Approximate eigenvalue.
+    pub value: f64,
+    /// Norm of the residual `A v - value v`, a bound of the distance to the nearest eigenvalue.
+    pub error: f64,
+    /// Approximate eigenvector of length one.
+    pub vector: Vec<f64>,
 }
 
 impl Lanczos {
-    /// From a vector, without any product yet.
+    /// The Krylov space of `start`, before the first product.
     pub fn new(start: Vec<f64>) -> Self {
-        let size = dot(&start, &start).sqrt();
-        let next = start.into_iter().map(|x| x / size.max(f64::MIN_POSITIVE)).collect();
-        let (directions, diagonal, beside) = (Vec::new(), Vec::new(), Vec::new());
-        Self { directions, next, left: size, diagonal, beside, size }
+        let start = DVector::from_vec(start);
+        let norm = start.norm();
+        Self {
+            basis: Vec::new(),
+            next: start / norm.max(f64::MIN_POSITIVE),
+            remainder: norm,
+            diagonal: Vec::new(),
+            subdiagonal: Vec::new(),
+            scale: norm,
+        }
     }
 
-    /// The direction whose product with `A` is wanted next; none where all are known that follow.
+    /// The vector whose product with `A` extends the basis; none where the Krylov space is complete.
     pub fn next(&self) -> Option<&[f64]> {
-        let known = self.left <= NOTHING * self.size || self.directions.len() >= self.next.len();
-        (!known).then_some(&self.next[..])
+        let complete =
+            self.remainder <= BREAKDOWN * self.scale || self.basis.len() >= self.next.len();
+        (!complete).then_some(self.next.as_slice())
     }
 
-    /// How many products it was told.
+    /// Number of products so far, the dimension of the basis.
     pub fn count(&self) -> usize {
-        self.directions.len()
+        self.basis.len()
     }
 
-    /// Takes the product of `A` with the [next](Self::next) direction.
-    pub fn take(&mut self, mut product: Vec<f64>) {
-        let direction = std::mem::take(&mut self.next);
-        self.diagonal.push(dot(&product, &direction));
-        self.size = self.size.max(dot(&product, &product).sqrt());
-        self.directions.push(direction);
-        // Twice: what rounding leaves of the directions that there are would make copies of them.
+    /// Extends the basis by the product of `A` with the [next](Self::next) vector.
+    pub fn extend(&mut self, product: Vec<f64>) {
+        let mut product = DVector::from_vec(product);
+        self.diagonal.push(product.dot(&self.next));
+        self.scale = self.scale.max(product.norm());
+        self.basis.push(std::mem::take(&mut self.next));
+        // Twice: rounding errors of the first orthogonalization would grow to copies of the basis vectors.
         for _ in 0..2 {
-            for direction in &self.directions {
-                let part = dot(&product, direction);
-                add(&mut product, -part, direction);
+            for vector in &self.basis {
+                let part = product.dot(vector);
+                product.axpy(-part, vector, 1.0);
             }
         }
-        self.left = dot(&product, &product).sqrt();
-        self.beside.push(self.left);
-        let by = self.left.max(f64::MIN_POSITIVE);
-        self.next = product.into_iter().map(|x| x / by).collect();
+        self.remainder = product.norm();
+        self.subdiagonal.push(self.remainder);
+        self.next = product / self.remainder.max(f64::MIN_POSITIVE);
     }
 
-    fn matrix(&self) -> DMatrix<f64> {
+    /// The projection `T` of the matrix on the basis.
+    fn projection(&self) -> DMatrix<f64> {
         let k = self.count();
         DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
             0 => self.diagonal[i],
-            1 => self.beside[i.min(j)],
+            1 => self.subdiagonal[i.min(j)],
             _ => 0.0,
         })
     }
 
-    /// The solution of `(A + shift) x = b` in the directions known, `b` the vector that they follow from, of the length
-    /// it has; and how long what is left of `b` is.
-    pub fn solve(&self, shift: f64, length: f64) -> (Vec<f64>, f64) {
-        let k = self.count();
-        let mut x = vec![0.0; self.next.len()];
-        let mut right = DVector::zeros(k);
-        let Some(first) = right.get_mut(0) else { return (x, length) };
-        *first = length;
-        let matrix = self.matrix() + DMatrix::identity(k, k) * shift;
-        let Some(y) = matrix.cholesky().map(|factors| factors.solve(&right)) else {
-            return (x, length);
-        };
-        y.iter().zip(&self.directions).for_each(|(y, direction)| add(&mut x, *y, direction));
-        (x, self.left * y[k - 1].abs())
+    /// The vector with these coordinates in the basis.
+    fn combination(&self, coordinates: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut sum = DVector::zeros(self.next.len());
+        for (coordinate, vector) in coordinates.into_iter().zip(&self.basis) {
+            sum.axpy(coordinate, vector, 1.0);
+        }
+        sum.data.into()
     }
 
-    /// What is known of the matrix.
-    pub fn ritz(&self) -> Ritz {
-        let eigen = SymmetricEigen::new(self.matrix());
-        let values = &eigen.eigenvalues;
-        let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by_cached_key(|x| total_order(values[*x]));
-        order.reverse();
-        let last = self.count().saturating_sub(1);
-        let value =
-            |i: &usize| (eigen.eigenvalues[*i], (self.left * eigen.eigenvectors[(last, *i)]).abs());
-        let vector = |i: &usize| {
-            let mut vector = vec![0.0; self.next.len()];
-            for (k, direction) in self.directions.iter().enumerate() {
-                add(&mut vector, eigen.eigenvectors[(k, *i)], direction);
+    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector
+    /// scaled to `length`.
+    pub fn solve(&self, shift: f64, length: f64) -> (Vec<f64>, f64) {
+        let k = self.count();
+        let matrix = self.projection() + DMatrix::identity(k, k) * shift;
+        match matrix.cholesky().filter(|_| k > 0) {
+            None => (vec![0.0; self.next.len()], length),
+            Some(factors) => {
+                let y =
+                    factors.solve(&DVector::from_fn(k, |i, _| if i == 0 { length } else { 0.0 }));
+                (self.combination(y.iter().copied()), self.remainder * y[k - 1].abs())
             }
-            vector
-        };
-        Ritz {
-            values: order.iter().map(value).collect(),
-            vectors: order.iter().map(vector).collect(),
         }
+    }
+
+    /// Approximate eigenpairs of the matrix, by descending eigenvalues.
+    pub fn ritz_pairs(&self) -> Vec<RitzPair> {
+        let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(self.projection());
+        let mut order: Vec<usize> = (0..eigenvalues.len()).collect();
+        order.sort_by_cached_key(|k| std::cmp::Reverse(total_order(eigenvalues[*k])));
+        let pair = |k: usize| RitzPair {
+            value: eigenvalues[k],
+            error: (self.remainder * eigenvectors[(self.count() - 1, k)]).abs(),
+            vector: self.combination(eigenvectors.column(k).iter().copied()),
+        };
+        order.into_iter().map(pair).collect()
     }
 }
 
@@ -129,41 +135,44 @@ impl Lanczos {
 mod tests {
     use super::*;
 
-    /// A diagonal matrix with few large entries, among them two alike.
+    /// Entries of a diagonal matrix: four large ones, two of them equal, and small ones.
     fn entry(i: usize) -> f64 {
         [100.0, 7.0, 7.0, 2.0].get(i).copied().unwrap_or(1e-3 / (1.0 + i as f64))
     }
 
-    fn known(products: usize) -> Lanczos {
+    /// The basis after so many products with that matrix.
+    fn basis(products: usize) -> Lanczos {
         let mut lanczos = Lanczos::new((0..40).map(|i| 1.0 + (i % 3) as f64).collect());
         while let (Some(next), true) = (lanczos.next(), lanczos.count() < products) {
             let product = next.iter().enumerate().map(|(i, x)| entry(i) * x).collect();
-            lanczos.take(product);
+            lanczos.extend(product);
         }
         lanczos
     }
 
     #[test]
-    fn large_directions_are_known_after_few_products() {
-        let ritz = known(12).ritz();
+    fn ritz_values_converge_to_the_largest_eigenvalues() {
+        let pairs = basis(12).ritz_pairs();
         for expected in [100.0, 7.0, 2.0] {
-            let known = |(value, off): &(f64, f64)| (value - expected).abs() < 1e-9 && *off < 1e-6;
-            assert!(ritz.values.iter().any(known), "{expected}: {:?}", ritz.values);
+            let agrees =
+                |pair: &RitzPair| (pair.value - expected).abs() < 1e-9 && pair.error < 1e-6;
+            assert!(pairs.iter().any(agrees), "{expected}");
         }
-        let across = dot(&ritz.vectors[0], &ritz.vectors[1]);
-        assert!(across.abs() < 1e-12 && (ritz.vectors[0][0].abs() - 1.0).abs() < 1e-9);
+        let product: f64 = pairs[0].vector.iter().zip(&pairs[1].vector).map(|(a, b)| a * b).sum();
+        assert!(product.abs() < 1e-12 && (pairs[0].vector[0].abs() - 1.0).abs() < 1e-9);
     }
 
     #[test]
-    fn equations_with_any_shift_are_solved_from_the_same_products() {
-        let lanczos = known(12);
-        let b: Vec<f64> = (0..40).map(|i| 1.0 + (i % 3) as f64).collect();
+    fn systems_with_any_shift_are_solved_from_the_same_products() {
+        let lanczos = basis(12);
+        let b = DVector::from_fn(40, |i, _| 1.0 + (i % 3) as f64);
         for shift in [1.0, 10.0] {
-            let (x, left) = lanczos.solve(shift, dot(&b, &b).sqrt());
-            let off = (0..40).map(|i| ((entry(i) + shift) * x[i] - b[i]).abs()).fold(0.0, f64::max);
-            assert!(off < 1e-9 && left < 1e-8, "{shift}: {off:e}, {left:e}");
+            let (x, residual) = lanczos.solve(shift, b.norm());
+            let largest =
+                (0..40).map(|i| ((entry(i) + shift) * x[i] - b[i]).abs()).fold(0.0, f64::max);
+            assert!(largest < 1e-9 && residual < 1e-8, "{shift}: {largest:e}, {residual:e}");
         }
-        // All directions that follow are known sooner than there are unknowns.
-        assert!(known(40).count() <= 40);
+        // The Krylov space is complete at the latest after as many products as unknowns.
+        assert!(basis(40).count() <= 40);
     }
 }

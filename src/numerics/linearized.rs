@@ -1,28 +1,43 @@
-//! The linear least-squares problem at one iterate of a nonlinear one.
+//! The bounded, damped linear least-squares problem of a Levenberg-Marquardt step.
+//!
+//! From the residuals `r` and their Jacobian `J` at `x` it computes the step `s` that minimizes
+//! `|r + J s|^2 + damping |D s|^2` with `x + s` within bounds, by QR factorization.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Factor on the damping of a step that changes more than it could.
-const MORE: f64 = 100.0;
+/// Factor on the damping of a bounded step that changes the model by more than the unbounded one.
+const DAMPING_FACTOR: f64 = 100.0;
 
-/// Half the sum of squares.
+/// Half the sum of squares of the residuals, the cost of a least-squares problem.
 pub(crate) fn half_sum_of_squares(residuals: &[f64]) -> f64 {
     0.5 * residuals.iter().map(|r| r * r).sum::<f64>()
 }
 
-/// `|r + J step|^2` around an iterate, reduced to the unknowns that may move.
+/// `|r + J step|^2` around an iterate, reduced to the free unknowns by QR factorization.
 pub(crate) struct Linearized {
+    /// Unknowns that are not held at a bound.
     free: Vec<usize>,
     /// Upper triangle of the QR factors of the free columns.
     r: DMatrix<f64>,
-    /// First rows of Q' residuals.
+    /// First rows of `Q' r`.
     qtr: DVector<f64>,
-    /// Norms of all columns of J.
+    /// Norms of all columns of `J`.
     pub norms: Vec<f64>,
 }
 
+/// A step within bounds.
+pub(crate) struct BoundedStep {
+    /// The step of all unknowns.
+    pub step: Vec<f64>,
+    /// Norm of `J step`, the change of the linear model.
+    pub change: f64,
+    /// Norm of the change by the minimizing step without bounds.
+    unbounded_change: f64,
+}
+
 impl Linearized {
-    /// Unknowns at a bound that the gradient pushes outward stay there.
+    /// From the rows of `J`, the residuals `r`, the iterate `x` and its bounds. Unknowns at a bound whose descent direction
+    /// points outward are held there.
     pub fn new(rows: &[Vec<f64>], residuals: &[f64], x: &[f64], bounds: &[[f64; 2]]) -> Self {
         let gradient =
             |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
@@ -43,55 +58,54 @@ impl Linearized {
         Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), norms }
     }
 
-    /// The step from `x` that minimises `|r + J step|^2 + damping |scale step|^2`, and the norm of
-    /// the change it makes in the linear model. None when that is not finite. Unknowns that would
-    /// leave their bounds go to the bound, and the others make the best of it.
+    /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`. None where it is not finite. Unknowns
+    /// that would leave their bounds stop at the bound, and the others are minimized again.
     ///
-    /// What the data say nothing about, such as a turn of all natural curvatures about the rod, rounding errors lead
-    /// as far as they like: several unknowns at once to bounds, from where the others cannot make up
-    /// for them. No step within bounds that include `x` changes more than the one without; one that does is
-    /// looked for again with more damping.
+    /// Along combinations without an effect on the data, rounding errors determine the step. They may move several
+    /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the model by more than
+    /// the unbounded one is such a step; it is computed again with more damping.
     pub fn step(
         &self,
         x: &[f64],
         bounds: &[[f64; 2]],
         scale: &[f64],
-        damping: f64,
-    ) -> Option<(Vec<f64>, f64)> {
-        let mut damping = damping;
+        mut damping: f64,
+    ) -> Option<BoundedStep> {
         loop {
-            let (step, [first, change]) = self.bounded(x, bounds, scale, damping)?;
-            if change <= first * (1.0 + 1e-6) || damping > 1.0 {
-                return Some((step, change));
+            let step = self.bounded(x, bounds, scale, damping)?;
+            if step.change <= step.unbounded_change * (1.0 + 1e-6) || damping > 1.0 {
+                return Some(step);
             }
-            damping *= MORE;
+            damping *= DAMPING_FACTOR;
         }
     }
 
-    /// The same with this damping, whatever it changes, and what it would change without bounds.
+    /// The bounded step with this damping, whatever its change of the model.
     fn bounded(
         &self,
         x: &[f64],
         bounds: &[[f64; 2]],
         scale: &[f64],
         damping: f64,
-    ) -> Option<(Vec<f64>, [f64; 2])> {
+    ) -> Option<BoundedStep> {
         let n = self.free.len();
         let mut step = DVector::zeros(n);
         let mut moving: Vec<usize> = (0..n).collect();
-        let mut first = None;
+        let mut unbounded_change = None;
+        // Unknowns that reach a bound are fixed there, until the others stay inside.
         while !moving.is_empty() {
             let solution = self.solve(&moving, &step, scale, damping)?;
             for (k, s) in moving.iter().zip(solution.iter()) {
                 step[*k] = *s;
             }
-            first.get_or_insert_with(|| (&self.r * &step).norm());
-            let stays = |k: &usize| {
+            unbounded_change.get_or_insert_with(|| (&self.r * &step).norm());
+            let is_inside = |k: &usize| {
                 let j = self.free[*k];
                 let to = x[j] + step[*k];
                 to >= bounds[j][0] && to <= bounds[j][1]
             };
-            let (inside, outside): (Vec<usize>, Vec<usize>) = moving.into_iter().partition(stays);
+            let (inside, outside): (Vec<usize>, Vec<usize>) =
+                moving.into_iter().partition(is_inside);
             if outside.is_empty() {
                 break;
             }
@@ -106,10 +120,11 @@ impl Linearized {
             all[*j] = *s;
         }
         let change = (&self.r * step).norm();
-        Some((all, [first.unwrap_or(change), change]))
+        let unbounded_change = unbounded_change.unwrap_or(change);
+        Some(BoundedStep { step: all, change, unbounded_change })
     }
 
-    /// The best steps of the unknowns `moving` while the others make theirs.
+    /// The steps of the unknowns `moving` that minimize the damped sum of squares, with the given steps of the others.
     fn solve(
         &self,
         moving: &[usize],
@@ -121,7 +136,7 @@ impl Linearized {
         let mut fixed = step.clone();
         moving.iter().for_each(|k| fixed[*k] = 0.0);
         let rest = &self.qtr + &self.r * fixed;
-        // An unknown without effect gets a scale too, so that damping keeps it where it is.
+        // An unknown without an effect gets a scale too, so that damping keeps its step zero.
         let weight = |k: usize| match scale[self.free[moving[k]]] {
             scale if scale > 0.0 => damping.sqrt() * scale,
             _ => 1.0,
@@ -138,16 +153,16 @@ impl Linearized {
         solution.iter().all(|s| s.is_finite()).then_some(solution)
     }
 
-    /// Drop of the cost the linear model predicts for a step.
+    /// Decrease of the cost by a step that the linear model predicts.
     pub fn predicted(&self, step: &[f64]) -> f64 {
         let s = DVector::from_fn(self.free.len(), |j, _| step[self.free[j]]);
         let change = &self.r * s;
         -(change.dot(&self.qtr) + 0.5 * change.norm_squared())
     }
 
-    /// Smallest part of its effect that an unknown keeps at another point with the Jacobian `rows`,
-    /// next to the one that gains or keeps most.
-    pub fn least_kept(&self, rows: &[Vec<f64>]) -> f64 {
+    /// Smallest ratio of an unknown's column norm at another point, with the Jacobian `rows`, to that at the iterate,
+    /// over the largest such ratio. It is near zero where an unknown loses its effect on the residuals.
+    pub fn least_kept_effect(&self, rows: &[Vec<f64>]) -> f64 {
         let norms = column_norms(rows, self.norms.len());
         let had_effect = self.free.iter().filter(|j| self.norms[**j] > 0.0);
         let kept = had_effect.map(|j| norms[*j] / self.norms[*j]);
@@ -156,6 +171,7 @@ impl Linearized {
     }
 }
 
+/// Euclidean norms of the `n` columns of a matrix of rows.
 fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
     (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect()
 }
@@ -164,10 +180,10 @@ fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Three unknowns of which the data tell two sums, but for rounding: the step promises no more than there
-    /// is to gain.
+    /// The data determine two sums of three unknowns, except for rounding errors. The predicted change of the residuals
+    /// does not exceed their norm.
     #[test]
-    fn what_the_data_say_nothing_about_promises_nothing() {
+    fn step_with_undetermined_unknowns_changes_no_more_than_the_residuals() {
         let row = |k: usize| {
             let (a, b) = (1.0 + 0.1 * k as f64, 1.0 - 0.2 * k as f64);
             vec![a, a + b, b + 1e-13 * (7.0 * k as f64).sin()]
@@ -176,9 +192,10 @@ mod tests {
         let residuals: Vec<f64> = (0..20).map(|k| 1.0 + (3.0 * k as f64).cos()).collect();
         let bounds = [[-1e6, 1e6], [-1e4, 1e4], [-1e6, 1e6]];
         let linear = Linearized::new(&rows, &residuals, &[0.0; 3], &bounds);
-        let (_, [first, blind]) = linear.bounded(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
-        assert!(blind > 1e3 * first, "{blind:e} {first:e}: the case shows nothing");
-        let (step, change) = linear.step(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
+        let once = linear.bounded(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
+        assert!(once.change > 1e3 * once.unbounded_change, "the case is too easy");
+        let BoundedStep { step, change, .. } =
+            linear.step(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
         let all = (2.0 * half_sum_of_squares(&residuals)).sqrt();
         assert!(change <= all, "{change:e} {all:e} {step:?}");
         assert!(linear.predicted(&step) > 0.0);

@@ -1,5 +1,5 @@
-//! What knows nothing of rods: numbers and their derivatives, vectors, band matrices, interpolation,
-//! and least squares.
+//! Numerical methods that do not depend on rods: scalars with derivatives and SIMD lanes, vectors, band matrices and their
+//! factorization, eigenvalues, interpolation, spectra, noise estimates, and nonlinear least squares.
 
 pub mod banded;
 pub(crate) mod hermite;
@@ -8,6 +8,7 @@ pub mod lanes;
 pub mod levenberg_marquardt;
 mod linearized;
 pub(crate) mod noise_scale;
+mod operators;
 pub mod out_of_line;
 pub(crate) mod phi_function;
 pub mod prescribed_dofs;
@@ -21,7 +22,8 @@ pub mod vector;
 
 pub(crate) use linearized::half_sum_of_squares;
 
-/// A key with the order of [`f64::total_cmp`]. All lists that are sorted by it (`sort_by_cached_key`) share one compiled sort.
+/// An integer with the order of [`f64::total_cmp`]. Lists that are sorted by it with `sort_by_cached_key` share one compiled
+/// sort.
 pub fn total_order(x: f64) -> i64 {
     let bits = x.to_bits().cast_signed();
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
@@ -30,7 +32,7 @@ pub fn total_order(x: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn keys_have_the_order_of_all_numbers() {
+    fn total_order_agrees_with_total_cmp_for_all_kinds_of_numbers() {
         let all = [f64::NAN, f64::INFINITY, 1.0, -0.0, 0.0, -1.0, f64::NEG_INFINITY, -f64::NAN];
         for (a, b) in all.iter().flat_map(|a| all.iter().map(move |b| (a, b))) {
             assert_eq!(

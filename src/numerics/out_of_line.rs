@@ -1,17 +1,16 @@
-//! Numbers whose operations are functions that are called, where others lay theirs into the formula.
+//! Out-of-line arithmetic: numbers whose operations are function calls instead of inlined code.
 //!
-//! A formula in numbers with many derivatives is thousands of instructions for every operation it has. Where it is no
-//! loop that anybody waits for, it is written once as calls.
+//! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that are
+//! not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small.
 
+use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
 use nalgebra::Const;
 use num_dual::{Dual64, DualSVec64, HyperDual64};
 use std::cmp::Ordering;
-use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number of type `D` whose operations are called. It has the value and the derivatives that `D` has, to the last
-/// digit.
+/// A number of type `D` whose operations are function calls. Value and derivatives are bitwise those of `D`.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct OutOfLine<D>(pub D);
@@ -22,14 +21,14 @@ impl<D: Scalar> From<f64> for OutOfLine<D> {
     }
 }
 
-/// An operator between such numbers, and with a plain one.
+/// Binary operators of two such numbers, and of one with an `f64`.
 macro_rules! operators {
-    ($($operator:ident $name:ident $assign:ident $assigning:ident;)*) => {$(
+    ($($operator:ident $name:ident;)*) => {$(
         impl<D: Scalar> $operator for OutOfLine<D> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                // By where they are: a number that is handed over is copied first.
+                // By reference: an argument passed by value would be copied first.
                 #[inline(never)]
                 fn called<D: Scalar>(a: &D, b: &D) -> D {
                     $operator::$name(*a, *b)
@@ -48,26 +47,10 @@ macro_rules! operators {
                 Self(called(&self.0, other))
             }
         }
-        impl<D: Scalar> $assign for OutOfLine<D> {
-            #[inline(always)]
-            fn $assigning(&mut self, other: Self) {
-                *self = $operator::$name(*self, other);
-            }
-        }
-        impl<D: Scalar> $assign<f64> for OutOfLine<D> {
-            #[inline(always)]
-            fn $assigning(&mut self, other: f64) {
-                *self = $operator::$name(*self, other);
-            }
-        }
     )*};
 }
-operators! {
-    Add add AddAssign add_assign;
-    Sub sub SubAssign sub_assign;
-    Mul mul MulAssign mul_assign;
-    Div div DivAssign div_assign;
-}
+operators! { Add add; Sub sub; Mul mul; Div div; }
+derived_operators!([D: Scalar] OutOfLine<D>);
 
 impl<D: Scalar> Neg for OutOfLine<D> {
     type Output = Self;
@@ -81,34 +64,12 @@ impl<D: Scalar> Neg for OutOfLine<D> {
     }
 }
 
-impl<D: Scalar> Sum for OutOfLine<D> {
-    fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
-        Self(numbers.map(|x| x.0).sum())
-    }
-}
-
-impl<D: Scalar> PartialEq for OutOfLine<D> {
-    fn eq(&self, other: &Self) -> bool {
-        self.0 == other.0
-    }
-}
 impl<D: Scalar> PartialOrd for OutOfLine<D> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.0.partial_cmp(&other.0)
     }
 }
-impl<D: Scalar> PartialEq<f64> for OutOfLine<D> {
-    fn eq(&self, other: &f64) -> bool {
-        self.0 == *other
-    }
-}
-impl<D: Scalar> PartialOrd<f64> for OutOfLine<D> {
-    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
-        self.0.partial_cmp(other)
-    }
-}
-
-/// Functions of one number.
+/// Functions of one number, as calls.
 macro_rules! functions {
     ($($name:ident)*) => {
         $(#[inline(always)]
@@ -144,7 +105,7 @@ impl<D: Scalar> Scalar for OutOfLine<D> {
     }
 }
 
-/// One of them, whatever it is made of.
+/// One lane.
 impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     type Level = ();
     const LANES: usize = 1;
@@ -167,8 +128,9 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     }
 }
 
+/// Implements [`Nestable`] for dual numbers.
 macro_rules! nestable {
-    ($($scalar:ty: $instance:ident, $sweeps:ty, $parts:expr;)*) => {
+    ($($scalar:ty: $instance:ident, $sweeps:ty, $components:expr;)*) => {
         $(impl Nestable for $scalar {
             fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
                 all.$instance()
@@ -178,15 +140,15 @@ macro_rules! nestable {
                 sweep.sweep::<$sweeps>(())
             }
             fn is_identically_zero(&self) -> bool {
-                let parts: fn(&Self) -> [f64; _] = $parts;
-                parts(self).iter().all(|part| *part == 0.0)
+                let components: fn(&Self) -> [f64; _] = $components;
+                components(self).iter().all(|part| *part == 0.0)
             }
         })*
     };
 }
 
-// With its parts, and how each sweeps along a rod: what has more than one derivative calls its operations, which would be a tenth of
-// all code if they were laid into the sweeps.
+// Scalar: its instance in `ForEachScalar`, the numbers of its sweeps along a rod, and its components. Scalars with more
+// than one derivative sweep with out-of-line arithmetic: inlined, these sweeps would be a tenth of the program.
 nestable! {
     Dual64: dual, Self, |x| [x.re, x.eps];
     HyperDual64: hyper_dual, OutOfLine<Self>, |x| [x.re, x.eps1, x.eps2, x.eps1eps2];

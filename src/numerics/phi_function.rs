@@ -1,13 +1,13 @@
-//! Means of what decays.
+//! The function `phi_1(x) = (1 - e^-x)/x` of exponential integrators: the mean of a decay `e^-x t` over `0 <= t <= 1`.
 
 use crate::numerics::scalar::Scalar;
 
-/// (1 - e^-x)/x.
+/// `(1 - e^-x)/x`, also near zero, where the quotient loses digits.
 pub fn phi1<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.1 {
         return (-(-x).exp() + 1.0) / x;
     }
-    // The series; what follows is below 1e-17.
+    // The Taylor series `sum (-x)^k/(k + 1)!`; omitted terms are below 1e-17.
     (1..=10).rev().fold(D::from(1.0), |sum, k| -(sum * x) * (1.0 / f64::from(k + 1)) + 1.0)
 }
 
@@ -16,7 +16,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mean_decay_is_smooth_where_its_forms_meet() {
+    fn phi1_is_accurate_where_series_and_quotient_meet() {
         for x in [1e-9, 0.09999, 0.10001, -0.1001, 2.0] {
             let exact = -f64::exp_m1(-x) / x;
             assert!((phi1(x) / exact - 1.0).abs() < 1e-14, "{x}");

@@ -1,14 +1,14 @@
-//! Unknowns between free ones that go where something else leads them.
+//! Prescribed (Dirichlet) degrees of freedom inside the range of free ones, such as nodes that follow a recorded motion.
 //!
-//! What is solved for lies side by side, in one range. An unknown inside of it that is led stays in all
-//! equations, but is coupled to none: its row and column are those of the identity, and its right-hand side is
-//! zero. So its change is zero, and it has no part in that of the others. Where none is led, nothing is done.
+//! Linear systems are solved over one range of unknowns. A prescribed unknown inside it keeps its row and column, which
+//! become those of the identity, and its right-hand side becomes zero. Then its change is zero, and the changes of the
+//! other unknowns are those of the system without it.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use std::sync::Arc;
 
-/// The unknowns that are led, in ascending order; clones share them.
+/// The indices of the prescribed unknowns, in ascending order; clones share the list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrescribedDofs(Arc<[usize]>);
 
@@ -19,29 +19,29 @@ impl Default for PrescribedDofs {
 }
 
 impl PrescribedDofs {
-    /// These.
+    /// From indices in any order, with or without repetitions.
     pub fn new(mut unknowns: Vec<usize>) -> Self {
         unknowns.sort_unstable();
         unknowns.dedup();
         Self(unknowns.into())
     }
 
-    /// Whether none is.
+    /// Whether no unknown is prescribed.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whether unknown `i` is.
+    /// Whether unknown `i` is prescribed.
     pub fn contains(&self, i: usize) -> bool {
         self.0.binary_search(&i).is_ok()
     }
 
-    /// The unknowns.
+    /// The indices.
     pub fn iter(&self) -> impl Iterator<Item = usize> {
         self.0.iter().copied()
     }
 
-    /// Gives the entries of led unknowns this value.
+    /// Sets the entries of prescribed unknowns in `x` to `value`.
     #[inline]
     pub fn fill<T: Copy>(&self, x: &mut [T], value: T) {
         for i in &*self.0 {
@@ -49,7 +49,7 @@ impl PrescribedDofs {
         }
     }
 
-    /// Makes their rows and columns those of the identity.
+    /// Replaces rows and columns of prescribed unknowns in a matrix by those of the identity.
     #[inline]
     pub fn uncouple<D: Scalar>(&self, matrix: &mut impl Tangent<D>) {
         for i in &*self.0 {
@@ -64,15 +64,16 @@ mod tests {
     use crate::numerics::banded::{BandMatrix, Ldlt};
     use crate::numerics::tangent::Factors;
 
-    /// What is left of the others is what leaving the led ones out would leave, and these do not change.
+    /// Oracle: the dense system without the rows and columns of the prescribed unknowns.
     #[test]
-    fn others_are_solved_as_if_led_ones_were_not_there() {
+    fn free_unknowns_solve_the_system_without_prescribed_ones() {
         let n = 14;
         let mut whole = BandMatrix::<f64, 3>::zeros(n);
         for j in 0..n - 3 {
             let v = |k: usize| ((j * 7 + k * 3) % 11) as f64 / 11.0 - 0.4;
-            whole.add_block(
+            whole.add_corner(
                 j,
+                4,
                 &[
                     [3.0, v(0), v(1), v(2)],
                     [v(0), 2.5, v(3), v(4)],

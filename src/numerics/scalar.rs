@@ -1,24 +1,22 @@
 //! The number type every energy is written over.
 //!
-//! An energy is one generic function. With `f64` it is a number; with a dual number of
-//! [`num_dual`] it is a number and its exact derivatives; with [`Terms`](crate::check::Terms) it
-//! tells how large the terms are that cancel in each derivative.
+//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
+//! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// What an energy may do with its numbers: what one writes for an `f64`.
+/// Arithmetic and elementary functions of a real number that may carry derivatives, as of an `f64`.
 ///
-/// Every `Copy` dual number of [`num_dual`] over `f64`, and `f64` itself, is a `Scalar`. Another
-/// number type joins by implementing this trait.
+/// Every `Copy` dual number of [`num_dual`] over `f64`, and `f64` itself, is a `Scalar`. Other number types can
+/// implement this trait.
 ///
-/// Comparisons look at the [`value`](Scalar::value), the real part, never at derivatives.
+/// Comparisons use the [`value`](Scalar::value), the real part, never derivatives.
 ///
-/// Constants stand on the right of an operator, `x * 2.0`, or become a `D` first,
-/// `D::from(1.0) - x`: what `1.0 - x` is could only be said where `f64` or the dual number is
-/// defined.
+/// Constants stand on the right of an operator, `x * 2.0`, or are converted first, `D::from(1.0) - x`: Rust's orphan
+/// rule does not allow this crate to define `f64 - D`.
 ///
 /// ```
 /// use rodfit::Scalar;
@@ -58,9 +56,9 @@ pub trait Scalar:
     + PartialOrd
     + PartialOrd<f64>
 {
-    /// How many orders of derivatives travel with the number.
+    /// Highest order of the derivatives that the number carries.
     const ORDER: usize;
-    /// Whether none do. What is behind it is not even compiled for other numbers.
+    /// Whether it carries no derivatives. Branches on this constant are removed at compile time.
     const PLAIN: bool = Self::ORDER == 0;
     /// The real part.
     fn value(&self) -> f64;
@@ -102,30 +100,30 @@ pub trait Scalar:
     fn sin_cos(self) -> [Self; 2] {
         [self.sin(), self.cos()]
     }
-    /// A constant beside this number.
+    /// The constant `x` in the type, and on the SIMD level, of this number.
     #[inline]
     fn like(&self, x: f64) -> Self {
         Self::from(x)
     }
-    /// `then` where this number is less than `bound`, and `otherwise` elsewhere: a selection, so that several
-    /// numbers can go side by side.
+    /// `then` where this number is less than `bound`, and `otherwise` elsewhere: a selection without a branch, made in
+    /// every SIMD lane.
     #[inline]
     fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self {
         if self.value() < bound.value() { then } else { otherwise }
     }
-    /// Whether this number is less than `bound`; of several side by side, whether all are.
+    /// Whether this number, or every SIMD lane of it, is less than `bound`.
     #[inline]
     fn all_less(&self, bound: Self) -> bool {
         self.value() < bound.value()
     }
 
-    /// The whole number next to it, which has no derivatives.
+    /// The nearest integer, without derivatives.
     #[inline]
     fn nearest_whole(self) -> Self {
         Self::from(self.value().round())
     }
 
-    /// The number without its sign; at zero with the derivatives of the number itself.
+    /// Absolute value; at zero with the derivatives of the number itself.
     #[inline]
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
@@ -148,7 +146,7 @@ pub trait Scalar:
 }
 
 /// Functions of one number that num-dual has under the same name.
-macro_rules! of_num_dual {
+macro_rules! num_dual_functions {
     ($($name:ident)*) => {
         $(#[inline]
         fn $name(self) -> Self {
@@ -160,7 +158,7 @@ macro_rules! of_num_dual {
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     const ORDER: usize = T::NDERIV;
 
-    of_num_dual!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
+    num_dual_functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
     #[inline]
     fn value(&self) -> f64 {
@@ -185,36 +183,36 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     }
 }
 
-/// One number of type `D`, or several side by side: lanes.
+/// One number of type `D`, or a SIMD vector of them. An element of the vector is a lane; operations act on all lanes.
 pub trait SimdScalar<D>: Scalar {
-    /// What it takes to make one.
+    /// The SIMD level, which constructing a vector requires.
     type Level: Copy;
-    /// How many there are.
+    /// Number of lanes.
     const LANES: usize;
 
-    /// Those that `of` tells for each lane.
-    fn gather(level: Self::Level, of: impl FnMut(usize) -> D) -> Self;
+    /// The vector with `value(lane)` in each lane.
+    fn gather(level: Self::Level, value: impl FnMut(usize) -> D) -> Self;
 
     /// The number of one lane.
     fn lane(&self, lane: usize) -> D;
 
-    /// The numbers of one lane.
+    /// One lane of `N` vectors.
     #[inline(always)]
     fn extract_lane<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
     where
         D: Scalar,
     {
-        let mut of = [D::from(0.0); N];
+        let mut numbers = [D::from(0.0); N];
         for i in 0..N {
-            of[i] = all[i].lane(lane);
+            numbers[i] = all[i].lane(lane);
         }
-        of
+        numbers
     }
 
-    /// The numbers one lane before these, of which `earlier` ones go before all.
+    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the first.
     fn before(self, earlier: Self) -> Self;
 
-    /// The numbers one lane after these, of which `later` ones come after all.
+    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
     fn after(self, later: Self) -> Self;
 }
 
@@ -223,8 +221,8 @@ impl<D: Scalar> SimdScalar<D> for D {
     const LANES: usize = 1;
 
     #[inline(always)]
-    fn gather((): (), mut of: impl FnMut(usize) -> D) -> Self {
-        of(0)
+    fn gather((): (), mut value: impl FnMut(usize) -> D) -> Self {
+        value(0)
     }
     #[inline(always)]
     fn lane(&self, _: usize) -> D {
@@ -240,45 +238,51 @@ impl<D: Scalar> SimdScalar<D> for D {
     }
 }
 
-/// What is done with numbers of type `D`, however many of them are side by side.
+/// A computation along a rod with numbers of type `D`, in blocks of as many elements as the processor has SIMD lanes.
 ///
-/// Whatever a sweep calls with wide numbers must be `#[inline(always)]`, so that it is compiled for the vector unit.
-/// Closures, and what takes them, are not: they may only read lanes.
+/// Functions that a sweep calls with SIMD numbers must be `#[inline(always)]`, so that they are compiled for the vector
+/// unit. Closures, and functions that take them, are not inlined reliably: they may only read lanes.
 pub trait Sweep<D> {
-    /// What comes of it.
+    /// Result of the computation.
     type Output;
-    /// Does it.
+    /// Runs the computation with the numbers `V`.
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Self::Output;
 }
 
-/// A [`Scalar`] that rods run in, and that num-dual can differentiate once more by nesting it in its
-/// own dual numbers. There are few: what is chosen at run time, such as an [energy of one's
-/// own](crate::energy::own), must be made for each of them beforehand.
+/// A [`Scalar`] that rods are computed with, and that num-dual can differentiate once more when nested in its dual
+/// numbers. The set is closed: an object chosen at run time, such as a [user-defined energy](crate::energy::own), has
+/// one instance compiled for each of them.
 pub trait Nestable: Scalar + DualNum<Primitive = f64> {
-    /// The instance for this scalar.
+    /// The instance of `all` for this scalar.
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
 
-    /// Sweeps with as many numbers side by side as there is a unit for.
+    /// Runs a sweep with the SIMD numbers of this processor.
     #[doc(hidden)]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output;
 
-    /// Whether it is zero, and so are all its derivatives.
+    /// Whether the value and all derivatives are zero.
     #[doc(hidden)]
     fn is_identically_zero(&self) -> bool;
 }
 
-/// Something that has an instance for each scalar that rods run in.
+/// An object with one instance for each [`Nestable`] scalar.
 #[doc(hidden)]
 pub trait ForEachScalar {
+    /// The instance for the scalar `D`.
     type Instance<D: Scalar>: ?Sized;
+    /// The instance without derivatives.
     fn plain(&self) -> &Self::Instance<f64>;
+    /// The instance with one first derivative.
     fn dual(&self) -> &Self::Instance<Dual64>;
+    /// The instance with two first derivatives and the mixed second one.
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64>;
+    /// The instance with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
 }
 
-/// Whether all numbers are finite, by four sums side by side.
+/// Whether the values of all numbers are finite. Four independent sums are vectorized: a sum is finite only if its
+/// terms are.
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
     let (chunks, rest) = x.as_chunks::<4>();
     let mut sums = [0.0; 4];
@@ -297,7 +301,7 @@ mod tests {
 
     /// The angle of (x, y) has the second derivatives 2xy/r^4 by x twice and (y^2 - x^2)/r^4 by x and y.
     #[test]
-    fn second_derivatives_of_angles_are_exact_in_every_direction() {
+    fn atan2_second_derivatives_are_exact_in_every_quadrant() {
         for (x, y) in [(0.0, 2.0), (1e-9, -2.0), (-1e-3, 0.5), (1.0, 1e-9), (-3.0, 0.0), (1.0, 1.0)]
         {
             let angle = |x: HyperDual64, y: HyperDual64| Scalar::atan2(y, x);

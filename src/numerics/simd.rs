@@ -1,22 +1,23 @@
-//! Plain numbers side by side in a register of the processor's vector unit, found out when the program runs.
+//! SIMD arithmetic: several `f64` in one register of the processor's vector unit, which is detected at run time.
 //!
-//! No two operations are fused into one, so that every lane has what a number alone would have, to the last
-//! digit; but for sines and cosines, whose series is not the library's.
+//! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at once
+//! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic, except for sines
+//! and cosines, which are [evaluated by polynomials](crate::numerics::trigonometry).
 
+use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
 use crate::numerics::trigonometry::{self, sin_and_cos};
 use pulp::{Simd, bytemuck};
 use std::cmp::Ordering;
-use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A vector unit: whoever has one knows that the processor does.
+/// A SIMD instruction set. A value of the type is the proof that the processor supports it.
 pub trait Level: Simd {
-    /// Where the program runs on it already.
+    /// The value, in code that already runs with this instruction set.
     fn here() -> Self;
-    /// The numbers one lane before these, of which `earlier` ones go before all.
+    /// `own` shifted by one lane towards higher indices; the first lane receives the last lane of `earlier`.
     fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s;
-    /// The numbers one lane after these, of which `later` ones come after all.
+    /// `own` shifted by one lane towards lower indices; the last lane receives the first lane of `later`.
     fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s;
 }
 
@@ -24,31 +25,27 @@ pub trait Level: Simd {
 impl Level for pulp::x86::V3 {
     #[inline(always)]
     fn here() -> Self {
-        Self::try_new().expect("its numbers are made where the processor has it")
+        Self::try_new().expect("numbers of this type exist only where the processor supports it")
     }
     #[inline(always)]
     fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s {
-        let (mut numbers, own, earlier) = (own, lanes(&own), lanes(&earlier));
-        let to: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
-        (to[0], to[1], to[2], to[3]) = (earlier[3], own[0], own[1], own[2]);
-        numbers
+        let (x, e) = (lanes(&own), lanes(&earlier));
+        bytemuck::cast([e[3], x[0], x[1], x[2]])
     }
     #[inline(always)]
     fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s {
-        let (mut numbers, own, later) = (own, lanes(&own), lanes(&later));
-        let to: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
-        (to[0], to[1], to[2], to[3]) = (own[1], own[2], own[3], later[0]);
-        numbers
+        let (x, l) = (lanes(&own), lanes(&later));
+        bytemuck::cast([x[1], x[2], x[3], l[0]])
     }
 }
 
-/// The numbers in a register, one by one.
+/// The lanes of a register as a slice.
 #[inline(always)]
 fn lanes<T: bytemuck::NoUninit>(numbers: &T) -> &[f64] {
     bytemuck::cast_slice(std::slice::from_ref(numbers))
 }
 
-/// As many plain numbers as go into one register, each of which is what it would be alone.
+/// As many `f64` as fit into one register of the instruction set `L`. Operations act on all lanes at once.
 #[derive(Clone, Copy, Debug)]
 pub struct SimdF64<L: Level> {
     level: L,
@@ -56,20 +53,21 @@ pub struct SimdF64<L: Level> {
 }
 
 impl<L: Level> SimdF64<L> {
-    /// The same number in every lane.
+    /// `x` in every lane.
     #[inline(always)]
     fn splat(level: L, x: f64) -> Self {
         Self { level, numbers: level.splat_f64s(x) }
     }
 
+    /// The lanes as a slice.
     #[inline(always)]
     fn lanes(&self) -> &[f64] {
         lanes(&self.numbers)
     }
 
-    /// What `f` makes of every lane, one by one.
+    /// `f` of every lane, one after the other.
     #[inline(always)]
-    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+    fn map_lanes(self, f: impl Fn(f64) -> f64) -> Self {
         Self::gather(self.level, |lane| f(self.lanes()[lane]))
     }
 }
@@ -111,15 +109,15 @@ impl<L: Level> From<f64> for SimdF64<L> {
     }
 }
 
-/// An operator between such numbers, and with a plain one.
+/// Binary operators of two such numbers, and of one with an `f64` in all lanes.
 macro_rules! operators {
-    ($($operator:ident $name:ident $assign:ident $assigning:ident $of_unit:ident;)*) => {$(
+    ($($operator:ident $name:ident $instruction:ident;)*) => {$(
         impl<L: Level> $operator for SimdF64<L> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 let Self { level, numbers } = self;
-                Self { level, numbers: level.$of_unit(numbers, other.numbers) }
+                Self { level, numbers: level.$instruction(numbers, other.numbers) }
             }
         }
         impl<L: Level> $operator<f64> for SimdF64<L> {
@@ -129,26 +127,10 @@ macro_rules! operators {
                 $operator::$name(self, Self::splat(self.level, other))
             }
         }
-        impl<L: Level> $assign for SimdF64<L> {
-            #[inline(always)]
-            fn $assigning(&mut self, other: Self) {
-                *self = $operator::$name(*self, other);
-            }
-        }
-        impl<L: Level> $assign<f64> for SimdF64<L> {
-            #[inline(always)]
-            fn $assigning(&mut self, other: f64) {
-                *self = $operator::$name(*self, other);
-            }
-        }
     )*};
 }
-operators! {
-    Add add AddAssign add_assign add_f64s;
-    Sub sub SubAssign sub_assign sub_f64s;
-    Mul mul MulAssign mul_assign mul_f64s;
-    Div div DivAssign div_assign div_f64s;
-}
+operators! { Add add add_f64s; Sub sub sub_f64s; Mul mul mul_f64s; Div div div_f64s; }
+derived_operators!([L: Level] SimdF64<L>);
 
 impl<L: Level> Neg for SimdF64<L> {
     type Output = Self;
@@ -158,42 +140,20 @@ impl<L: Level> Neg for SimdF64<L> {
     }
 }
 
-impl<L: Level> Sum for SimdF64<L> {
-    fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
-        numbers.fold(Self::from(0.0), |sum, x| sum + x)
-    }
-}
-
-impl<L: Level> PartialEq for SimdF64<L> {
-    fn eq(&self, other: &Self) -> bool {
-        self.lanes() == other.lanes()
-    }
-}
 impl<L: Level> PartialOrd for SimdF64<L> {
-    /// As all lanes agree.
+    /// The order that all lanes have; none where lanes differ in it.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
         let first = lanes.next()?;
         if lanes.all(|order| order == first) { first } else { None }
     }
 }
-impl<L: Level> PartialEq<f64> for SimdF64<L> {
-    fn eq(&self, other: &f64) -> bool {
-        *self == Self::splat(self.level, *other)
-    }
-}
-impl<L: Level> PartialOrd<f64> for SimdF64<L> {
-    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
-        self.partial_cmp(&Self::splat(self.level, *other))
-    }
-}
-
-/// Functions of one number that are taken lane by lane.
+/// Functions without SIMD code, evaluated lane by lane.
 macro_rules! lane_by_lane {
     ($($name:ident)*) => {
         $(#[inline]
         fn $name(self) -> Self {
-            self.each(f64::$name)
+            self.map_lanes(f64::$name)
         })*
     };
 }
@@ -203,7 +163,8 @@ impl<L: Level> Scalar for SimdF64<L> {
 
     lane_by_lane!(exp ln tan asin acos atan sinh cosh tanh);
 
-    /// The one that all lanes have; no number if they differ: what goes side by side selects instead.
+    /// The value that all lanes have; NaN where they differ. Formulas with SIMD numbers use
+    /// [`if_less`](Scalar::if_less) instead of branches on the value.
     #[inline]
     fn value(&self) -> f64 {
         let [first, rest @ ..] = self.lanes() else { return f64::NAN };
@@ -219,11 +180,11 @@ impl<L: Level> Scalar for SimdF64<L> {
     }
     #[inline]
     fn powi(self, n: i32) -> Self {
-        self.each(|x| x.powi(n))
+        self.map_lanes(|x| x.powi(n))
     }
     #[inline]
     fn powf(self, n: f64) -> Self {
-        self.each(|x| x.powf(n))
+        self.map_lanes(|x| x.powf(n))
     }
     #[inline(always)]
     fn sin(self) -> Self {
@@ -238,7 +199,7 @@ impl<L: Level> Scalar for SimdF64<L> {
         if self.abs().all_less(self.like(trigonometry::LARGEST)) {
             return sin_and_cos(self);
         }
-        [self.each(f64::sin), self.each(f64::cos)]
+        [self.map_lanes(f64::sin), self.map_lanes(f64::cos)]
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
@@ -259,10 +220,10 @@ impl<L: Level> Scalar for SimdF64<L> {
         let less = self.level.less_than_f64s(self.numbers, bound.numbers);
         self.level.first_true_m64s(self.level.not_m64s(less)) == L::F64_LANES
     }
-    /// Of numbers below 2^51.
+    /// For numbers below 2^51.
     #[inline(always)]
     fn nearest_whole(self) -> Self {
-        // Added and taken away again, this leaves nothing but a whole number.
+        // 1.5 * 2^52, at which the spacing of doubles is one: adding and subtracting it rounds to an integer.
         const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
         (self + TO_WHOLE) - TO_WHOLE
     }
@@ -281,18 +242,6 @@ impl<L: Level> Scalar for SimdF64<L> {
     }
 }
 
-/// A sweep at a level.
-struct At<L, S>(L, S);
-
-impl<L: Level, S: Sweep<f64>> pulp::NullaryFnOnce for At<L, S> {
-    type Output = S::Output;
-
-    #[inline(always)]
-    fn call(self) -> S::Output {
-        self.1.sweep::<SimdF64<L>>(self.0)
-    }
-}
-
 impl Nestable for f64 {
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()
@@ -302,7 +251,10 @@ impl Nestable for f64 {
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
         if let Some(level) = pulp::x86::V3::try_new() {
-            return level.vectorize(At(level, sweep));
+            return level.vectorize(
+                #[inline(always)]
+                || sweep.sweep::<SimdF64<_>>(level),
+            );
         }
         sweep.sweep::<Self>(())
     }
@@ -312,8 +264,8 @@ impl Nestable for f64 {
     }
 }
 
-/// Does what goes side by side as it stands, in lists of a few numbers each, compiled for the processor's vector unit
-/// if there [is one](has_simd): all it calls must be `#[inline(always)]`.
+/// Runs `work` compiled for the processor's vector unit, if there [is one](has_simd). The compiler vectorizes its loops
+/// over short arrays. All functions that it calls must be `#[inline(always)]`.
 #[inline(always)]
 pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
@@ -323,18 +275,19 @@ pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     work.call()
 }
 
-/// The same where each list has more than two numbers: fewer fill no wider unit.
+/// [`with_simd`] for arrays of `G` numbers with `G > 2`, and the plain call otherwise: two numbers fit into the registers
+/// that every x86-64 processor has.
 #[inline(always)]
 pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
     if G > 2 { with_simd(work) } else { work.call() }
 }
 
-/// Whether there is a vector unit of more than two numbers.
+/// Whether the processor has a supported vector unit for more than two `f64`.
 pub fn has_simd() -> bool {
     simd_level() != "scalar"
 }
 
-/// What plain numbers go side by side with on this processor: `avx2`, four of them, or `scalar`, one.
+/// Instruction set of the sweeps on this processor: `avx2` with four `f64` per register, or `scalar`.
 pub fn simd_level() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if pulp::x86::V3::is_available() {

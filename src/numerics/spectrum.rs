@@ -5,16 +5,16 @@
 
 use std::f64::consts::PI;
 
-/// Most intervals of a signal: a power of two.
+/// Largest number of intervals of a signal, a power of two: it bounds time and memory of the transform.
 const MOST_INTERVALS: usize = 1 << 17;
 
-/// Number of intervals, a power of two, that resolves a signal of so many samples.
+/// Number of intervals, a power of two, of a uniform grid that resolves a signal of `samples` samples.
 pub(crate) fn intervals(samples: usize) -> usize {
     samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
 }
 
-/// Variances of the harmonics 1, 2, .. of a signal: the harmonic `k` makes `k / 2` periods over the signal. They add up to
-/// the variance of the even extension. The signal has a power of two of intervals.
+/// Variances of the harmonics 1, 2, .. of a signal on a uniform grid with a power of two of intervals. Harmonic `k` has
+/// `k / 2` periods over the signal. The sum is the variance of the even extension (Parseval).
 pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     let intervals = signal.len() - 1;
     let extended = signal.iter().chain(signal[1..intervals].iter().rev());
@@ -22,14 +22,15 @@ pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     transform(&mut terms);
     let count = terms.len() as f64;
     let power = |k: usize| terms[k].iter().map(|x| (x / count).powi(2)).sum::<f64>();
-    // Each harmonic has two terms, but for the highest.
+    // Each harmonic has two terms, except for the highest.
     (1..=intervals).map(|k| if k < intervals { 2.0 * power(k) } else { power(k) }).collect()
 }
 
-/// Discrete Fourier transform in place (Cooley and Tukey 1965), of a power of two of complex numbers.
+/// Discrete Fourier transform in place (Cooley and Tukey 1965) of a power of two of complex numbers, real part first.
 fn transform(terms: &mut [[f64; 2]]) {
     let count = terms.len();
     let bits = count.trailing_zeros();
+    // Bit-reversed order, so that every pass combines adjacent blocks.
     for i in 0..count {
         let j = i.reverse_bits() >> (usize::BITS - bits);
         if i < j {
@@ -38,18 +39,15 @@ fn transform(terms: &mut [[f64; 2]]) {
     }
     let mut half = 1;
     while half < count {
-        let roots: Vec<[f64; 2]> = (0..half)
-            .map(|k| {
-                let (sine, cosine) = (-PI * k as f64 / half as f64).sin_cos();
-                [cosine, sine]
-            })
-            .collect();
+        let root = |k: usize| (-PI * k as f64 / half as f64).sin_cos();
+        let roots: Vec<(f64, f64)> = (0..half).map(root).collect();
         for block in terms.chunks_exact_mut(2 * half) {
             let (even, odd) = block.split_at_mut(half);
-            for ((a, b), [c, s]) in even.iter_mut().zip(odd).zip(&roots) {
-                let turned = [b[0] * c - b[1] * s, b[0] * s + b[1] * c];
-                *b = [a[0] - turned[0], a[1] - turned[1]];
-                *a = [a[0] + turned[0], a[1] + turned[1]];
+            // Butterfly: the odd term times a root of unity.
+            for ((a, b), (s, c)) in even.iter_mut().zip(odd).zip(&roots) {
+                let product = [b[0] * c - b[1] * s, b[0] * s + b[1] * c];
+                *b = [a[0] - product[0], a[1] - product[1]];
+                *a = [a[0] + product[0], a[1] + product[1]];
             }
         }
         half *= 2;
@@ -61,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn variances_of_cosines_are_half_their_squares() {
+    fn variance_of_a_cosine_is_half_its_squared_amplitude() {
         let value = |x: f64| 0.3 + 2.0 * (3.0 * PI * x).cos() - 0.5 * (11.0 * PI * x).cos();
         let signal: Vec<f64> = (0..=32).map(|k| value(f64::from(k) / 32.0)).collect();
         let variances = harmonic_variances(&signal);
@@ -73,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn variances_of_a_ramp_follow_its_series() {
+    fn variances_of_a_ramp_follow_its_fourier_series() {
         // x = 1/2 - sum over odd k of 4/(pi k)^2 cos(pi k x).
         let signal: Vec<f64> = (0..=1024).map(|k| f64::from(k) / 1024.0).collect();
         let variances = harmonic_variances(&signal);

@@ -1,20 +1,21 @@
-//! Symmetric matrices of second derivatives, and their factors, whatever the pattern of their entries.
+//! Traits of a symmetric sparse matrix (a tangent: the second derivatives of an energy) and of its `L D L^T` factors.
 //!
-//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). A structure of several rods has
-//! another pattern. Steppers, equilibria, modes and sensitivities use these two traits only.
+//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). Steppers, equilibria, modes and
+//! sensitivities use only these traits, so that other sparsity patterns need no change there.
 
 use crate::numerics::scalar::Scalar;
 use std::fmt::Debug;
 use std::ops::{Mul, Range};
 
-/// A right-hand side of a system whose matrix has entries `D`: the same numbers, or numbers with derivatives.
+/// A number of the right-hand side of a system with matrix entries `D`: a `D`, or a number with derivatives beside `f64`
+/// entries.
 pub trait RightHandSide<D>: Scalar + Mul<D, Output = Self> {}
 
 impl<D, E: Scalar + Mul<D, Output = E>> RightHandSide<D> for E {}
 
-/// A symmetric matrix `A` with a fixed pattern of entries.
+/// A symmetric matrix `A` with a fixed sparsity pattern.
 pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
-    /// How many numbers are stored for each row, about.
+    /// Approximate number of stored entries per row.
     const NUMBERS_PER_ROW: usize;
     /// The factors of such a matrix.
     type Factors: Factors<D, Matrix = Self>;
@@ -25,13 +26,14 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// The entry of row `i`, column `j`; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D;
 
-    /// The rows, of `n`, that may have an entry in column `j`.
+    /// The rows with an entry in column `j` of a matrix of order `n`.
     fn coupled(j: usize, n: usize) -> Range<usize>;
 
-    /// Adds the first `size` rows of the lower triangle of `block` from row and column `start` on.
+    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column `start`
+    /// on.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
 
-    /// Makes row and column `i` those of the identity.
+    /// Replaces row and column `i` by those of the identity.
     fn uncouple(&mut self, i: usize);
 
     /// Sets every entry to zero.
@@ -40,29 +42,38 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// Adds `factor` times `other`.
     fn add_scaled(&mut self, other: &Self, factor: f64);
 
-    /// Adds column `j` times each of `x` to `out`.
+    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]);
 
-    /// Adds `A` times each of `x` to `out`.
+    /// Adds `A x` to `out`, for `G` vectors.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]);
 
-    /// Writes `A x`.
-    fn product(&self, x: &[D], out: &mut [D]);
+    /// Writes `A x` to `out`.
+    fn product(&self, x: &[D], out: &mut [D]) {
+        out.fill(D::from(0.0));
+        self.add_product(x.as_chunks::<1>().0, out.as_chunks_mut::<1>().0);
+    }
 
-    /// Writes `|A| |x|` on the real parts: the size of the terms whose rounding errors limit how
-    /// small a residual can become.
+    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]);
 
-    /// `b - A x` over the rows and columns of `range`, other unknowns taken as zero.
-    fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D>;
+    /// `b - A x` over the rows and columns of `range`; unknowns outside of it count as zero.
+    fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
+        let row = |i: usize| {
+            let coupled = Self::coupled(i, range.end);
+            let columns = coupled.start.max(range.start)..coupled.end;
+            columns.fold(b[i], |sum, j| sum - self.get(i, j) * x[j])
+        };
+        range.clone().map(row).collect()
+    }
 }
 
-/// The factors `L D L^T` of a [`Tangent`], restricted to a range of its rows and columns.
+/// The factors `L D L^T` of a range of rows and columns of a [`Tangent`].
 pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
-    /// The matrices that are factored.
+    /// Type of the factored matrices.
     type Matrix;
 
-    /// Room for the factors of matrices of `n` rows.
+    /// Allocates the factors of matrices of order `n`.
     fn with_order(n: usize) -> Self;
 
     /// Factors the rows and columns of `range`; allocates nothing.
@@ -71,7 +82,7 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// The row of a pivot that is zero or not a number.
     fn factor(&mut self, matrix: &Self::Matrix, range: Range<usize>) -> Result<(), Singular>;
 
-    /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
     ///
     /// # Errors
     /// As [`factor`](Self::factor).
@@ -87,8 +98,8 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
     fn negative_pivots(&self) -> usize;
 
-    /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
-    /// `x` has as many rows as the matrix, and rows outside the range become zero.
+    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range. `x` has as many rows as the matrix;
+    /// rows outside of the range become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]);
 
     /// Solves `A x = b` in place for one right-hand side.
@@ -101,6 +112,6 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is singular at row {row}")]
 pub struct Singular {
-    /// Row of the pivot.
+    /// Row of that pivot.
     pub row: usize,
 }

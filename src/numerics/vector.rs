@@ -1,28 +1,30 @@
-//! Vectors of space over any [`Scalar`].
+//! Vectors of three components over any [`Scalar`]: sums, products and rotation.
 
 use crate::numerics::scalar::Scalar;
 
-/// Three components.
+/// A vector, by its x, y and z components.
 pub type Vector<D> = [D; 3];
 
-/// The numbers that `of` tells, as `std::array::from_fn` has them, which is half a dozen functions for every
-/// length and closure: this is a loop where it stands.
+/// The array with `component(i)` at index `i`. `std::array::from_fn` instantiates several functions for every length and
+/// closure; this compiles to one inlined loop.
 #[inline(always)]
-pub fn components<D: Copy + From<f64>, const N: usize>(mut of: impl FnMut(usize) -> D) -> [D; N] {
+pub fn components<D: Copy + From<f64>, const N: usize>(
+    mut component: impl FnMut(usize) -> D,
+) -> [D; N] {
     let mut all = [D::from(0.0); N];
     for i in 0..N {
-        all[i] = of(i);
+        all[i] = component(i);
     }
     all
 }
 
-/// What `of` makes of every component.
+/// The array of `map(x)` for every component `x`, as an inlined loop.
 #[inline(always)]
 pub fn map_components<T: Copy, D: Copy + From<f64>, const N: usize>(
     all: &[T; N],
-    mut of: impl FnMut(T) -> D,
+    mut map: impl FnMut(T) -> D,
 ) -> [D; N] {
-    components(|i| of(all[i]))
+    components(|i| map(all[i]))
 }
 
 /// a + b.
@@ -67,10 +69,11 @@ pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())
 }
 
-/// `v` turned by the rotation vector `r`, rad: Rodrigues' formula.
+/// `v` rotated by the rotation vector `r`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r x v)` with `a = |r|`
+/// (Rodrigues).
 pub fn rotate<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
     let square = dot(r, r);
-    // sin(a)/a and (1 - cos a)/a^2, by their series where the quotients lose digits.
+    // sin(a)/a and (1 - cos a)/a^2, by their series at small angles, where the quotients lose digits.
     let (first, second) = match square.value() < 1e-4 {
         true => (
             square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0,

@@ -145,11 +145,12 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
         };
         let mut tangent = OutOfPlaneTangent::zeros(unknowns);
         for r in 0..unknowns {
-            let mut below = [D::from(0.0); ACROSS];
-            for s in r + 1..unknowns.min(r + ACROSS + 1) {
-                below[s - r - 1] = entry(s, r);
+            let size = (unknowns - r).min(ACROSS + 1);
+            let mut column = [[D::from(0.0); ACROSS + 1]; ACROSS + 1];
+            for p in 0..size {
+                column[p][0] = entry(r + p, r);
             }
-            tangent.set_columns(r, &[entry(r, r)], &[below]);
+            tangent.add_corner(r, size, &column);
         }
         // What holds a part of a node holds its deflection.
         let place = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;

@@ -226,7 +226,7 @@ mod tests {
     fn diagonal(entries: &[f64]) -> Pencil<f64, BandMatrix<f64, 3>> {
         let mut tangent = BandMatrix::zeros(entries.len());
         for (i, entry) in entries.iter().enumerate() {
-            tangent.add_block(i, &[[2.0 * entry]]);
+            tangent.add_corner(i, 1, &[[2.0 * entry]]);
         }
         Pencil { tangent, mass: vec![2.0; entries.len()], free: 0..entries.len() }
     }

@@ -108,12 +108,12 @@ impl Rod<f64> for PublishedRod {
                     _ => 0.0,
                 })
             });
-            tangent.add_block(4 * i, &block);
+            tangent.add_corner(4 * i, 7, &block);
         }
         for i in 0..self.0.joint.len() {
             let own = q[4 * i..].first_chunk().unwrap();
             let local = Published(self.0.bend_twist(i, frames)).tangent(own);
-            tangent.add_block(4 * i, &local.hessian);
+            tangent.add_corner(4 * i, 11, &local.hessian);
         }
     }
     fn measure(&self, _: &[f64], _: &Frames<f64>, (): &mut ()) {}

@@ -6,7 +6,7 @@ use crate::fit::field::plan::FieldFit;
 use crate::fit::field::space::Space;
 use crate::fit::report::plot_data::Series;
 use crate::numerics::half_sum_of_squares;
-use crate::numerics::lanczos::Ritz;
+use crate::numerics::lanczos::RitzPair;
 use crate::scene::{Parameter, Scene};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone, duration};
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ pub(super) struct Found<'a> {
     pub residuals: &'a [f64],
     pub series: Vec<Series>,
     pub misfit: f64,
-    pub ritz: Ritz,
+    pub ritz: Vec<RitzPair>,
     /// Whether all directions that the data see were found.
     pub complete: bool,
     pub converged: bool,
@@ -104,7 +104,7 @@ impl FieldReport {
         }
         variances.extend(space.singles.iter().map(|single| single.sigma.powi(2)));
         let prior: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
-        for ((value, _), vector) in ritz.values.iter().zip(&ritz.vectors) {
+        for RitzPair { value, vector, .. } in ritz {
             let mut direction = vector.clone();
             space.spread(&mut direction);
             for (variance, x) in variances.iter_mut().zip(direction) {
@@ -136,7 +136,7 @@ impl FieldReport {
             converged: found.converged,
             fields,
             parameters: parameters.collect(),
-            effective_parameters: ritz.values.iter().map(|(value, _)| seen(*value)).sum(),
+            effective_parameters: ritz.iter().map(|pair| seen(pair.value)).sum(),
             normalized_residual_rms: (2.0 * half_sum_of_squares(residuals)
                 / residuals.len() as f64)
                 .sqrt(),

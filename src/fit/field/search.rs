@@ -12,7 +12,7 @@ use crate::fit::misfit::observation_row::ObservationRow;
 use crate::fit::report::plot_data::Series;
 use crate::fit::report::replay::compared;
 use crate::numerics::half_sum_of_squares;
-use crate::numerics::lanczos::Lanczos;
+use crate::numerics::lanczos::{Lanczos, RitzPair};
 use crate::problem::Problem;
 use std::time::Instant;
 
@@ -150,7 +150,7 @@ impl Search<'_> {
         while lanczos.count() < most && !done(lanczos) {
             let Some(next) = lanczos.next().map(<[f64]>::to_vec) else { break };
             let there = self.forth(trial, &next)?;
-            lanczos.take(self.back(trial, &there)?);
+            lanczos.extend(self.back(trial, &there)?);
         }
         Ok(())
     }
@@ -215,10 +215,11 @@ impl Search<'_> {
         let mut lanczos = Lanczos::new(start);
         self.products(&trial, &mut lanczos, PRODUCTS[1], |known| {
             known.count() >= 4 && known.count().is_multiple_of(4) && {
-                let values = known.ritz().values;
-                let open =
-                    |(value, off): &(f64, f64)| *value > LITTLE && *off > LITTLE * (1.0 + value);
-                values.last().is_some_and(|(least, _)| *least < LITTLE) && !values.iter().any(open)
+                let pairs = known.ritz_pairs();
+                let open = |pair: &RitzPair| {
+                    pair.value > LITTLE && pair.error > LITTLE * (1.0 + pair.value)
+                };
+                pairs.last().is_some_and(|pair| pair.value < LITTLE) && !pairs.iter().any(open)
             }
         })?;
         Ok(FieldReport::new(Found {
@@ -228,7 +229,7 @@ impl Search<'_> {
             residuals: &trial.residuals,
             series: self.series(&trial),
             misfit: trial.cost,
-            ritz: lanczos.ritz(),
+            ritz: lanczos.ritz_pairs(),
             complete: lanczos.count() < PRODUCTS[1],
             converged,
             runs: self.runs,

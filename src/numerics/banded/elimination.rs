@@ -1,40 +1,53 @@
-//! L D L^T of bands from the first row down, for several bands in step.
+//! Elimination `L D L^T` of `S` symmetric band matrices at once, column by column from the first row, and the triangular
+//! solves with its factors. The `S` matrices are independent; their numbers are adjacent, as lanes of vector instructions.
 
 use crate::numerics::banded::array;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::RightHandSide;
 use std::ops::Range;
 
-/// A pivot and the column below it, one of each band.
-pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);
-
-/// Where columns come from.
-pub(super) trait Columns<D, const W: usize, const S: usize> {
-    /// What the matrix has in column `k`.
-    fn column(&self, k: usize) -> Column<D, W, S>;
+/// A column of `S` bands: the diagonal entry and the `W` entries below it.
+#[derive(Clone, Copy)]
+pub(super) struct BandColumn<D, const W: usize, const S: usize> {
+    pub diagonal: [D; S],
+    pub below: [[D; S]; W],
 }
 
-/// Rows of unknowns that follow each other, of `C` right-hand sides and `S` bands.
+/// Source of the columns of `S` bands.
+pub(super) trait ColumnSource<D, const W: usize, const S: usize> {
+    /// Column `k` of the matrices.
+    fn column(&self, k: usize) -> BandColumn<D, W, S>;
+}
+
+/// Position of a pivot that is zero or not finite.
+pub(super) struct SingularColumn {
+    pub column: usize,
+    /// Index of the band, below `S`.
+    pub band: usize,
+}
+
+/// `W` consecutive rows of unknowns, of `C` right-hand sides and `S` bands.
 pub(super) type Window<D, const W: usize, const S: usize, const C: usize> = [[[D; S]; C]; W];
 
-/// The eliminations of `S` bands in step; none touches what another reads.
+/// The factors of `S` bands.
 ///
-/// Columns are formed one after the other, each from the `W` columns before it: every entry is read
-/// once where the matrix has it, collects its sum in a register and is written once.
+/// Columns are computed one after the other, each from the `W` columns before it (left-looking): every entry is read once
+/// from the matrix, accumulated in a register and written once.
 #[derive(Clone, Debug)]
 pub(super) struct Elimination<D, const W: usize, const S: usize> {
+    /// Reciprocals of the pivots.
     inverse_pivots: Vec<[D; S]>,
-    /// The pivots, between `W` zeros before and room for `W` after them.
+    /// The pivots `D`, with `W` zeros before them and room for `W` after them.
     pivots: Vec<[D; S]>,
-    /// The columns of L likewise: `lower[W + k][p]` belongs to row `k + 1 + p` of column `k`.
+    /// The columns of `L`, padded likewise: `lower[W + k][p]` is the entry of row `k + 1 + p`, column `k`.
     lower: Vec<[[D; S]; W]>,
 }
 
 impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
-    /// Whether a window, and a column besides, fit into 16 registers.
+    /// Whether a window and a column fit into 16 vector registers.
     pub const NARROW: bool = W <= 5;
 
-    /// Room for `n` columns.
+    /// Allocates `n` columns.
     pub fn with_order(n: usize) -> Self {
         let zero = [D::from(0.0); S];
         Self {
@@ -47,29 +60,29 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     /// Eliminates `n` columns of a matrix.
     ///
     /// # Errors
-    /// The column, and which of the bands, of the first pivot that is zero or not a number.
+    /// The first pivot that is zero or not finite.
     #[inline(always)]
     pub fn eliminate(
         &mut self,
         n: usize,
-        matrix: &impl Columns<D, W, S>,
-    ) -> Result<(), (usize, usize)> {
+        matrix: &impl ColumnSource<D, W, S>,
+    ) -> Result<(), SingularColumn> {
         let (inverse_pivots, pivots) = (&mut self.inverse_pivots[..n], &mut self.pivots[..W + n]);
         let lower = &mut self.lower[..W + n];
-        // Of the column before: its pivot's inverse, its first entry before and all after division.
+        // Of the previous column: the inverse of its pivot, its first entry before the division, all entries after it.
         let mut inverse = [D::from(0.0); S];
         let (mut first, mut divided) = (inverse, [inverse; W]);
         let mut ones = [0.0; S];
         for k in 0..n {
             let mut entries = matrix.column(k);
-            // A band from its first row has no more than k columns before; with several in step,
-            // the zeros before them cost less than asking.
+            // Column k has at most k columns before it. With several bands the zeros of the padding cost less than the
+            // test.
             let reach = if S == 1 { W.min(k + 1) } else { W };
             subtract(array(lower, k), array(pivots, k), 1..reach, &mut entries);
-            let (mut pivot, mut column) = entries;
+            let BandColumn { diagonal: mut pivot, below: mut column } = entries;
             let nearest = if Self::NARROW { &divided } else { &lower[W + k - 1] };
             for s in 0..S {
-                // The pivot waits for the inverse of the one before; the square is ready by then.
+                // The critical path: the pivot waits for the inverse of the previous one; the square is ready by then.
                 pivot[s] -= first[s] * first[s] * inverse[s];
             }
             for p in 1..W {
@@ -89,7 +102,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                 }
             }
             for s in 0..S {
-                // 0 and infinity have the product NaN: one look at the sum will do.
+                // The product with the inverse is NaN for 0 and infinity, and so is the sum: one test at the end suffices.
                 ones[s] += pivot[s].value() * inverse[s].value();
             }
             pivots[W + k] = pivot;
@@ -98,26 +111,29 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         if ones.iter().all(|sum| sum.is_finite()) { Ok(()) } else { Err(self.first_singular(n)) }
     }
 
+    /// The first of `n` pivots that is zero or not finite.
     #[cold]
-    fn first_singular(&self, n: usize) -> (usize, usize) {
+    fn first_singular(&self, n: usize) -> SingularColumn {
         let singular = |inverse: &D| inverse.value() == 0.0 || !inverse.value().is_finite();
         self.inverse_pivots[..n]
             .iter()
             .enumerate()
-            .find_map(|(k, inverses)| Some((k, inverses.iter().position(singular)?)))
-            .unwrap_or((n - 1, 0))
+            .find_map(|(column, inverses)| {
+                Some(SingularColumn { column, band: inverses.iter().position(singular)? })
+            })
+            .unwrap_or(SingularColumn { column: n - 1, band: 0 })
     }
 
-    /// What the first `n` columns add to column `n + c`, of the `W` that they reach.
+    /// The contribution of the first `n` columns to column `n + c` of the Schur complement, `c < W`.
     #[inline(always)]
-    pub fn update(&self, n: usize, c: usize) -> Column<D, W, S> {
+    pub fn schur_update(&self, n: usize, c: usize) -> BandColumn<D, W, S> {
         let zero = [D::from(0.0); S];
-        let mut sum = (zero, [zero; W]);
+        let mut sum = BandColumn { diagonal: zero, below: [zero; W] };
         subtract(array(&self.lower, n + c), array(&self.pivots, n + c), c..W, &mut sum);
         sum
     }
 
-    /// How many of the first `n` pivots of each band are negative, in all.
+    /// Number of negative pivots among the first `n` of all bands.
     pub fn negative_pivots(&self, n: usize) -> usize {
         let mut negative = 0;
         for row in &self.pivots[W..W + n] {
@@ -128,8 +144,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         negative
     }
 
-    /// Solves `L y = x` in place, for `C` right-hand sides from `first` on; returns what that adds
-    /// to the `W` rows after the last. The second band's rows stand in reverse order.
+    /// Solves `L y = x` in place, for `C` right-hand sides from index `first` on. Returns the contribution to the `W` rows
+    /// after the last. The rows of the second band are in reverse order.
     #[inline(always)]
     pub fn forward<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -140,7 +156,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         let lower = &self.lower[W..W + n];
         let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
         let zero = E::from(0.0);
-        // The rows a column acts on stay in registers: row k + p in window[p].
+        // The rows that a column acts on stay in registers: row k + p in window[p].
         let mut window = [[[zero; S]; C]; W];
         for p in 0..W.min(n) {
             for r in 0..C {
@@ -176,7 +192,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         window
     }
 
-    /// Solves `D L^T x = y` in place likewise, where `window` has the `W` rows after the last.
+    /// Solves `D L^T x = y` in place likewise. `window` has the solution in the `W` rows after the last.
     #[inline(always)]
     pub fn backward<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -195,7 +211,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                     sum[r][s] = x[s][row(s, k)][first + r] * inverse_pivots[k][s];
                 }
             }
-            // The far rows first: they are known earliest, which shortens the dependency chain.
+            // The far rows first: they are computed earliest, which shortens the dependency chain.
             for p in (0..W).rev() {
                 for r in 0..C {
                     for s in 0..S {
@@ -216,43 +232,43 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     }
 }
 
-/// Subtracts from a column what the columns of L `before` it have to do with it, those `distances`
-/// columns before the nearest.
+/// Subtracts from a column the products with the columns of `L` `before` it. Column `q` of `distances` lies `q` columns
+/// before the nearest one.
 #[inline(always)]
 fn subtract<D: Scalar, const W: usize, const S: usize>(
     before: &[[[D; S]; W]; W],
     pivots: &[[D; S]; W],
     distances: Range<usize>,
-    column: &mut Column<D, W, S>,
+    column: &mut BandColumn<D, W, S>,
 ) {
-    const { assert!(W <= 10, "a distance is written out for each column of a band") }
-    // Written out: a loop within a loop that tells how long it is stays one where code is to be small.
-    macro_rules! one_by_one {
+    const { assert!(W <= 10, "the loop is unrolled for at most 10 columns") }
+    // Unrolled by hand: with optimization for size, compilers keep a loop whose inner loop depends on its index.
+    macro_rules! unrolled {
         ($($q:literal)*) => {
             $(if $q < W && distances.contains(&$q) {
                 subtract_one::<D, W, S, $q>(&before[W - 1 - $q], &pivots[W - 1 - $q], column);
             })*
         };
     }
-    // The far columns first: they are known earliest.
-    one_by_one!(9 8 7 6 5 4 3 2 1 0);
+    // The far columns first: they are computed earliest.
+    unrolled!(9 8 7 6 5 4 3 2 1 0);
 }
 
-/// The same for one column of L, `Q` before the nearest.
+/// Subtracts the product with one column of `L`, `Q` columns before the nearest one.
 #[inline(always)]
 fn subtract_one<D: Scalar, const W: usize, const S: usize, const Q: usize>(
     lower: &[[D; S]; W],
     pivots: &[D; S],
-    (pivot, column): &mut Column<D, W, S>,
+    column: &mut BandColumn<D, W, S>,
 ) {
     let mut times = *pivots;
     for s in 0..S {
         times[s] = lower[Q][s] * pivots[s];
-        pivot[s] -= lower[Q][s] * times[s];
+        column.diagonal[s] -= lower[Q][s] * times[s];
     }
     for r in Q + 1..W {
         for s in 0..S {
-            column[r - Q - 1][s] -= lower[r][s] * times[s];
+            column.below[r - Q - 1][s] -= lower[r][s] * times[s];
         }
     }
 }

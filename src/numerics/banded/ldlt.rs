@@ -1,105 +1,72 @@
-//! L D L^T of one band, from both ends at once.
+//! `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 
-use crate::numerics::banded::elimination::{Column, Columns, Elimination};
+use crate::numerics::banded::elimination::{BandColumn, ColumnSource, Elimination};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::{has_simd, with_simd};
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use std::ops::Range;
 
-/// The factors L D L^T of a [`BandMatrix`], restricted to a range of its rows and columns.
+/// The factors `L D L^T` of a range of rows and columns of a [`BandMatrix`].
 #[derive(Clone, Debug)]
 pub struct Ldlt<D, const W: usize> {
-    /// From the first row downwards and from the last upwards.
+    /// Eliminations from the first row downwards and from the last upwards.
     ends: Elimination<D, W, 2>,
-    /// What the ends leave of the matrix between them, `W` or `W + 1` rows; fewer in a short range,
-    /// which has no ends.
-    rest: BandMatrix<D, W>,
+    /// Schur complement of the ends: the `W` or `W + 1` rows between them; fewer in a short range without ends.
+    schur: BandMatrix<D, W>,
+    /// Elimination of the Schur complement.
     middle: Elimination<D, W, 1>,
     range: Range<usize>,
 }
 
-/// The matrix that is factored, `diag(masses) * scale + factor * matrix`, or without masses, over the rows and columns
-/// from `start` to `end`.
+/// The matrix `scale diag(masses) + factor matrix`, without masses `factor matrix`, over the rows and columns from `start`
+/// to `end`.
 #[derive(Clone, Copy)]
-struct Sum<'a, D, const W: usize> {
-    masses: Option<(&'a [D], D)>,
+struct WeightedSum<'a, D, const W: usize> {
+    masses: Option<&'a [D]>,
+    scale: D,
     matrix: &'a BandMatrix<D, W>,
     factor: D,
     start: usize,
     end: usize,
 }
 
-impl<D: Scalar, const W: usize> Sum<'_, D, W> {
+impl<D: Scalar, const W: usize> WeightedSum<'_, D, W> {
     /// The entry of row and column `j`.
     #[inline(always)]
     fn diagonal(&self, j: usize) -> D {
         let own = self.matrix.diagonal[j] * self.factor;
-        self.masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
-    }
-    /// One below the diagonal, where the matrix has `entry`.
-    #[inline(always)]
-    fn below(&self, entry: D) -> D {
-        entry * self.factor
+        match self.masses {
+            Some(masses) => masses[j] * self.scale + own,
+            None => own,
+        }
     }
 }
 
 /// The columns from the first row downwards and from the last upwards.
-impl<D: Scalar, const W: usize> Columns<D, W, 2> for Sum<'_, D, W> {
+impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for WeightedSum<'_, D, W> {
     #[inline(always)]
-    fn column(&self, k: usize) -> Column<D, W, 2> {
-        let below = &self.matrix.below;
+    fn column(&self, k: usize) -> BandColumn<D, W, 2> {
+        let entries = &self.matrix.below;
         let (top, bottom) = (self.start + k, self.end - 1 - k);
-        // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
-        let (down, left): (_, &[[D; W]; W]) = (&below[top], array(below, bottom - W));
-        let mut column = [[D::from(0.0); 2]; W];
+        // Below the diagonal of column `top`, and left of the diagonal of row `bottom`.
+        let (down, left): (_, &[[D; W]; W]) = (&entries[top], array(entries, bottom - W));
+        let mut below = [[D::from(0.0); 2]; W];
         for p in 0..W {
-            column[p] = [self.below(down[p]), self.below(left[W - 1 - p][p])];
+            below[p] = [down[p] * self.factor, left[W - 1 - p][p] * self.factor];
         }
-        ([self.diagonal(top), self.diagonal(bottom)], column)
+        BandColumn { diagonal: [self.diagonal(top), self.diagonal(bottom)], below }
     }
 }
 
-impl<D: Scalar, const W: usize> Columns<D, W, 1> for BandMatrix<D, W> {
+impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
     #[inline(always)]
-    fn column(&self, k: usize) -> Column<D, W, 1> {
-        let mut column = [[D::from(0.0)]; W];
+    fn column(&self, k: usize) -> BandColumn<D, W, 1> {
+        let mut below = [[D::from(0.0)]; W];
         for p in 0..W {
-            column[p] = [self.below[k][p]];
+            below[p] = [self.below[k][p]];
         }
-        ([self.diagonal[k]], column)
-    }
-}
-
-/// What is factored on a vector unit.
-struct Factor<'a, D, const W: usize> {
-    factors: &'a mut Ldlt<D, W>,
-    of: Sum<'a, D, W>,
-}
-
-impl<D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, W> {
-    type Output = Result<(), Singular>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        self.factors.eliminate_here(self.of)
-    }
-}
-
-/// What is solved there.
-struct Solve<'a, D, E, const W: usize, const R: usize> {
-    factors: &'a Ldlt<D, W>,
-    x: &'a mut [[E; R]],
-}
-
-impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
-    for Solve<'_, D, E, W, R>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.factors.solve_in_turn::<E, R, true>(self.x);
+        BandColumn { diagonal: [self.diagonal[k]], below }
     }
 }
 
@@ -109,7 +76,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     fn with_order(n: usize) -> Self {
         Self {
             ends: Elimination::with_order(n / 2),
-            rest: BandMatrix::zeros(W + 1),
+            schur: BandMatrix::zeros(W + 1),
             middle: Elimination::with_order(W + 1),
             range: 0..0,
         }
@@ -117,7 +84,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let Range { start, end } = range;
-        self.eliminate(Sum { masses: None, matrix, factor: D::from(1.0), start, end })
+        let one = D::from(1.0);
+        self.eliminate(WeightedSum { masses: None, scale: one, matrix, factor: one, start, end })
     }
 
     fn factor_sum(
@@ -129,12 +97,12 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         range: Range<usize>,
     ) -> Result<(), Singular> {
         let Range { start, end } = range;
-        let masses = Some((&diagonal[..end], scale));
-        self.eliminate(Sum { masses, matrix, factor, start, end })
+        let masses = Some(&diagonal[..end]);
+        self.eliminate(WeightedSum { masses, scale, matrix, factor, start, end })
     }
 
     fn negative_pivots(&self) -> usize {
-        let m = self.at_each_end();
+        let m = self.end_rows();
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
 
@@ -144,104 +112,112 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
         match E::PLAIN && has_simd() {
-            true => with_simd(Solve { factors: self, x }),
-            false => self.solve_in_turn::<E, R, false>(x),
+            true => with_simd(
+                #[inline(always)]
+                || self.solve_blocks::<E, R, true>(x),
+            ),
+            false => self.solve_blocks::<E, R, false>(x),
         }
     }
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    fn eliminate(&mut self, of: Sum<'_, D, W>) -> Result<(), Singular> {
+    /// Factors a matrix, with vector instructions for numbers without derivatives.
+    fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
-            true => with_simd(Factor { factors: self, of }),
-            false => self.eliminate_here(of),
+            true => with_simd(
+                #[inline(always)]
+                || self.eliminate_inlined(sum),
+            ),
+            false => self.eliminate_inlined(sum),
         }
     }
 
+    /// Factors a matrix.
     #[inline(always)]
-    fn eliminate_here(&mut self, of: Sum<'_, D, W>) -> Result<(), Singular> {
-        let Sum { matrix, start, end, .. } = of;
+    fn eliminate_inlined(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
+        let WeightedSum { matrix, factor, start, end, .. } = sum;
         self.range = start..end;
-        let m = self.at_each_end();
-        let Self { ends, rest, middle, .. } = self;
-        ends.eliminate(m, &of)
-            .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
+        let m = self.end_rows();
+        let Self { ends, schur, middle, .. } = self;
+        ends.eliminate(m, &sum).map_err(|singular| Singular {
+            row: [start + singular.column, end - 1 - singular.column][singular.band],
+        })?;
 
+        // The Schur complement: the rows in the middle, without their couplings to the ends, and the updates by both.
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
-            rest.diagonal[i] = of.diagonal(first + i);
+            schur.diagonal[i] = sum.diagonal(first + i);
             for p in 0..W {
-                rest.below[i][p] = of.below(matrix.below[first + i][p]);
+                schur.below[i][p] = matrix.below[first + i][p] * factor;
             }
         }
-        // Nothing couples to what lies beyond.
         for i in n.saturating_sub(W)..n {
             for p in n - 1 - i..W {
-                rest.below[i][p] = D::from(0.0);
+                schur.below[i][p] = D::from(0.0);
             }
         }
         if m > 0 {
             for c in 0..W {
-                let (pivot, column) = ends.update(m, c);
-                rest.diagonal[c] += pivot[0];
-                rest.diagonal[n - 1 - c] += pivot[1];
+                let BandColumn { diagonal, below } = ends.schur_update(m, c);
+                schur.diagonal[c] += diagonal[0];
+                schur.diagonal[n - 1 - c] += diagonal[1];
                 for p in 0..W - 1 - c {
-                    rest.below[c][p] += column[p][0];
-                    rest.below[n - 2 - c - p][p] += column[p][1];
+                    schur.below[c][p] += below[p][0];
+                    schur.below[n - 2 - c - p][p] += below[p][1];
                 }
             }
         }
-        middle.eliminate(n, rest).map_err(|(i, _)| Singular { row: first + i })
+        middle.eliminate(n, schur).map_err(|singular| Singular { row: first + singular.column })
     }
 
-    /// How many rows are eliminated from either end: as many as leave `W` rows, so that what one
-    /// end changes is nothing that the other reads.
-    fn at_each_end(&self) -> usize {
+    /// Number of rows that are eliminated from either end. At least `W` rows remain, so that the ends are not coupled.
+    fn end_rows(&self) -> usize {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves for all right-hand sides, as many at once as there are registers for, which may be `WIDE`.
+    /// Solves for all right-hand sides, in blocks of as many as the registers hold; `WIDE` registers have four numbers.
     #[inline(always)]
-    fn solve_in_turn<E: RightHandSide<D>, const R: usize, const WIDE: bool>(
+    fn solve_blocks<E: RightHandSide<D>, const R: usize, const WIDE: bool>(
         &self,
         x: &mut [[E; R]],
     ) {
-        let at_once = match (WIDE, Elimination::<D, W, 2>::NARROW) {
+        let block = match (WIDE, Elimination::<D, W, 2>::NARROW) {
             (true, true) => 4,
             (true, false) | (false, true) => 2,
             (false, false) => 1,
         };
         let mut done = 0;
-        while at_once >= 4 && done + 4 <= R {
-            self.solve_some::<E, R, 4>(x, done);
+        while block >= 4 && done + 4 <= R {
+            self.solve_block::<E, R, 4>(x, done);
             done += 4;
         }
-        while at_once >= 2 && done + 2 <= R {
-            self.solve_some::<E, R, 2>(x, done);
+        while block >= 2 && done + 2 <= R {
+            self.solve_block::<E, R, 2>(x, done);
             done += 2;
         }
         while done < R {
-            self.solve_some::<E, R, 1>(x, done);
+            self.solve_block::<E, R, 1>(x, done);
             done += 1;
         }
     }
 
-    /// Solves for `C` right-hand sides from `first` on.
+    /// Solves for `C` right-hand sides from index `first` on: forward from both ends, in the middle, and backward.
     #[inline(always)]
-    fn solve_some<E: RightHandSide<D>, const R: usize, const C: usize>(
+    fn solve_block<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
         x: &mut [[E; R]],
         first: usize,
     ) {
-        let m = self.at_each_end();
+        let m = self.end_rows();
         let (top, rest) = x.split_at_mut(m);
         let (middle, bottom) = rest.split_at_mut(rest.len() - m);
         let n = middle.len();
-        let sums = self.ends.forward::<E, R, C>([top, bottom], first);
+        let updates = self.ends.forward::<E, R, C>([top, bottom], first);
         for p in 0..W.min(n) {
             for r in 0..C {
-                middle[p][first + r] += sums[p][r][0];
-                middle[n - 1 - p][first + r] += sums[p][r][1];
+                middle[p][first + r] += updates[p][r][0];
+                middle[n - 1 - p][first + r] += updates[p][r][1];
             }
         }
         self.middle.forward::<E, R, C>([middle], first);

@@ -41,13 +41,13 @@ fn solve(wall: f64, start: [f64; 2], bounds: [[f64; 2]; 2]) -> (Vec<f64>, bool) 
 const WIDE: [[f64; 2]; 2] = [[-10.0, 10.0], [-10.0, 10.0]];
 
 #[test]
-fn reaches_the_minimum() {
+fn rosenbrock_minimum_is_found_to_1e_10() {
     let (x, converged) = solve(f64::MAX, [-1.2, 1.0], WIDE);
     assert!(converged && (x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10);
 }
 
 #[test]
-fn a_failing_trial_is_rejected_and_the_minimum_still_reached() {
+fn failing_trials_are_rejected_and_a_failing_minimum_is_an_error() {
     // From here the first steps overshoot the wall.
     let (x, converged) = solve(1.05, [-1.2, 1.0], WIDE);
     assert!(converged && (x[0] - 1.0).abs() < 1e-10);
@@ -59,15 +59,15 @@ fn a_failing_trial_is_rejected_and_the_minimum_still_reached() {
 }
 
 #[test]
-fn a_bound_holds_and_the_rest_converges() {
+fn unknown_at_a_bound_stays_and_the_other_converges() {
     let (x, converged) = solve(f64::MAX, [-1.2, 1.0], [[-10.0, 0.5], [-10.0, 10.0]]);
     assert!(converged);
     assert_eq!(x[0], 0.5);
     assert!((x[1] - 0.25).abs() < 1e-10);
 }
 
-/// Values with noise, and a corner where the first unknown is 1: from both sides the linear model leads
-/// beyond it, from the near one by `beyond`; how much the slopes differ, `bend` tells.
+/// Noisy values whose misfit has a corner where the first unknown is 1. The minimum of the linear model lies beyond the
+/// corner from both sides, from the near side by `beyond`; `bend` scales the difference of the slopes.
 struct Corner {
     beyond: f64,
     bend: f64,
@@ -99,18 +99,17 @@ impl Jacobian for &Corner {
     }
 }
 
-/// In a corner the search ends after a few runs, within a tenth of a standard error of where it ends
-/// without regard to the noise, also where the linear model promises a standard error more; and no run is spent
-/// on a step that was refused a moment before.
+/// At a corner the search ends after a few runs, within a tenth of a standard error of the minimum that a search without
+/// noise tolerance finds. This holds also where the linear model predicts a standard error more.
 #[test]
-fn a_corner_is_not_polished() {
+fn search_at_a_corner_ends_within_few_runs() {
     for (beyond, bend, most, saved) in [(0.005, 0.6, 20, 4), (0.04, 1.2, 40, 2)] {
         let (runs, exact) = corner(beyond, bend);
         assert!(runs <= most && saved * runs <= exact, "{runs} {exact}");
     }
 }
 
-/// How many runs it takes, and how many without regard to the noise.
+/// Numbers of runs with the noise tolerance, and without it.
 fn corner(beyond: f64, bend: f64) -> (usize, usize) {
     let solve = |last_step: f64| {
         let problem = Corner { beyond, bend, runs: Default::default() };
@@ -131,14 +130,14 @@ fn corner(beyond: f64, bend: f64) -> (usize, usize) {
     (runs, most)
 }
 
-/// The same among eight unknowns, with runs that bring derivatives and runs that do not.
+/// The same corner among eight unknowns; counts evaluations with derivatives, and all runs.
 struct Corners {
     corner: Corner,
     with_derivatives: std::cell::Cell<usize>,
 }
 
 impl Corners {
-    /// What the other six do to a value, and its slopes by them: cubes, so that it takes a few steps.
+    /// Contributions of the other six unknowns to a value, and their slopes: cubic, so that several steps are needed.
     fn others(k: usize, x: &[f64]) -> impl Iterator<Item = [f64; 2]> {
         let wave = move |j: usize| (0.1 * (k * j) as f64).cos();
         x[2..]
@@ -170,9 +169,9 @@ impl Jacobian for &Corners {
     }
 }
 
-/// Where long steps are refused again and again, few are tried, and without their derivatives.
+/// Where long steps are rejected repeatedly, few are tried, and without derivatives.
 #[test]
-fn what_is_refused_costs_little() {
+fn rejected_steps_of_many_unknowns_cost_few_derivatives() {
     let (mut with, mut all) = (0, 0);
     for beyond in [0.005, 0.02, 0.04, 0.08] {
         let corner = Corner { beyond, bend: 1.2, runs: Default::default() };
@@ -191,12 +190,11 @@ fn what_is_refused_costs_little() {
         with += runs.0;
         all += runs.1;
     }
-    // Were all looked at with derivatives, and the damping lowered as after a step that nothing was refused before, it
-    // would be 90.
+    // If all trials had derivatives, and the damping fell as without rejections, the count would be 90.
     assert!(with <= 72 && all <= 105, "{with} with derivatives of {all}");
 }
 
-/// A decay at 40 times, with this much noise on it.
+/// An exponential decay at 40 times with noise of this amplitude.
 struct Decay {
     noise: f64,
     runs: std::cell::Cell<usize>,
@@ -240,10 +238,10 @@ fn decay(noise: f64, last_step: f64) -> (Vec<f64>, Vec<f64>, usize) {
     (state.get_param().unwrap().clone(), state.get_residuals().unwrap().clone(), runs)
 }
 
-/// The last step saves a run, and is off by less than a thousandth of a standard error; residuals
-/// and place belong together. Data without noise are fitted to rounding.
+/// The last step saves a run and differs by less than a thousandth of a standard error; the residuals belong to the
+/// result. Data without noise are fitted to rounding.
 #[test]
-fn the_last_step_is_taken_on_the_linear_model() {
+fn last_step_is_taken_on_the_linear_model() {
     let (exact, _, most) = decay(0.02, 0.0);
     let (x, residuals, runs) = decay(0.02, 0.05);
     assert_eq!(runs, most - 1);

@@ -1,10 +1,11 @@
-//! Samples whose differences show noise, without repeated frames, and those differences.
+//! Preparation of a series for the noise estimate: removal of excluded samples, repeated frames and outliers, and the
+//! normalized divided differences of the samples that remain.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 
-/// A step of the clock this many times the median one is a gap: a difference across it sees too much of the signal.
+/// A step of the clock this many times the median one is a gap: the signal dominates a difference across it.
 const GAP: f64 = 2.5;
-/// A difference this many robust standard deviations off belongs to an outlier or a jump; normal noise has one in
+/// A difference of this many robust standard deviations belongs to an outlier or a jump; normal noise has one in
 /// 150,000.
 const OUTLYING: f64 = 4.5;
 /// Rounds of removing outliers, each of which lowers the robust standard deviation.
@@ -15,17 +16,20 @@ const MEDIAN_DEVIATION: f64 = 0.674_489_75;
 /// repeated frames.
 const DISTINCT: f64 = 0.25;
 
-/// Samples in the order of their times.
-pub(super) struct Samples {
+/// Usable samples of a series in the order of their times.
+pub(super) struct NoiseSamples {
     times: Vec<f64>,
+    /// Values of the samples.
     pub values: Vec<f64>,
     factors: Vec<f64>,
     is_outlier: Vec<bool>,
+    /// Time between samples above which there is a gap.
     longest_step: f64,
 }
 
-impl Samples {
-    pub fn of(series: &NoisySeries) -> Self {
+impl NoiseSamples {
+    /// The samples of a series without excluded ones and, unless it is coarsely quantized, without repeated values.
+    pub fn new(series: &NoisySeries) -> Self {
         let total = series.values.len();
         let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
         let mut distinct = series.values.to_vec();
@@ -55,10 +59,11 @@ impl Samples {
         samples
     }
 
-    /// Marks the samples in the middle of outlying second differences; the count of outliers.
+    /// Marks the samples in the middle of outlying second differences as outliers; returns their number.
     pub fn mark_outliers(&mut self) -> usize {
         let mut count = 0;
         for _ in 0..ROUNDS {
+            // Robust scale of the second differences, from the median of their absolute values.
             let normalized = |first: usize| Some((first, self.difference(first, 2, 1)?.0));
             let last = self.values.len().saturating_sub(2);
             let found: Vec<(usize, f64)> = (0..last).filter_map(normalized).collect();

@@ -117,7 +117,7 @@ impl<const G: usize> pulp::NullaryFnOnce for FrameChange<'_, G> {
         for (j, (edge, rate)) in geometry.edges.iter().zip(frames).enumerate() {
             let theta = STRIDE * j + 3;
             let psi = rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length;
-            tangent.add_column_here(theta, psi.0, out);
+            tangent.add_column_inlined(theta, psi.0, out);
             // g = t x t_ref / (l (1 + t.t_ref))
             let torque = gradient[theta];
             let sideways = torque * edge.by_chi * edge.inverse_length;
