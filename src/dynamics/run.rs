@@ -12,6 +12,7 @@ use crate::numerics::scalar::Nestable;
 use crate::problem::{DirectorRotation, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
+use crate::statics::Resistances;
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -266,7 +267,7 @@ fn keep<M: Model>(
         energies.push(simulation.energies());
     }
     if let Some(reactions) = &mut record.reactions {
-        let resistances = (simulation.damping(), simulation.drag());
+        let resistances = Resistances { damping: simulation.damping(), drag: simulation.drag() };
         reactions.push(discretized.reactions(simulation.rod(), resistances, state));
     }
     let tracked = record.tracked();

@@ -13,6 +13,7 @@ use crate::rod::{Rod, Sensitive};
 use crate::scene::InitialState;
 use crate::scene::Parameter;
 use crate::scene::prescribed_motion::MotionTime;
+use crate::statics::RecordedStart;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
@@ -57,8 +58,8 @@ impl<M: Model> Discretized<'_, M> {
         let recorded = self.scene().initial.state == InitialState::Recorded;
         let (start, velocity, change) = match recorded {
             true => {
-                let (start, change) = self.recorded_start(setup)?;
-                (start, None, Some(change))
+                let RecordedStart { start, change, interval } = self.recorded_start(setup)?;
+                (start, None, Some((change, interval)))
             }
             false => {
                 let start = self.start(setup, &rod)?;
@@ -154,17 +155,20 @@ impl<M: Model> Discretized<'_, M> {
             return Ok((q, frames));
         }
         self.hold(setup, MotionTime::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
-        let held = (&setup.rod_with_release_forces(self.model, rod), &frames);
+        let held = setup.rod_with_release_forces(self.model, rod);
         let mut plain_frames = self.begin(self.setup).1;
         M::Rod::<f64>::rebase(&mut plain_frames, found);
-        let plain = (&self.setup.rod_with_release_forces(self.model, &self.rod()), &plain_frames);
-        // Where nothing resists, such as a motion as a whole of a rod that nothing holds, it goes along with where the rod begins.
-        let indifferent = self.is_neutral((found, &plain_frames)).unwrap_or(false);
+        let plain = self.setup.rod_with_release_forces(self.model, &self.rod());
+        // A rod that nothing holds moves with its initial position.
+        let neutral = self.is_neutral(found, &plain_frames).unwrap_or(false);
+        let differentiate = |q: &mut [D], neutral: bool| {
+            self.differentiate(&held, &frames, &plain, &plain_frames, q, neutral)
+        };
         let mut followed = q.clone();
-        if indifferent || self.follow(held, plain, &mut followed, false).is_err() {
+        if neutral || differentiate(&mut followed, false).is_err() {
             followed = q;
             self.add_start_derivatives(&begin, &mut followed);
-            self.follow(held, plain, &mut followed, true)
+            differentiate(&mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }
         // Angles turn as fast as edges spin where their frames are, and so with all derivatives.

@@ -10,7 +10,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
 use crate::rod::Energies;
 use crate::scene::{Parameter, Point, Stencil};
-use crate::statics::{Reactions, nodes_over};
+use crate::statics::Reactions;
 use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::time::Duration;
@@ -246,7 +246,11 @@ impl Trajectory {
             return run::follow(discretized, &self.record, seed);
         }
         let tracked = self.record.tracked();
-        let nodes = nodes_over(discretized, &discretized.checked_equilibrium()?, &tracked, seed)?;
+        let nodes = discretized.nodes_at_equilibrium(
+            &discretized.checked_equilibrium()?,
+            &tracked,
+            seed,
+        )?;
         let mut record = Record::new(tracked, 0);
         record.push(0.0, nodes.into_iter().map(|x| [x, [D::from(0.0); 3]]));
         Ok(record)
@@ -378,7 +382,7 @@ fn rest<M: Model>(
     record.push(0.0, tracked.iter().map(place));
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-        let nodes = nodes_over(discretized, &settled, &tracked, seed)?;
+        let nodes = discretized.nodes_at_equilibrium(&settled, &tracked, seed)?;
         let rates = nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]);
         record.derivatives_mut(k).extend(rates);
     }

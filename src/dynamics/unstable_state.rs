@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::numerics::tangent::Factors;
 use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::{Rod, State};
-use crate::statics::{Pencil, UNCERTAIN_LEVELS, spatial_motion};
+use crate::statics::{Pencil, PencilMode, UNCERTAIN_LEVELS, spatial_motion};
 
 /// Exponent of growth in the time of the scene below which an instability does not matter: a factor of 20.
 const MIN_GROWTH: f64 = 3.0;
@@ -117,7 +117,7 @@ fn unstable_state<M: Model>(
     rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut forces);
     let mut held: Option<HeldMode> = None;
     let growing = pencil.inertia(-least)?;
-    for (squared, x) in pencil.lowest(growing.min(MODES), scale)? {
+    for PencilMode { squared, vector: x } in pencil.lowest(growing.min(MODES), scale)? {
         let product =
             |f: &dyn Fn(usize) -> f64| pencil.free.clone().map(|i| x[i] * f(i)).sum::<f64>();
         let largest = largest_displacement::<M>(&x);
@@ -189,14 +189,14 @@ fn out_of_plane<M: Model>(
         (0..discretized.nodes()).map(|i| discretized.model.position(q, i)).collect();
     let (q, frames) = spatial.placed_still(&nodes);
     let normal = spatial.model.components(spatial.normal());
-    let pencil = Pencil::at(&spatial, &spatial.rod(), &q, &frames).across(normal);
+    let pencil = Pencil::at(&spatial, &spatial.rod(), &q, &frames).out_of_plane(normal);
     if pencil.inertia(-least)? == 0 {
         return Ok(None);
     }
     let fastest = pencil.lowest(1, scale)?.into_iter().next();
     // A spin between hinges moves no node.
     let moves = |x: &[f64]| largest_displacement_in_space(&spatial_motion(x, normal)) > 0.0;
-    Ok(fastest.filter(|(_, x)| moves(x)).map(|(squared, _)| -squared))
+    Ok(fastest.filter(|mode| moves(&mode.vector)).map(|mode| -mode.squared))
 }
 
 /// The largest displacement of a node along an axis, m.

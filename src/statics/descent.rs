@@ -1,21 +1,20 @@
-//! The way down: how a rod creeps into an equilibrium.
+//! Descent to an equilibrium by pseudo-transient continuation (Kelley and Keyes 1998, doi:10.1137/S0036142996304796).
 //!
-//! Plain Newton dies where the loads bend a stiff rod far: the first step stretches it beyond all
-//! measure. Instead the rod creeps down its energy by pseudo-transient continuation (Kelley and Keyes
-//! 1998, doi:10.1137/S0036142996304796),
+//! Plain Newton iterations diverge where loads bend a stiff rod far, since the first step stretches it too much. Each step
+//! of the descent solves
 //!
 //! ```text
-//! lambda M (q1 - q0) + dE/dq(q1) = 0
+//! lambda M (q1 - q0) + dE/dq(q1) = 0,
 //! ```
 //!
-//! an implicit step of gradient descent in the metric `M`, solved by Newton's method on the exact tangent, and
-//! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
-//! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
-//! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
-//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. One that creeps
-//! towards such a place, as a rod does that nothing leads out of a plane, is moved a little aside. A
-//! long rod that hangs from one end takes these steps in [edge
-//! coordinates](crate::statics::edge_coordinates), with another `M`.
+//! an implicit step of gradient descent in the metric `M`, by Newton's method with the exact tangent `K`. `lambda`
+//! decreases by a factor from step to step until it is zero. The last steps are Newton iterations on the equilibrium
+//! itself, until the corrections are rounding errors. A step is repeated with a larger `lambda` where Newton's method
+//! fails, or where `K + lambda M` is not positive definite at its end.
+//!
+//! A rod in an exactly symmetric unstable equilibrium stays there. Where the descent approaches such a saddle, as without
+//! any load out of a plane, the rod is displaced slightly along the softest motion. Long rods use [edge
+//! coordinates](crate::statics::edge_coordinates) with another metric.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -25,63 +24,78 @@ use crate::rod::{FactorsOf, Rod};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use std::ops::Range;
 
-/// Newton iterations of one step of the descent.
+/// Most Newton iterations of a step of the descent.
 const ITERATIONS: usize = 20;
-/// Iterations after which a step without `lambda` that is in balance to rounding may end.
+/// Iterations after which a step without `lambda` ends if all forces are rounding errors.
 const PATIENCE: usize = 10;
-/// Forces count as rounding below this many times `eps * sum |K_ij| |q_j|`.
+/// Forces count as rounding errors below this many times `eps * sum |K_ij| |q_j|`.
 const ROUNDING: f64 = 8.0;
-/// Corrections below this part of the rod's length are none.
-const NONE: f64 = 1e-13;
-/// Corrections below this part end a step of the descent: the way matters little.
-const ON_THE_WAY: f64 = 1e-6;
-/// Corrections below this part that fall no more are the rounding errors of a fine mesh.
+/// Corrections below this part of the rod's length are zero.
+const STEP_TOLERANCE: f64 = 1e-13;
+/// Corrections below this part of the length end a step of the descent: intermediate states need no accuracy.
+const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
+/// Corrections below this part of the length that decrease no more are rounding errors of a fine mesh.
 const STALLED: f64 = 1e-5;
-/// Steps of the descent, failures included.
+/// Most steps of the descent, failed ones included.
 const STEPS: usize = 400;
-/// Factor by which `lambda` falls after a step, and rises after a failure.
-const FALL: f64 = 0.1;
-const RISE: f64 = 4.0;
-/// The first step goes about this part of the rod's length.
+/// Factor on `lambda` after a step.
+const DECREASE: f64 = 0.1;
+/// Factor on `lambda` after the first step that follows a failure.
+const CAREFUL_DECREASE: f64 = 0.5;
+/// Factor on `lambda` after a failure.
+const INCREASE: f64 = 4.0;
+/// Approximate length of the first step over the rod's length.
 const FIRST_STEP: f64 = 0.05;
-/// After so many steps refused where the energy also falls to a side, the rod is moved by this part of its length.
-const SADDLE: usize = 20;
-const ASIDE: f64 = 1e-4;
-/// Below this part of the first `lambda` the descent is Newton's method.
+/// Number of steps that ended at a saddle after which the rod is displaced.
+const SADDLES: usize = 20;
+/// Displacement from a saddle over the rod's length.
+const SADDLE_DISPLACEMENT: f64 = 1e-4;
+/// Part of the first `lambda` below which it becomes zero.
 const SMALLEST: f64 = 1e-9;
 
-/// Unknowns and frames at rest.
+/// An equilibrium: unknowns and frames.
 #[derive(Clone, Debug)]
 pub struct EquilibriumState<F> {
-    /// The unknowns at rest, m (rad for angles).
+    /// The unknowns, m (rad for angles).
     pub q: Vec<f64>,
-    /// Frames, moved to `q`.
+    /// The frames of the edges at `q`.
     pub frames: F,
-    /// Newton iterations it took.
+    /// Number of Newton iterations.
     pub newton_iterations: usize,
-    /// Largest force out of balance, N.
+    /// Largest unbalanced force, N.
     pub residual: f64,
 }
 
-/// The descent and the room it needs.
+/// Boundary conditions and scales of a descent.
+pub(crate) struct DescentSettings {
+    /// Range of the unknowns that move.
+    pub free: Range<usize>,
+    /// Unknowns in that range that stay in place.
+    pub prescribed: PrescribedDofs,
+    /// Length of the rod, m: the scale of the steps.
+    pub length: f64,
+    /// Stiffnesses that count as zero, N/m (N m for angles).
+    pub negligible: Vec<f64>,
+    /// Stiffnesses of springs between the unknowns and their initial values, N/m (N m for angles); empty without springs.
+    /// Weak springs hold motions without resistance, such as the spin of a straight round rod.
+    pub springs: Vec<f64>,
+    /// Edge coordinates, for long rods.
+    pub edges: Option<EdgeCoordinates>,
+    /// Hand-derived or automatic derivatives.
+    pub derivatives: Derivatives,
+}
+
+/// A descent: its rod, settings, current state and work arrays.
 pub(crate) struct Descent<'a, R: Rod<f64>> {
     rod: &'a R,
-    free: Range<usize>,
-    /// Those among them that stay where they are.
-    led: PrescribedDofs,
-    length: f64,
-    derivatives: Derivatives,
-    /// Stiffnesses that count as none, N/m (N m for angles).
-    negligible: Vec<f64>,
-    edges: Option<EdgeCoordinates>,
-    /// Stiffnesses of springs to where the unknowns began, N/m (N m for angles); none of most.
-    springs: Vec<f64>,
-    /// What `lambda` multiplies: masses, or the metric of the edges.
+    settings: DescentSettings,
+    /// Diagonal of the metric `M`: masses, or the metric of the edges.
     metric: Vec<f64>,
     q: Vec<f64>,
-    start: Vec<f64>,
-    /// Where springs hold the unknowns.
-    begun: Vec<f64>,
+    /// State at the start of the step.
+    step_start: Vec<f64>,
+    /// State at the start of the descent, where springs are stress-free.
+    initial: Vec<f64>,
     gradient: Vec<f64>,
     tangent: R::Tangent,
     factors: FactorsOf<R, f64>,
@@ -89,43 +103,31 @@ pub(crate) struct Descent<'a, R: Rod<f64>> {
     iterations: usize,
 }
 
-/// How a step of the descent ended.
-enum Step {
-    /// Elsewhere.
+/// Outcome of a step of the descent.
+enum DescentStep {
+    /// The state changed.
     Moved,
-    /// Where it began, or, without `lambda`, in balance.
+    /// The state did not change, or, without `lambda`, it is an equilibrium.
     Still,
-    /// Newton did not converge, or not to a minimum.
+    /// Newton's method did not converge, or not to a minimum.
     Failed,
-    /// The energy falls to a side of where it began.
+    /// The start is a saddle: the energy decreases along some motion.
     Saddle,
 }
 
 impl<'a, R: Rod<f64>> Descent<'a, R> {
-    /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
-    /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. With
-    /// `edges` it is solved in edge coordinates.
-    pub fn new(
-        rod: &'a R,
-        free: Range<usize>,
-        (length, negligible): (f64, Vec<f64>),
-        edges: Option<EdgeCoordinates>,
-        derivatives: Derivatives,
-        q: Vec<f64>,
-    ) -> Self {
+    /// A descent of a rod from the unknowns `q`.
+    pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
         let n = q.len();
         Self {
             rod,
-            free,
-            led: PrescribedDofs::default(),
-            length,
-            derivatives,
-            negligible,
-            metric: edges.map_or_else(|| rod.mass().to_vec(), |edges| edges.metric(rod)),
-            edges,
-            springs: Vec::new(),
-            start: q.clone(),
-            begun: Vec::new(),
+            metric: match &settings.edges {
+                Some(edges) => edges.metric(rod),
+                None => rod.mass().to_vec(),
+            },
+            settings,
+            step_start: q.clone(),
+            initial: q.clone(),
             q,
             gradient: vec![0.0; n],
             tangent: Tangent::zeros(n),
@@ -135,68 +137,64 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Holds all unknowns by springs to where they are, N/m (N m for angles): weak ones hold what nothing
-    /// else does, as the turn of a straight round rod about itself.
-    pub fn holding(mut self, springs: Vec<f64>) -> Self {
-        self.springs = springs;
-        self.begun.clone_from(&self.q);
-        self
-    }
-
-    /// Leaves unknowns among the free ones where they are.
-    pub fn leading(self, led: PrescribedDofs) -> Self {
-        Self { led, ..self }
-    }
-
+    /// Evaluates gradient and tangent at the current state.
     fn assemble(&mut self, frames: &R::Frames) {
-        let (q, derivatives, tangent) = (&self.q, self.derivatives, &mut self.tangent);
-        if self.edges.is_some() {
+        let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
+        let derivatives = settings.derivatives;
+        if settings.edges.is_some() {
             self.rod.gradient(q, frames, derivatives, &mut self.gradient);
             self.rod.edge_tangent(q, frames, derivatives, tangent);
         } else {
             self.rod.tangent(q, frames, derivatives, &mut self.gradient, tangent);
         }
-        for (i, spring) in self.springs.iter().enumerate() {
-            self.gradient[i] += spring * (self.q[i] - self.begun[i]);
+        for (i, spring) in settings.springs.iter().enumerate() {
+            self.gradient[i] += spring * (self.q[i] - self.initial[i]);
         }
-        self.led.fill(&mut self.gradient, 0.0);
-        self.led.uncouple(&mut self.tangent);
+        settings.prescribed.fill(&mut self.gradient, 0.0);
+        settings.prescribed.uncouple(&mut self.tangent);
     }
 
-    /// The largest force out of balance, N.
+    /// The largest unbalanced force, N.
     fn residual(&self) -> f64 {
-        self.free
-            .clone()
+        self.free()
             .map(|i| self.gradient[i].abs())
             .fold(0.0, |largest, force| if force.is_nan() { force } else { largest.max(force) })
     }
 
-    /// The equilibrium below, angles measured from `frames` at the start.
+    /// The range of the unknowns that move.
+    fn free(&self) -> Range<usize> {
+        self.settings.free.clone()
+    }
+
+    /// The equilibrium that the descent reaches; the initial angles are measured from `frames`.
+    ///
+    /// # Errors
+    /// [`Error::Equilibrium`] where none is found.
     pub fn descend(&mut self, mut frames: R::Frames) -> Result<EquilibriumState<R::Frames>, Error> {
         self.assemble(&frames);
-        let acceleration = self
-            .free
-            .clone()
-            .map(|i| self.gradient[i].abs() / self.rod.mass()[i])
-            .zip(self.free.clone())
-            .map(|(a, i)| if R::is_angle(i) { a * self.length } else { a })
-            .fold(0.0, f64::max);
-        let first = acceleration / (FIRST_STEP * self.length);
+        // The first lambda limits the first step to about a part of the rod's length.
+        let length = self.settings.length;
+        let acceleration = |i: usize| {
+            let acceleration = self.gradient[i].abs() / self.rod.mass()[i];
+            if R::is_angle(i) { acceleration * length } else { acceleration }
+        };
+        let first = self.free().map(acceleration).fold(0.0, f64::max) / (FIRST_STEP * length);
         let mut lambda = first;
-        let mut fall = FALL;
+        let mut decrease = DECREASE;
         let mut saddles = 0;
         for _ in 0..STEPS {
-            self.start.copy_from_slice(&self.q);
+            self.step_start.copy_from_slice(&self.q);
             let step = match self.step(&frames, lambda) {
-                Step::Moved if self.rod.folded(&self.start, &self.q, &frames).is_some() => {
-                    Step::Failed
+                DescentStep::Moved
+                    if self.rod.folded(&self.step_start, &self.q, &frames).is_some() =>
+                {
+                    DescentStep::Failed
                 }
                 step => step,
             };
             match step {
-                // A large lambda holds everything still; one that cannot be much smaller holds
-                // only what is in balance.
-                Step::Still if lambda == 0.0 || fall > FALL => {
+                // A large lambda prevents any motion. After failures with smaller ones, no motion means equilibrium.
+                DescentStep::Still if lambda == 0.0 || decrease > DECREASE => {
                     R::rebase(&mut frames, &self.q);
                     self.assemble(&frames);
                     return Ok(EquilibriumState {
@@ -206,22 +204,22 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                         frames,
                     });
                 }
-                Step::Moved | Step::Still => {
+                DescentStep::Moved | DescentStep::Still => {
                     R::rebase(&mut frames, &self.q);
-                    lambda *= fall;
-                    fall = FALL;
+                    lambda *= decrease;
+                    decrease = DECREASE;
                     if lambda < SMALLEST * first {
                         lambda = 0.0;
                     }
                 }
-                Step::Failed | Step::Saddle => {
-                    self.q.copy_from_slice(&self.start);
-                    saddles += usize::from(matches!(step, Step::Saddle));
-                    if saddles == SADDLE {
-                        self.move_aside();
+                DescentStep::Failed | DescentStep::Saddle => {
+                    self.q.copy_from_slice(&self.step_start);
+                    saddles += usize::from(matches!(step, DescentStep::Saddle));
+                    if saddles == SADDLES {
+                        self.leave_saddle();
                     }
-                    lambda = (lambda * RISE).max(SMALLEST * first);
-                    fall = 0.5;
+                    lambda = (lambda * INCREASE).max(SMALLEST * first);
+                    decrease = CAREFUL_DECREASE;
                 }
             }
         }
@@ -229,110 +227,116 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
     }
 
-    /// Solves one step of the descent from `start`.
-    fn step(&mut self, frames: &R::Frames, lambda: f64) -> Step {
-        let mut before = f64::INFINITY;
+    /// Solves one step of the descent from the current state by Newton's method.
+    fn step(&mut self, frames: &R::Frames, lambda: f64) -> DescentStep {
+        let (edges, length) = (self.settings.edges, self.settings.length);
+        let mut previous = f64::INFINITY;
         for iteration in 0..ITERATIONS {
             self.assemble(frames);
             self.iterations += 1;
-            let free = self.free.clone();
-            let held = self.springs.iter().zip(&self.metric).map(|(k, m)| k + lambda * m);
-            let held: Vec<f64> = held.collect();
+            // K + lambda M, and the springs if there are any.
+            let springs = self.settings.springs.iter().zip(&self.metric);
+            let with_springs: Vec<f64> = springs.map(|(k, m)| k + lambda * m).collect();
             let (added, weight) =
-                if held.is_empty() { (&self.metric, lambda) } else { (&held, 1.0) };
+                if with_springs.is_empty() { (&self.metric, lambda) } else { (&with_springs, 1.0) };
+            let free = self.free();
             let factored = self.factors.factor_sum(added, weight, &self.tangent, 1.0, free).is_ok();
-            // A step from a maximum along some direction would go up it.
+            // Where the tangent is not positive definite, the step would increase the energy.
             let downhill = factored && self.is_minimum(lambda);
-            // Where nothing, or only upwards, resists, corrections are rounding errors over almost
-            // nothing. What is in balance to rounding is in balance.
-            let patient = iteration == if downhill { PATIENCE } else { 0 };
-            if patient && lambda == 0.0 && self.edges.is_none() && self.in_balance() {
-                return Step::Still;
+            // Along motions without resistance, corrections are quotients of rounding errors and do not converge. Forces
+            // below rounding errors are an equilibrium.
+            let check_forces = iteration == if downhill { PATIENCE } else { 0 };
+            if check_forces && lambda == 0.0 && edges.is_none() && self.is_balanced() {
+                return DescentStep::Still;
             }
             if !factored || iteration == 0 && !downhill {
-                return if factored { Step::Saddle } else { Step::Failed };
+                return if factored { DescentStep::Saddle } else { DescentStep::Failed };
             }
             self.correction.copy_from_slice(&self.gradient);
-            if let Some(edges) = self.edges {
-                edges.gather::<f64, R>(&mut self.correction);
+            if let Some(edges) = edges {
+                edges.edge_forces::<f64, R>(&mut self.correction);
             }
-            for i in self.free.clone() {
-                let change = match self.edges {
-                    Some(edges) => edges.change::<R>(i, &self.q, &self.start),
-                    None => self.q[i] - self.start[i],
+            for i in self.free() {
+                let change = match edges {
+                    Some(edges) => edges.change::<R>(i, &self.q, &self.step_start),
+                    None => self.q[i] - self.step_start[i],
                 };
                 self.correction[i] = -(self.correction[i] + lambda * self.metric[i] * change);
             }
             self.factors.solve(&mut self.correction);
-            if let Some(edges) = self.edges {
-                edges.spread::<f64, R>(&mut self.correction);
+            if let Some(edges) = edges {
+                edges.node_changes::<f64, R>(&mut self.correction);
             }
             let mut largest = 0.0_f64;
-            for i in self.free.clone() {
+            for i in self.free() {
                 self.q[i] += self.correction[i];
-                let unit = if R::is_angle(i) { 1.0 } else { self.length.recip() };
+                let unit = if R::is_angle(i) { 1.0 } else { length.recip() };
                 let size = self.correction[i].abs() * unit;
                 if size > largest || size.is_nan() {
                     largest = size;
                 }
             }
             if largest.is_nan() || largest > 2.0 {
-                return Step::Failed;
+                return DescentStep::Failed;
             }
-            if iteration == 0 && largest < NONE {
-                return Step::Still;
+            if iteration == 0 && largest < STEP_TOLERANCE {
+                return DescentStep::Still;
             }
-            let stalled = largest < STALLED && largest > 0.3 * before;
+            let stalled = largest < STALLED && largest > 0.3 * previous;
             match lambda > 0.0 {
-                _ if !(stalled || largest < ON_THE_WAY) => {}
-                _ if !downhill => return Step::Failed,
-                true => return Step::Moved,
-                false if stalled || largest < NONE => return Step::Still,
+                _ if !(stalled || largest < INTERMEDIATE_TOLERANCE) => {}
+                _ if !downhill => return DescentStep::Failed,
+                true => return DescentStep::Moved,
+                false if stalled || largest < STEP_TOLERANCE => return DescentStep::Still,
                 false => {}
             }
-            before = largest;
+            previous = largest;
         }
-        Step::Failed
+        DescentStep::Failed
     }
 
-    /// Moves the rod a little along what gives way most, of what was factored last, without regard to any symmetry.
-    fn move_aside(&mut self) {
-        // Numbers without a pattern: multiples of the golden ratio, without their whole parts.
+    /// Displaces the rod slightly along the softest motion of the last factored matrix, found by inverse iteration.
+    fn leave_saddle(&mut self) {
+        // Fractional parts of multiples of the golden ratio: a start vector without any symmetry.
         for (i, x) in self.correction.iter_mut().enumerate() {
             *x = (1.618_033_988_749_895 * i as f64).fract() - 0.5;
         }
         for _ in 0..2 {
-            self.led.fill(&mut self.correction, 0.0);
+            self.settings.prescribed.fill(&mut self.correction, 0.0);
             self.factors.solve(&mut self.correction);
         }
-        if let Some(edges) = self.edges {
-            edges.spread::<f64, R>(&mut self.correction);
+        if let Some(edges) = self.settings.edges {
+            edges.node_changes::<f64, R>(&mut self.correction);
         }
-        let unit = |i: usize| if R::is_angle(i) { self.length } else { 1.0 };
+        let length = self.settings.length;
+        let unit = |i: usize| if R::is_angle(i) { length } else { 1.0 };
         let sizes = self.correction.iter().enumerate().map(|(i, x)| x.abs() * unit(i));
-        let scale = ASIDE * self.length / sizes.fold(0.0, f64::max);
+        let scale = SADDLE_DISPLACEMENT * length / sizes.fold(0.0, f64::max);
         if scale.is_finite() {
-            self.free.clone().for_each(|i| self.q[i] += scale * self.correction[i]);
+            self.free().for_each(|i| self.q[i] += scale * self.correction[i]);
         }
     }
 
-    /// Whether all forces are rounding errors of the terms that make them.
-    fn in_balance(&mut self) -> bool {
+    /// Whether all forces are rounding errors of their terms.
+    fn is_balanced(&mut self) -> bool {
         self.tangent.absolute_product(&self.q, &mut self.correction);
         let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
-        self.free.clone().all(|i| self.gradient[i].abs() <= level(i))
+        self.free().all(|i| self.gradient[i].abs() <= level(i))
     }
 
-    /// Whether the factored matrix, or that with the least stiffness that tells anything, is
-    /// positive definite.
+    /// Whether the factored matrix, or that with the negligible stiffness added, is positive definite.
     fn is_minimum(&mut self, lambda: f64) -> bool {
         if self.factors.negative_pivots() == 0 {
             return true;
         }
-        let added: Vec<f64> =
-            self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect();
-        let (mut factors, free) = (self.factors.clone(), self.free.clone());
-        factors.factor_sum(&added, 1.0, &self.tangent, 1.0, free).is_ok()
+        let added: Vec<f64> = self
+            .metric
+            .iter()
+            .zip(&self.settings.negligible)
+            .map(|(m, k)| lambda * m + k)
+            .collect();
+        let mut factors = self.factors.clone();
+        factors.factor_sum(&added, 1.0, &self.tangent, 1.0, self.free()).is_ok()
             && factors.negative_pivots() == 0
     }
 }

@@ -1,63 +1,63 @@
-//! Edge coordinates: edges instead of nodes as unknowns.
+//! Edge coordinates: edge vectors instead of node positions as unknowns of a long rod that is held at its start only.
 //!
-//! Bending in terms of nodes is a fourth difference: the condition of the tangent of `N` nodes goes
-//! with `N^4`, and from some 10^4 nodes on its smallest eigenvalues are rounding errors. In terms of
-//! edges it is a second difference. Of a rod that is held at its start and nowhere else node `i` is at `x_0 + sum_{j < i} e_j`, dead loads are linear in the edges, and elements know edges
-//! only. So the tangent `T' K T`, with `T` the sums, is a band as well, its condition goes with
-//! `N^2`, and by Sylvester's law it has as many negative eigenvalues as `K`. It is assembled from
-//! the elements' own derivatives ([`Rod::edge_tangent`]), never from `K`.
+//! In node positions bending is a fourth difference: the condition number of the tangent of `N` nodes is proportional to
+//! `N^4`, and from about 10^4 nodes on its smallest eigenvalues are rounding errors. In edge vectors `e_j` it is a second
+//! difference. Node `i` is at `x_0 + sum_{j < i} e_j`. Dead loads are linear in the edges, and elements depend on edges
+//! only. So the tangent `T' K T`, with the matrix `T` of these sums, is a band as well. Its condition number is
+//! proportional to `N^2`, and by Sylvester's law it has as many negative eigenvalues as `K`. It is assembled from the
+//! derivatives of the elements ([`Rod::edge_tangent`]), never from `K`.
 //!
-//! Edge `j` takes the places of node `j + 1` in every vector; angles keep theirs.
+//! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 use std::ops::Range;
 
-/// From so many nodes on rods are solved in edge coordinates: rounding has a thousandth in the tangent of
-/// nodes.
-const MANY: usize = 2000;
+/// Number of nodes above which rods are solved in edge coordinates: rounding errors are then a thousandth of the smallest
+/// eigenvalue in node coordinates.
+const MANY_NODES: usize = 2000;
 
-/// The edges of a rod as its unknowns, with so many unknowns from one node to the next.
+/// Transformation between the edges and the nodes of a rod with `stride` unknowns per node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeCoordinates {
     stride: usize,
 }
 
 impl EdgeCoordinates {
-    /// The edge coordinates of a rod of which the unknowns in `free` move, if it is long and hangs
-    /// from its start.
-    pub fn of(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
+    /// The edge coordinates of a rod with the `free` range of its `unknowns`; none if it is short, or held elsewhere than at
+    /// its start.
+    pub fn new(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
-        (hangs && unknowns > MANY * stride).then_some(Self { stride })
+        (hangs && unknowns > MANY_NODES * stride).then_some(Self { stride })
     }
 
-    /// What measures changes of edges as masses do those of nodes.
+    /// Weights of squared changes of the unknowns, as masses are in node coordinates, kg (kg m^2 for angles).
     pub fn metric<R: Rod<f64>>(&self, rod: &R) -> Vec<f64> {
         let mass = rod.mass();
         let total: f64 = mass.iter().step_by(self.stride).sum();
-        // All edges together move the tip.
+        // A change of all edges moves the tip by their sum.
         let edge = total * (mass.len() / self.stride) as f64;
         let one = |(i, m): (usize, &f64)| if R::is_angle(i) { *m } else { edge };
         mass.iter().enumerate().map(one).collect()
     }
 
-    /// Forces on nodes as forces on edges: those of all nodes beyond.
-    pub fn gather<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
+    /// Replaces forces on nodes by forces on edges, `T' f`: the sums over all nodes beyond each edge.
+    pub fn edge_forces<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
             forces[i] += beyond;
         }
     }
 
-    /// Changes of edges as changes of nodes.
-    pub fn spread<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
+    /// Replaces changes of edges by changes of nodes, `T e`.
+    pub fn node_changes<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
             let before = changes[i - self.stride];
             changes[i] += before;
         }
     }
 
-    /// How much unknown `i` differs between two states.
+    /// Difference of unknown `i`, an edge or an angle, between the node states `to` and `from`.
     pub fn change<R: Rod<f64>>(&self, i: usize, to: &[f64], from: &[f64]) -> f64 {
         match R::is_angle(i) || i < self.stride {
             true => to[i] - from[i],

@@ -1,26 +1,23 @@
-//! Where a rod comes to rest ([descent](crate::statics::descent)), and whether it stays there.
+//! Equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! An equilibrium is stable when its tangent has no negative eigenvalue; their number is that of
-//! the negative pivots (Sylvester's law of inertia). A direction along which nothing changes, such
-//! as the spin of a straight rod between hinges, does not count: the tangent gets a
-//! negligible stiffness.
+//! An equilibrium is stable if its tangent has no negative eigenvalue. Their number is that of the negative pivots
+//! (Sylvester's law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do not
+//! count: the tangent has a negligible stiffness added.
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
 use crate::problem::strain::StrainGauge;
-use crate::problem::{AnyProblem, Discretized, FramesOf, Problem, Purpose};
+use crate::problem::{AnyProblem, Discretized, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
-use crate::scene::{Parameter, Resolution};
+use crate::scene::Resolution;
 use crate::statics::pencil::{Pencil, spatial_motion};
 use crate::statics::reaction::Reactions;
-use crate::statics::rest::CheckedEquilibrium;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 
-/// A rod at rest.
+/// The equilibrium of a rod under its loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Equilibrium {
@@ -32,31 +29,31 @@ pub struct Equilibrium {
     pub energy: f64,
     /// The energy by terms, J.
     pub energies: Energies,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: usize,
-    /// Largest force on a node out of balance, N (N m for angles). Positions in double precision
-    /// leave some `1e-16 EI L/l^3` of it, edges of length `l`, much on meshes of very many.
+    /// Largest unbalanced force on a node, N (N m for angles). Rounding errors of positions contribute about
+    /// `1e-16 EI L/l^3` with edges of length `l`, much on very fine meshes.
     pub residual: f64,
-    /// Whether no direction leads down or is marginal, out of the plane included; absent when a planar scene
-    /// gives no shear modulus, without which nothing is known of what happens out of its plane.
+    /// Whether no direction is unstable or marginal, out of the plane included; absent for a planar scene without a shear
+    /// modulus, which determines the stability out of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable: Option<bool>,
-    /// Whether no direction in the plane leads down; planar models only.
+    /// Whether no direction in the plane is unstable or marginal; planar models only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable_in_plane: Option<bool>,
-    /// How many independent directions lead down, of those that were looked at.
+    /// Number of independent unstable directions, of those examined.
     pub negative_directions: usize,
     /// Number of independent directions that deform the rod without a measurable stiffness, as at a critical load.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub marginal_directions: usize,
-    /// What the supports exert on the rod.
+    /// Forces and moments of the supports on the rod.
     pub reactions: Reactions,
     /// Position of every node, m.
     pub nodes: Vec<[f64; 3]>,
-    /// The mesh, where the command chose it for this, and what it is worth.
+    /// The mesh that the command chose, and its error; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// What makes the result doubtful: numbers that look like other units than SI, no gravity, large strains.
+    /// Reasons to doubt the result: implausible values (other units than SI), no gravity, large strains.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The codes of the warnings, in their order.
@@ -64,12 +61,13 @@ pub struct Equilibrium {
     pub warning_codes: Vec<Code>,
 }
 
+/// Whether a count is left out of the JSON.
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
 impl Equilibrium {
-    /// Whether no direction is known that is unstable or marginal.
+    /// Whether no unstable or marginal direction was found.
     fn is_stable(&self) -> bool {
         self.negative_directions + self.marginal_directions == 0
     }
@@ -133,31 +131,32 @@ impl Equilibrium {
 }
 
 impl Problem {
-    /// The equilibrium that the rod creeps into from its rest shape under its loads.
+    /// The equilibrium under the loads that the rod reaches from its rest shape.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
     pub fn equilibrium(&self) -> Result<Equilibrium, Error> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
-                let mut found = at_rest(self, &discretized)?;
+                let mut found = model_equilibrium(self, &discretized)?;
                 found.stable_in_plane = Some(found.is_stable());
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
                     let (q, frames) = spatial.placed_still(&found.nodes);
                     let normal = spatial.model.components(spatial.normal());
-                    let pencil = Pencil::resting(&spatial, &q, &frames).across(normal);
-                    let across =
-                        spatial.stability((&q, &frames), &pencil, |x| spatial_motion(x, normal))?;
-                    found.negative_directions += across.unstable;
-                    found.marginal_directions += across.marginal;
+                    let pencil = Pencil::resting(&spatial, &spatial.rod(), &q, &frames);
+                    let pencil = pencil.out_of_plane(normal);
+                    let out_of_plane =
+                        spatial.stability(&q, &frames, &pencil, |x| spatial_motion(x, normal))?;
+                    found.negative_directions += out_of_plane.unstable;
+                    found.marginal_directions += out_of_plane.marginal;
                     found.stable = Some(found.is_stable());
                 }
                 Ok(found)
             }
             AnyProblem::Spatial(discretized) => {
-                let mut found = at_rest(self, &discretized)?;
+                let mut found = model_equilibrium(self, &discretized)?;
                 found.stable = Some(found.is_stable());
                 Ok(found)
             }
@@ -165,8 +164,8 @@ impl Problem {
     }
 }
 
-/// The equilibrium of a model, without a verdict.
-fn at_rest<M: Model>(
+/// The equilibrium of a model with its stability in the model, without `stable` and `stable_in_plane`.
+fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
 ) -> Result<Equilibrium, Error> {
@@ -179,8 +178,8 @@ fn at_rest<M: Model>(
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
-    let pencil = Pencil::resting(discretized, &rest.q, &rest.frames);
-    let stability = discretized.stability((&rest.q, &rest.frames), &pencil, <[f64]>::to_vec)?;
+    let pencil = Pencil::resting(discretized, &rod, &rest.q, &rest.frames);
+    let stability = discretized.stability(&rest.q, &rest.frames, &pencil, <[f64]>::to_vec)?;
     let modulus = problem.scene().material.youngs_modulus;
     warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
     Ok(Equilibrium {
@@ -200,16 +199,4 @@ fn at_rest<M: Model>(
         warnings: warnings.iter().map(|(code, words)| code.behind(words)).collect(),
         warning_codes: warnings.iter().map(|(code, _)| *code).collect(),
     })
-}
-
-/// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
-/// numbers that `seed` makes of the parameters.
-pub(crate) fn nodes_over<D: Nestable, M: Model>(
-    discretized: &Discretized<'_, M>,
-    settled: &CheckedEquilibrium<FramesOf<M>>,
-    tracked: &[usize],
-    seed: impl Fn(Parameter, f64) -> D,
-) -> Result<Vec<[D; 3]>, Error> {
-    let (_, q) = discretized.differentiated_equilibrium(settled, &discretized.setup_over(seed))?;
-    Ok(tracked.iter().map(|i| discretized.model.position(&q, *i)).collect())
 }

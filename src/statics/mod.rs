@@ -1,21 +1,28 @@
-//! Where a rod comes to rest, how it lies between hands when a recording begins, whether it stays there, and what its supports exert on it.
+//! Statics of a rod: its equilibria with their derivatives and stability, reactions of its supports, and the shape between
+//! recorded ends at the start of a recording.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;
 mod equilibrium;
+mod equilibrium_derivatives;
+mod find_equilibrium;
+mod lowest_eigenvalues;
+mod neutral_equilibrium;
 mod pencil;
 mod reaction;
 mod recorded_start;
-mod rest;
+mod reference_stiffness;
 mod shear_deflection;
 mod stability;
 mod standing;
 
-pub(crate) use descent::Descent;
 pub use descent::EquilibriumState;
 pub use equilibrium::Equilibrium;
-pub(crate) use equilibrium::nodes_over;
+pub(crate) use equilibrium_derivatives::CheckedEquilibrium;
+pub(crate) use lowest_eigenvalues::PencilMode;
 pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
+pub(crate) use reaction::Resistances;
 pub use reaction::{Reaction, Reactions};
-pub(crate) use rest::CheckedEquilibrium;
+pub(crate) use recorded_start::RecordedStart;
+pub(crate) use shear_deflection::{free_part, internal_forces};
 pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, linear_combination};

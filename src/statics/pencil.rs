@@ -1,38 +1,39 @@
-//! Tangent and masses of a rod at a state: what its small vibrations, and its stability, are of.
+//! The matrix pencil `(K, M)` of a rod at a state: tangent stiffness and masses, for small vibrations and stability.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
-use crate::numerics::tangent::{Factors, Tangent};
+use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, SpatialRod, TangentOf, planar};
 use std::ops::Range;
 
-/// `K x = omega^2 M x` over the unknowns `free`. Those among them that a recording leads are
-/// coupled to no other and weigh nothing: they have no eigenvalues.
+/// The eigenvalue problem `K x = omega^2 M x` over the unknowns `free`. Prescribed unknowns among them are uncoupled and
+/// have no mass, so that they have no finite eigenvalues.
 pub(crate) struct Pencil<D, T> {
     /// `K`, N/m (N m for angles).
     pub tangent: T,
-    /// The diagonal `M`.
+    /// The diagonal of `M`, kg (kg m^2 for angles).
     pub mass: Vec<D>,
     /// The unknowns that move.
     pub free: Range<usize>,
 }
 
-/// Shifts that an elimination is tried with, and their distance over the shift.
+/// Number of shifts that an elimination is tried with.
 const SHIFTS: u32 = 4;
-const SHIFTED: f64 = 0.0137;
+/// Relative distance of successive shifts, so that a zero pivot of one is none of the next.
+const SHIFT_DISTANCE: f64 = 0.0137;
 
-/// Half-bandwidth for motions out of the plane: a deflection and an angle a node, as many as in the plane.
-const ACROSS: usize = planar::HALF_BANDWIDTH;
+/// Half-bandwidth for motions out of the plane: a deflection and an angle per node, as many unknowns as in the plane.
+const OUT_OF_PLANE_BANDWIDTH: usize = planar::HALF_BANDWIDTH;
 
-/// The tangent of motions out of the plane.
-pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, ACROSS>;
+/// Tangent of motions out of the plane.
+pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
-    /// Of a rod at `q`, with its own masses.
+    /// The pencil of a rod at `q` with its masses.
     pub fn at<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
@@ -53,18 +54,20 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
 }
 
 impl<T: Tangent<f64>> Pencil<f64, T> {
-    /// Of a rod at rest, in edge coordinates where it is long and hangs from its start, with the stiffness that counts as
-    /// [none](Discretized::negligible) in place of the masses: what is stable lies above -1.
+    /// The pencil of a rod at an equilibrium with [negligible
+    /// stiffnesses](Discretized::negligible_stiffness) in place of masses: eigenvalues of stable motions are above -1. Long
+    /// rods are in edge coordinates.
     pub fn resting<M: Model>(
         discretized: &Discretized<'_, M>,
+        rod: &M::Rod<f64>,
         q: &[f64],
         frames: &FramesOf<M>,
     ) -> Self
     where
         M::Rod<f64>: Rod<f64, Tangent = T>,
     {
-        let (rod, edges) = (discretized.rod(), discretized.edge_coordinates());
-        let mass = discretized.negligible(edges);
+        let edges = discretized.edge_coordinates();
+        let mut mass = discretized.negligible_stiffness(edges);
         match edges {
             Some(_) => {
                 let mut tangent = Tangent::zeros(q.len());
@@ -72,46 +75,46 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
                 Self { tangent, mass, free: discretized.free() }
             }
             None => {
-                let mut mass = mass;
                 discretized.led().fill(&mut mass, 0.0);
-                Self { mass, ..Self::at(discretized, &rod, q, frames) }
+                Self { mass, ..Self::at(discretized, rod, q, frames) }
             }
         }
     }
 
-    /// The factors of `K - squared M`.
-    pub fn factors(&self, squared: f64) -> Result<T::Factors, Error> {
+    /// The factors of `K - squared M`, or the row of a zero pivot.
+    pub fn factor(&self, squared: f64) -> Result<T::Factors, Singular> {
         let mut factors = T::Factors::with_order(self.mass.len());
-        factors
-            .factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())
-            .map(|()| factors)
-            .map_err(|_| Error::SingularEquilibrium)
+        factors.factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())?;
+        Ok(factors)
     }
 
-    /// How many eigenvalues there are.
+    /// The factors of `K - squared M`.
+    ///
+    /// # Errors
+    /// [`Error::SingularEquilibrium`] for a zero pivot.
+    pub fn factors(&self, squared: f64) -> Result<T::Factors, Error> {
+        self.factor(squared).map_err(|_| Error::SingularEquilibrium)
+    }
+
+    /// Number of finite eigenvalues.
     pub fn order(&self) -> usize {
         self.free.clone().filter(|i| self.mass[*i] != 0.0).count()
     }
 
-    /// How many eigenvalues lie below `squared`, by Sylvester's law of inertia.
+    /// Number of eigenvalues below `squared`, by Sylvester's law of inertia.
     pub fn below(&self, squared: f64) -> Result<usize, Error> {
         Ok(self.factors(squared)?.negative_pivots())
     }
 
-    /// The same, where an elimination that meets a pivot of zero is repeated a little below.
+    /// Number of eigenvalues below `squared`; in case of a zero pivot, below a slightly smaller value.
     pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
-        let shifts = (0..SHIFTS).map(|k| squared - f64::from(k) * SHIFTED * squared.abs());
-        let mut last = Err(Error::SingularEquilibrium);
-        for shift in shifts {
-            last = self.below(shift);
-            if last.is_ok() {
-                return last;
-            }
-        }
-        last
+        (0..SHIFTS)
+            .map(|k| squared - f64::from(k) * SHIFT_DISTANCE * squared.abs())
+            .find_map(|shift| self.below(shift).ok())
+            .ok_or(Error::SingularEquilibrium)
     }
 
-    /// How far rounding errors of the tangent may move the eigenvalue of the mode `x`, 1/s^2.
+    /// Rounding error of the eigenvalue of a mode `x` by that of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2.
     pub fn rounding(&self, x: &[f64]) -> f64 {
         let (mut product, mut own) = (vec![0.0; x.len()], 0.0);
         self.tangent.absolute_product(x, &mut product);
@@ -123,10 +126,11 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
 }
 
 impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
-    /// That of a planar rod's motions along the `normal` of its plane, which has no part in those
-    /// in the plane: unknowns are each node's deflection and each edge's angle.
-    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
+    /// The pencil of motions out of the plane of a planar rod, from that of its spatial model. Unknowns are the deflection of
+    /// each node along the `normal` and the angle of each edge. In-plane motions are not coupled to them.
+    pub fn out_of_plane(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
         let unknowns = self.mass.len() / 2;
+        // Spatial unknowns of an unknown of the result, with their weights.
         let parts = |r: usize| -> [(usize, f64); 3] {
             let first = 4 * (r / 2);
             match r % 2 {
@@ -145,31 +149,32 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
         };
         let mut tangent = OutOfPlaneTangent::zeros(unknowns);
         for r in 0..unknowns {
-            let size = (unknowns - r).min(ACROSS + 1);
-            let mut column = [[D::from(0.0); ACROSS + 1]; ACROSS + 1];
+            let size = (unknowns - r).min(OUT_OF_PLANE_BANDWIDTH + 1);
+            let mut column =
+                [[D::from(0.0); OUT_OF_PLANE_BANDWIDTH + 1]; OUT_OF_PLANE_BANDWIDTH + 1];
             for p in 0..size {
                 column[p][0] = entry(r + p, r);
             }
             tangent.add_corner(r, size, &column);
         }
-        // What holds a part of a node holds its deflection.
-        let place = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;
+        // A support that holds one component of a node holds its deflection.
+        let index = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;
         let Range { start, end } = self.free;
         Pencil {
             tangent,
             mass: (0..unknowns).map(|r| self.mass[4 * (r / 2) + 3 * (r % 2)]).collect(),
-            free: place(start, 3)..place(end, 1),
+            free: index(start, 3)..index(end, 1),
         }
     }
 }
 
-/// A motion [across](Pencil::across) the plane as one of the spatial rod.
-pub(crate) fn spatial_motion(across: &[f64], normal: [f64; 3]) -> Vec<f64> {
+/// The unknowns of the spatial rod for a motion [out of the plane](Pencil::out_of_plane).
+pub(crate) fn spatial_motion(deflections: &[f64], normal: [f64; 3]) -> Vec<f64> {
     let node = |x: &[f64]| {
         let [a, b, c] = normal.map(|n| n * x[0]);
         [a, b, c].into_iter().chain(x.get(1).copied())
     };
-    across.chunks(2).flat_map(node).collect()
+    deflections.chunks(2).flat_map(node).collect()
 }
 
 #[cfg(test)]
@@ -177,9 +182,9 @@ mod tests {
     use super::*;
     use crate::scene::{Dimension, Material, Scene, Section, Shape, Support};
 
-    /// A planar rod in space moves in its plane and across it, and nothing couples the two.
+    /// A planar rod in space moves in its plane or out of it, without coupling: the numbers of eigenvalues add up.
     #[test]
-    fn the_plane_and_what_is_across_are_all() {
+    fn eigenvalues_in_and_out_of_plane_are_those_of_the_spatial_rod() {
         for start in [Support::Free, Support::Roller, Support::Pinned, Support::Clamped] {
             for end in [Support::Free, Support::Pinned, Support::Clamped] {
                 let shape = Shape::Straight { length: 0.5, direction: [0.3, 0.4, 0.7] };
@@ -193,7 +198,7 @@ mod tests {
                 let (plane, space) = (plane.planar().unwrap(), space.spatial().unwrap());
                 let whole = Pencil::at(&space, &space.rod(), &space.rest(), &space.rest_frames());
                 let inside = Pencil::at(&plane, &plane.rod(), &plane.rest(), &());
-                let outside = whole.across(space.model.components(plane.normal()));
+                let outside = whole.out_of_plane(space.model.components(plane.normal()));
                 for squared in [1.0, 1e3, 1e5, 1e7, 1e9] {
                     let parts = [inside.below(squared), outside.below(squared)];
                     let sum: usize = parts.map(Result::unwrap).iter().sum();

@@ -1,19 +1,18 @@
-//! What the supports exert on the rod.
+//! Reactions: forces and moments of the supports on the rod.
 //!
-//! A support keeps the unknowns it holds on their way, so it makes up for what acts on them: elastic
-//! forces, dead loads, damping, drag `D` and, where it moves, inertia. In world axes,
+//! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead loads,
+//! damping and drag `D` on them and, where it moves, their inertia. In world axes,
 //!
 //! ```text
-//! F = sum_i (dE/dx_i + D_i + M_i (a_i + mass v_i))
-//! M = sum_i (x_i - c) x (the same)  +  dE/dtheta t
+//! F = sum_i F_i,   F_i = dE/dx_i + D_i + M_i (a_i + c_m v_i)
+//! M = sum_i (x_i - c) x F_i + dE/dtheta t
 //! ```
 //!
-//! over the nodes `i` that the support holds, with the tangent `t` of a held edge and the point `c` of the support:
-//! the middle of the outermost edge where a wall cuts it, its inner node where the clamp is soft, and the end of the rod otherwise. What a
-//! cut edge has inside of the wall, half of its mass, weighs on the wall and not on the rod: it is
-//! left out, so that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress
-//! is that of the mean strain rates over the step that ended. (The rotational
-//! inertia of a held edge that is turned about itself is left out too.)
+//! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point `c` of
+//! the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp, and
+//! the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force and
+//! moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the last
+//! step. The rotational inertia of a held edge that spins is left out too.
 
 use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
@@ -36,41 +35,50 @@ pub struct Reaction {
 /// The reactions at both ends of the rod; zero where an end is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reactions {
-    /// What the support at the first node exerts.
+    /// Reaction of the support at the first node.
     pub start: Reaction,
-    /// What the support at the last node exerts.
+    /// Reaction of the support at the last node.
     pub end: Reaction,
 }
 
+/// Forces against a motion.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Resistances<'a> {
+    /// Damping of mass and strain rates.
+    pub damping: Damping<f64>,
+    /// Drag of a fluid.
+    pub drag: Option<&'a NodalDrag<f64>>,
+}
+
 impl<M: Model> Discretized<'_, M> {
-    /// The reactions of a rod in motion.
+    /// The reactions in a state of motion of the rod.
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
-        resistances: (Damping<f64>, Option<&NodalDrag<f64>>),
+        resistances: Resistances<'_>,
         state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
         let mut acceleration = vec![0.0; state.q.len()];
         if let Some(boundary_motion) = self.moved_ends() {
             boundary_motion.accelerations(state.time, &mut acceleration);
         }
-        self.reactions_of(rod, resistances, state, &acceleration)
+        self.reactions_with(rod, resistances, state, &acceleration)
     }
 
-    /// The reactions of a rod at rest, whatever its ends do later.
+    /// The reactions of a rod at rest, without those to a later motion of its ends.
     pub(crate) fn reactions_at_rest(
         &self,
         rod: &M::Rod<f64>,
         state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
-        self.reactions_of(rod, (Damping::default(), None), state, &vec![0.0; state.q.len()])
+        self.reactions_with(rod, Resistances::default(), state, &vec![0.0; state.q.len()])
     }
 
-    /// The reactions in a state of the rod whose held unknowns have these accelerations, m/s^2.
-    fn reactions_of(
+    /// The reactions in a state whose held unknowns have the given accelerations, m/s^2.
+    fn reactions_with(
         &self,
         rod: &M::Rod<f64>,
-        (damping, drag): (Damping<f64>, Option<&NodalDrag<f64>>),
+        Resistances { damping, drag }: Resistances<'_>,
         state: &State<f64, FramesOf<M>>,
         acceleration: &[f64],
     ) -> Reactions {
@@ -112,18 +120,21 @@ impl<M: Model> Discretized<'_, M> {
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
-            start: self.reaction(0..free.start, (&start, 1), (rod, q, &force)),
-            end: self.reaction(free.end..q.len(), (&end, last - 1), (rod, q, &force)),
+            start: self.reaction(0..free.start, &start, 1, rod.mass(), q, &force),
+            end: self.reaction(free.end..q.len(), &end, last - 1, rod.mass(), q, &force),
         }
     }
 
-    /// Of the end that holds these nodes, the outermost first, from the forces on the unknowns it holds; `next` is the
-    /// second node from there.
+    /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the `force` on
+    /// every unknown. `next` is the second node from that end.
     fn reaction(
         &self,
         held: Range<usize>,
-        (nodes, next): (&[usize], usize),
-        (rod, q, force): (&M::Rod<f64>, &[f64], &[f64]),
+        nodes: &[usize],
+        next: usize,
+        mass: &[f64],
+        q: &[f64],
+        force: &[f64],
     ) -> Reaction {
         let mut reaction = Reaction::default();
         let (false, [outermost, ..]) = (held.is_empty(), nodes) else { return reaction };
@@ -135,11 +146,11 @@ impl<M: Model> Discretized<'_, M> {
         for node in nodes.iter().copied() {
             let mut on_node = self.model.rate(force, node);
             if node == outermost && behind > 0.0 {
-                on_node = add(on_node, self.load(node, rod.mass()[M::STRIDE * node]));
+                on_node = add(on_node, self.nodal_loads(mass)[node]);
             }
             reaction.force = add(reaction.force, on_node);
-            let turning = cross(sub(position(node), point), on_node);
-            reaction.moment = add(reaction.moment, turning);
+            let moment = cross(sub(position(node), point), on_node);
+            reaction.moment = add(reaction.moment, moment);
         }
         for i in held.filter(|i| M::Rod::<f64>::is_angle(*i)) {
             let edge = i / M::STRIDE;
@@ -149,7 +160,7 @@ impl<M: Model> Discretized<'_, M> {
         reaction
     }
 
-    /// The part of its edge that is behind a wall, of an outermost node; zero of others.
+    /// The fraction of its edge that is behind a wall, for an outermost node; zero for others.
     fn behind(&self, node: usize) -> f64 {
         let [start, end] = behind_walls(&self.scene().supports, self.scene().soft);
         match node {
@@ -159,10 +170,13 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Weight and point forces on a node, N.
-    fn load(&self, node: usize, mass: f64) -> [f64; 3] {
-        let loads = self.setup.loads();
-        let here = loads.iter().filter(|load| load.node == node);
-        here.fold(scale(self.scene().loads.gravity, mass), |sum, load| add(sum, load.force))
+    /// Weight and point forces on every node, N, from the masses of all unknowns.
+    pub(super) fn nodal_loads(&self, mass: &[f64]) -> Vec<[f64; 3]> {
+        let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
+        let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();
+        for load in self.setup.loads() {
+            forces[load.node] = add(forces[load.node], load.force);
+        }
+        forces
     }
 }

@@ -1,79 +1,88 @@
-//! The start of a recording: where the rod is, how it lies about itself, and how fast it is, from the
-//! first two frames of the markers along it.
+//! Initial state of a rod whose motion was recorded: shape, twist and velocity from the first two frames of the markers.
 //!
-//! Markers are seen a little beside the rod, and their distances are not quite its edges' lengths. A rod
-//! put right on them would begin stretched, and ring. So in both frames the rod takes the shape of least
-//! energy with springs between its marked nodes and the markers: much weaker than the rod is along
-//! itself, and much stronger than it is in bending. Edges between nodes that are both held are left out of that.
+//! Markers are measured with errors, and their distances differ from the lengths of the rod's edges. A rod placed exactly on
+//! them would start with large axial forces. Therefore the rod takes the shape of least energy in each frame, with springs
+//! between marked nodes and markers. The springs are much weaker than the axial stiffness, and much stronger than bending.
+//! The axial stiffness of edges between two held nodes is left out.
 //!
-//! The change from one frame to the other over the time between them is the velocity in the middle. Half of that time
-//! times the acceleration takes it to the start: the acceleration that [a step
-//! resolves](crate::dynamics::stepper::acceleration_within), since errors of places would else be taken for forces.
+//! The change between the two frames over the time between them is the velocity in the middle. Half of that time times
+//! the acceleration extrapolates it to the start. The acceleration is the one that [a step
+//! resolves](crate::dynamics::stepper::acceleration_within); otherwise measurement errors would act as forces.
 //!
-//! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
-//! energy before it relaxes, and goes on from there in the second frame; a straight one, whose energies would tell the
-//! noise of the markers, lies as `up` of its section says. By how much more a hand holds it turned is a number of the
-//! scene, the twist of `supports.motion`.
+//! Markers on the center line do not determine the rotation about it. A curved rod gets the rotation of least energy
+//! before it relaxes, and the second frame starts from there. For a straight rod these energies would be noise; its section
+//! is oriented by `up`. Additional twist by a gripper is a number of the scene, the twist of `supports.motion`.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::numerics::vector::sub;
 use crate::problem::{
-    Discretized, Framed, Model, NodeTie, Setup, UnknownsAndFrames, between_markers,
+    Discretized, FramesOf, Model, NodeTie, Setup, UnknownsAndFrames, between_markers,
 };
 use crate::rod::{FactorsOf, Rod};
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{Recorded, Track};
-use crate::statics::Descent;
+use crate::statics::descent::{Descent, DescentSettings};
 use std::f64::consts::TAU;
 
-/// Turns about itself that are tried before a rod relaxes.
-const TURNS: usize = 12;
-/// In so many sections of the room about the best of them the least energy is found to half a millionth of a turn.
+/// Number of rotations about the center line that are compared before a rod relaxes.
+const ROTATIONS: usize = 12;
+/// Golden sections around the best of them, which locate the minimum to half a millionth of a rotation.
 const SECTIONS: usize = 26;
-/// By how much edges are stiffer while the rod relaxes than they are: the springs, in between, then yield less to
-/// bending, and still stretch it less. Much more would fold a rod that is longer than what was seen of it in one
+/// Factor on the axial stiffness while the rod relaxes. The spring stiffness lies between the axial and the bending
+/// stiffness; the factor increases both distances. Much more would buckle a rod that is longer than the recorded one in one
 /// of many ways.
-const STIFFER: f64 = 30.0;
-/// By how much the springs of held markers are stiffer than those of free ones.
-const HELD: f64 = 1e3;
+const AXIAL_FACTOR: f64 = 30.0;
+/// Factor on the stiffness of the springs of held markers.
+const HELD_FACTOR: f64 = 1e3;
+/// Factor on the negligible stiffness in the springs on angles.
+const ANGLE_SPRING_FACTOR: f64 = 10.0;
+/// Differences of energies below this part of them are none.
+const EQUAL_ENERGY: f64 = 1e-9;
 
-/// The unknowns in the first two frames, with the frames of the edges that all angles count from.
-type Relaxed<D, M> = (UnknownsAndFrames<D, M>, Vec<D>);
-
-/// The unknowns and frames at the start of a recording, how they change until its next frame, and how long that
-/// takes, s.
-type Start<D, M> = (UnknownsAndFrames<D, M>, (Vec<D>, f64));
+/// Initial state of a recorded rod.
+pub(crate) struct RecordedStart<D: Nestable, M: Model> {
+    /// Unknowns and frames in the first frame of the recording.
+    pub start: UnknownsAndFrames<D, M>,
+    /// Change of the unknowns until the second frame, m (rad for angles).
+    pub change: Vec<D>,
+    /// Time between the two frames, s.
+    pub interval: f64,
+}
 
 impl<M: Model> Discretized<'_, M> {
-    /// Where the recording starts, and how it goes on.
+    /// The initial state of the recorded motion.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
-    ) -> Result<Start<D, M>, Error> {
+    ) -> Result<RecordedStart<D, M>, Error> {
         let track = self.track()?;
-        let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
+        let [mut q, next] = self.relaxed_over(setup, track)?;
+        let (_, frames) = self.begin(setup);
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
         self.turn_ends(setup, &mut q);
         if let Some(boundary_motion) = self.boundary_motion(setup) {
             let moment = MotionTime::Time(0.0);
             boundary_motion.advance::<M::Rod<D>>(moment, moment, &mut q, &frames);
         }
-        Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
+        let interval = track.times()[1] - track.times()[0];
+        Ok(RecordedStart { start: (q, frames), change, interval })
     }
 
-    /// How the rod lies between the hands when the recording starts, with the edges that they hold.
+    /// The shape of the rod at the start of the recording, with the stated twist of its ends.
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
     ) -> Result<UnknownsAndFrames<D, M>, Error> {
-        let ((mut q, frames), _) = self.relaxed_over(setup, self.track()?)?;
+        let [mut q, _] = self.relaxed_over(setup, self.track()?)?;
         self.turn_ends(setup, &mut q);
-        Ok((q, frames))
+        Ok((q, self.begin(setup).1))
     }
 
+    /// The recorded markers of `supports.path`.
     fn track(&self) -> Result<&Track, Error> {
         let path = self.scene().supports.path.as_ref();
         path.map_or_else(
@@ -82,8 +91,8 @@ impl<M: Model> Discretized<'_, M> {
         )
     }
 
-    /// The rod with springs to the markers of a frame.
-    fn tied<D: Nestable>(
+    /// The rod with springs between marked nodes and the markers of a frame.
+    fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
         track: &Track,
@@ -95,54 +104,60 @@ impl<M: Model> Discretized<'_, M> {
         let led = self.led();
         let is_held = |node: usize| nodes.contains(&node) && self.is_held(node, &led);
         let time = track.times()[frame];
-        // Between the two, however much stiffer the edges are.
-        let stiffness = spring(setup, segments) * STIFFER.sqrt();
+        // The geometric mean of axial and bending stiffness, with the axial factor.
+        let stiffness = spring(setup, segments) * AXIAL_FACTOR.sqrt();
         let tie = |(node, marker): (&usize, &crate::scene::track::Marker)| {
-            let stiffness = stiffness * if is_held(*node) { HELD } else { 1.0 };
+            let stiffness = stiffness * if is_held(*node) { HELD_FACTOR } else { 1.0 };
             NodeTie { node: *node, point: marker.at(time), stiffness }
         };
         let ties: Vec<_> = nodes.iter().zip(track.markers()).map(tie).collect();
-        // How long an edge is whose ends are both held makes no difference to the motion, and shall not pull them.
-        let stiffer = |j: usize| if is_held(j) && is_held(j + 1) { 0.0 } else { STIFFER };
-        Ok(setup.tied(self.model, stiffer, &ties))
+        // The length of an edge between two held nodes does not affect the motion, and must not displace them.
+        let axial = |j: usize| if is_held(j) && is_held(j + 1) { 0.0 } else { AXIAL_FACTOR };
+        Ok(setup.tied(self.model, axial, &ties))
     }
 
-    /// The unknowns of both frames, in plain numbers; found when first asked for.
+    /// The relaxed unknowns of both frames without derivatives, computed at the first call.
     fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
             let file = self.scene().path.as_deref();
             let found = self.relax(track).map_err(|error| error.in_file(file))?;
-            // Another thread may have been quicker, and found the same.
+            // Another thread may have stored the same result.
             let _ = start.set(found);
         }
         Ok(start.get().map_or(&[], Vec::as_slice))
     }
 
+    /// The unknowns of least energy in both frames; angles are measured from the initial frames.
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
-        let rod = self.tied(self.setup, track, 0)?;
+        let rod = self.sprung_rod(self.setup, track, 0)?;
         if !self.problem.mesh.is_straight() || !self.scene().rod.natural_bending.is_empty() {
-            turn_about_itself::<M>(&rod, &mut q, &frames);
+            minimize_rotation_energy::<M>(&rod, &mut q, &frames);
         }
         let reference = frames.clone();
         let descend = |rod: &M::Rod<f64>, q: Vec<f64>, frames| {
-            let scales = (self.problem.length(), self.negligible(None));
-            let all = 0..q.len();
-            let derivatives = self.problem.derivatives();
-            let descent = Descent::new(rod, all, scales, None, derivatives, q);
-            descent.holding(self.turn_springs()).descend(frames)
+            let settings = DescentSettings {
+                free: 0..q.len(),
+                prescribed: PrescribedDofs::default(),
+                length: self.problem.length(),
+                negligible: self.negligible_stiffness(None),
+                springs: self.angle_springs(),
+                edges: None,
+                derivatives: self.problem.derivatives(),
+            };
+            Descent::new(rod, settings, q).descend(frames)
         };
         let first = descend(&rod, q, frames)?;
-        let rod = self.tied(self.setup, track, 1)?;
-        // From there by as much as the markers have gone.
+        let rod = self.sprung_rod(self.setup, track, 1)?;
+        // The second frame starts from the first one, displaced by the motion of the markers.
         let mut q = first.q.clone();
         let [before, after] = [0, 1]
             .map(|frame| between_markers::<f64>(track, track.times()[frame], self.nodes() - 1));
         for (i, (before, after)) in before.iter().zip(&after).enumerate() {
-            let way = self.model.components(sub(*after, *before));
+            let displacement = self.model.components(sub(*after, *before));
             for c in 0..M::STRIDE.min(3) {
-                q[M::STRIDE * i + c] += way[c];
+                q[M::STRIDE * i + c] += displacement[c];
             }
         }
         let second = descend(&rod, q, first.frames.clone())?;
@@ -156,55 +171,60 @@ impl<M: Model> Discretized<'_, M> {
             .collect())
     }
 
-    /// The unknowns of both frames with the derivatives that `D` carries.
+    /// The relaxed unknowns of both frames with the derivatives that `D` carries.
     fn relaxed_over<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
         track: &Track,
-    ) -> Result<Relaxed<D, M>, Error> {
+    ) -> Result<[Vec<D>; 2], Error> {
         let (_, frames) = self.begin(setup);
         let found = self.relaxed(track)?;
         let mut both = [0, 1].map(|k| found[k].iter().map(|x| D::from(*x)).collect::<Vec<D>>());
         if D::ORDER > 0 {
             for (frame, q) in both.iter_mut().enumerate() {
-                let rods = (self.tied(setup, track, frame)?, self.tied(self.setup, track, frame)?);
-                let plain = self.begin(self.setup).1;
-                self.follow_tied((&rods.0, &frames), (&rods.1, &plain), q)
+                let rod = self.sprung_rod(setup, track, frame)?;
+                let plain = self.sprung_rod(self.setup, track, frame)?;
+                let plain_frames = self.begin(self.setup).1;
+                self.differentiate_sprung(&rod, &frames, &plain, &plain_frames, q)
                     .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
             }
         }
-        let [first, second] = both;
-        Ok(((first, frames), second))
+        Ok(both)
     }
 
-    /// Springs, N m, on the angles of a rod that is tied to markers: weak, since they only hold what
-    /// nothing else does, the turn of a straight rod about itself.
-    fn turn_springs(&self) -> Vec<f64> {
-        let angles = |(i, k): (usize, f64)| if M::Rod::<f64>::is_angle(i) { 10.0 * k } else { 0.0 };
-        self.negligible(None).into_iter().enumerate().map(angles).collect()
+    /// Stiffness of weak springs on the angles of a rod with springs to markers, N m: nothing else holds the spin of a
+    /// straight rod.
+    fn angle_springs(&self) -> Vec<f64> {
+        let angles = |(i, k): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
+            true => ANGLE_SPRING_FACTOR * k,
+            false => 0.0,
+        };
+        self.negligible_stiffness(None).into_iter().enumerate().map(angles).collect()
     }
 
-    /// Gives the unknowns `q` of a tied rod at rest, the second in plain numbers, their derivatives, by
-    /// steps of Newton's method with the tangent of the plain rod: one, and one per order.
-    fn follow_tied<D: Nestable>(
+    /// Adds the derivatives to the unknowns `q` of a relaxed rod, by Newton steps with the tangent of the rod in `plain`
+    /// numbers: one to remove the residual, and one per order of derivatives.
+    fn differentiate_sprung<D: Nestable>(
         &self,
-        (rod, frames): Framed<'_, D, M>,
-        (plain, plain_frames): Framed<'_, f64, M>,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D>>::Frames,
+        plain: &M::Rod<f64>,
+        plain_frames: &FramesOf<M>,
         q: &mut [D],
     ) -> Result<(), Singular> {
         let n = q.len();
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
-        // What the springs bear there, against the same forces in the same angles.
-        let (mut borne, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
-        plain.tangent(&found, plain_frames, Derivatives::Hand, &mut borne, &mut tangent);
-        let springs = self.turn_springs();
+        // Forces of the springs on angles, in equilibrium with the gradient.
+        let (mut spring_forces, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
+        plain.tangent(&found, plain_frames, Derivatives::Hand, &mut spring_forces, &mut tangent);
+        let springs = self.angle_springs();
         let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(n);
         factors.factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)?;
         let mut change = vec![D::from(0.0); n];
         for _ in 0..1 + D::ORDER {
             rod.gradient(q, frames, Derivatives::Hand, &mut change);
             for i in 0..n {
-                change[i] += (q[i] - found[i]) * springs[i] - borne[i];
+                change[i] += (q[i] - found[i]) * springs[i] - spring_forces[i];
             }
             factors.solve(&mut change);
             for (q, change) in q.iter_mut().zip(&change) {
@@ -215,8 +235,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The stiffness of the springs to free markers, N/m: between that of an edge along itself and that of
-/// bending at its length.
+/// The geometric mean of axial and bending stiffness of an edge, `E sqrt(A I)/l^2`, N/m.
 fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
     let edge = setup.mesh.length * (segments as f64).recip();
@@ -224,9 +243,9 @@ fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     material.youngs_modulus * (section.area * i1).sqrt() / (edge * edge)
 }
 
-/// Turns a rod as a whole about itself to where its energy is least: the best of a few turns, and the least about it by
-/// golden sections. So where it relaxes to goes with the markers however they lie in the world.
-fn turn_about_itself<M: Model>(
+/// Rotates all sections about the center line by the common angle of least energy: the best of a few angles, refined by
+/// golden sections. Thus the relaxed shape does not depend on the orientation of the markers in the world.
+fn minimize_rotation_energy<M: Model>(
     rod: &M::Rod<f64>,
     q: &mut [f64],
     frames: &<M::Rod<f64> as Rod<f64>>::Frames,
@@ -235,31 +254,31 @@ fn turn_about_itself<M: Model>(
         return;
     }
     let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<f64>::is_angle(*i)).collect();
-    let begun: Vec<f64> = angles.iter().map(|i| q[*i]).collect();
-    let turned = |turn: f64, q: &mut [f64]| {
-        angles.iter().zip(&begun).for_each(|(i, begun)| q[*i] = begun + turn);
+    let initial: Vec<f64> = angles.iter().map(|i| q[*i]).collect();
+    let energy = |rotation: f64, q: &mut [f64]| {
+        angles.iter().zip(&initial).for_each(|(i, initial)| q[*i] = initial + rotation);
         rod.energies(q, frames).total()
     };
-    let room = TAU / TURNS as f64;
-    let energies: [f64; TURNS] = std::array::from_fn(|k| turned(k as f64 * room, q));
-    let least = (0..TURNS).fold(0, |a, b| if energies[b] < energies[a] { b } else { a });
+    let spacing = TAU / ROTATIONS as f64;
+    let energies: [f64; ROTATIONS] = std::array::from_fn(|k| energy(k as f64 * spacing, q));
+    let least = (0..ROTATIONS).fold(0, |a, b| if energies[b] < energies[a] { b } else { a });
     let most = energies.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-    // A round rod that lies straight has the same energy in all of them.
-    if most - energies[least] <= 1e-9 * most.abs() {
-        turned(0.0, q);
+    // A straight round rod has the same energy at all angles.
+    if most - energies[least] <= EQUAL_ENERGY * most.abs() {
+        energy(0.0, q);
         return;
     }
-    let best = least as f64 * room;
+    let best = least as f64 * spacing;
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let [mut low, mut high] = [best - room, best + room];
+    let [mut low, mut high] = [best - spacing, best + spacing];
     for _ in 0..SECTIONS {
         let part = golden * (high - low);
-        match turned(high - part, q) < turned(low + part, q) {
+        match energy(high - part, q) < energy(low + part, q) {
             true => high = low + part,
             false => low = high - part,
         }
     }
-    turned(0.5 * (low + high), q);
+    energy(0.5 * (low + high), q);
 }
 
 #[cfg(test)]
@@ -268,10 +287,10 @@ mod tests {
     use crate::problem::SpatialModel;
     use crate::scene::{Dimension, Material, Scene, Section, Shape};
 
-    /// A helix that lies as it would without stress but for its curvature has the least energy unturned, whatever turn
-    /// it is given before.
+    /// A helix in its stress-free shape, except for its curvature, has the least energy without rotation, whatever rotation
+    /// it starts with.
     #[test]
-    fn the_turn_of_least_energy_is_found_from_any_other() {
+    fn rotation_of_least_energy_is_found_from_any_start() {
         let points = (0..13)
             .map(f64::from)
             .map(|s| [0.05 * s, 0.1 * (0.5 * s).sin(), 0.1 * (0.5 * s).cos()]);
@@ -288,7 +307,7 @@ mod tests {
             let mut q = begun.clone();
             let angles: Vec<usize> = (0..q.len()).filter(is_angle).collect();
             angles.iter().for_each(|i| q[*i] += turn);
-            turn_about_itself::<SpatialModel>(&spatial.rod(), &mut q, &frames);
+            minimize_rotation_energy::<SpatialModel>(&spatial.rod(), &mut q, &frames);
             for i in angles {
                 let left = q[i] - begun[i];
                 let left = left - (left / TAU).round() * TAU;

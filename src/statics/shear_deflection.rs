@@ -1,4 +1,4 @@
-//! The additional deflection of a rod at rest by shear, which its model leaves out.
+//! Additional deflection of a rod at rest by shear deformation, which the model omits (Timoshenko).
 //!
 //! Across an element of length `l` the shear force `Q` shifts the sections by `l Q/(kappa G A)` against each other.
 //! The shifts add up from a held end to a free one. Between two held ends the sum is reduced by a rotation of the rod
@@ -22,62 +22,73 @@ impl Problem {
     }
 }
 
+/// Internal force in every edge, N, from the external forces on the nodes.
+pub(crate) fn internal_forces<M: Model>(
+    discretized: &Discretized<'_, M>,
+    on_node: impl Fn(usize) -> [f64; 3],
+) -> Vec<[f64; 3]> {
+    let (supports, edges) = (&discretized.scene().supports, discretized.nodes() - 1);
+    let mut forces = Vec::with_capacity(edges);
+    let mut sum = [0.0; 3];
+    for i in 0..edges {
+        sum = add(sum, on_node(i));
+        forces.push(sum);
+    }
+    // A clamp holds both nodes of the outermost edge: the force enters at the second.
+    if supports.start == Support::Clamped && edges > 1 {
+        forces[0] = forces[1];
+    }
+    if supports.end == Support::Clamped && edges > 1 {
+        forces[edges - 1] = forces[edges - 2];
+    }
+    forces
+}
+
+/// The fraction of edge `j` outside of the walls.
+pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) -> f64 {
+    let scene = discretized.scene();
+    let [start, end] = behind_walls(&scene.supports, scene.soft);
+    let behind_start = if j == 0 { start } else { 0.0 };
+    let behind_end = if j + 2 == discretized.nodes() { end } else { 0.0 };
+    (1.0 - behind_start - behind_end).max(0.0)
+}
+
+/// Displacements by shear of the nodes of a model, m, for `E/(kappa G) = 1`.
 fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());
     let edges = discretized.nodes() - 1;
-    // What the supports exert on held unknowns.
+    // Reactions on held unknowns: the gradient vanishes on free ones.
     let mut reactions = vec![0.0; rest.q.len()];
     rod.gradient(&rest.q, &rest.frames, discretized.derivatives(), &mut reactions);
     for i in discretized.free() {
         reactions[i] = 0.0;
     }
-    let loads = discretized.setup.loads();
-    let on_node = |i: usize| {
-        let weight = scale(scene.loads.gravity, rod.mass()[M::STRIDE * i]);
-        let here = loads.iter().filter(|load| load.node == i);
-        let load = here.fold(weight, |sum, load| add(sum, load.force));
-        add(load, discretized.model.rate(&reactions, i))
-    };
-    let mut through = Vec::with_capacity(edges);
-    let mut sum = [0.0; 3];
-    for i in 0..edges {
-        sum = add(sum, on_node(i));
-        through.push(sum);
-    }
+    let loads = discretized.nodal_loads(rod.mass());
+    let on_node = |i: usize| add(loads[i], discretized.model.rate(&reactions, i));
+    let forces = internal_forces(discretized, on_node);
     let held = [scene.supports.start, scene.supports.end].map(|s| s != Support::Free);
-    let clamped = [scene.supports.start, scene.supports.end].map(|s| s == Support::Clamped);
-    // A clamp holds both nodes of the outermost edge: the force enters at the second.
-    if clamped[0] && edges > 1 {
-        through[0] = through[1];
-    }
-    if clamped[1] && edges > 1 {
-        through[edges - 1] = through[edges - 2];
-    }
-    let [behind_start, behind_end] = behind_walls(&scene.supports, scene.soft);
     let place = |i: usize| discretized.model.position(&rest.q, i);
     let mut shifted = vec![[0.0; 3]];
-    for (j, force) in through.iter().enumerate() {
+    for (j, force) in forces.iter().enumerate() {
         let chord = sub(place(j + 1), place(j));
         let length = dot(chord, chord).sqrt();
         let tangent = scale(chord, 1.0 / length);
         let shear = sub(*force, scale(tangent, dot(*force, tangent)));
-        let outside = 1.0
-            - if j == 0 { behind_start } else { 0.0 }
-            - if j + 1 == edges { behind_end } else { 0.0 };
         let (section, material) = scene.at((j as f64 + 0.5) / edges as f64);
         let stiffness = material.youngs_modulus * section.moments().area;
-        // What lies behind pulls the section along with the loads on it.
-        let shift = scale(shear, -length * outside.max(0.0) / stiffness);
+        // The force on the part behind the edge shifts it against the part before.
+        let shift = scale(shear, -length * free_part(discretized, j) / stiffness);
         shifted.push(add(shifted[j], shift));
     }
+    // Between two held ends the rod rotates as a whole, so that the shifts add up to zero.
     let whole = shifted[edges];
-    let from = |i: usize| match held {
+    let offset = |i: usize| match held {
         [true, false] => [0.0; 3],
         [true, true] => scale(whole, i as f64 / edges as f64),
         [false, _] => whole,
     };
-    Ok(shifted.iter().enumerate().map(|(i, shift)| sub(*shift, from(i))).collect())
+    Ok(shifted.iter().enumerate().map(|(i, shift)| sub(*shift, offset(i))).collect())
 }
 
 #[cfg(test)]
@@ -98,7 +109,7 @@ mod tests {
         vec![PointForce { node, force: [0.0, -10.0, 0.0], moment: [0.0; 3] }]
     }
 
-    /// By how much node `i` sinks more by shear, over its deflection.
+    /// Additional deflection of node `i` by shear, over its deflection.
     fn relative(scene: &Scene, i: usize) -> f64 {
         let problem = scene.problem().unwrap();
         let deflection = problem.equilibrium().unwrap().nodes[i][1];
@@ -108,7 +119,7 @@ mod tests {
     /// 4 and 3 times I/(A L^2) at the tip of a cantilever; at the middle of a simply supported rod with a force there
     /// 12 times: (F L/(4 kappa G A))/(F L^3/(48 E I)).
     #[test]
-    fn shear_adds_what_beam_theory_gives() {
+    fn shear_deflection_agrees_with_beam_theory() {
         let unit = 0.01_f64.powi(2) / 12.0 / (LENGTH * LENGTH);
         let near = |found: f64, expected: f64| {
             assert!((found / (expected * unit) - 1.0).abs() < 0.02, "{found} {expected}")

@@ -8,8 +8,8 @@
 //! x' K x = x' d/dt grad E(q + t x),
 //! ```
 //!
-//! evaluated element by element in dual numbers. Strains and their rates are differences of neighboring nodes there, so
-//! that the rounding error is that of the forces in the elements times the squared slopes of the motion,
+//! evaluated element by element in dual numbers. There, strains and their rates are differences of neighboring nodes.
+//! The rounding error is that of the forces in the elements times the squared slopes of the motion,
 //! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`, some `n^3` times smaller for the motion of a rigid body.
 
 use crate::energy::Derivatives;
@@ -18,6 +18,7 @@ use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::Rod;
 use crate::statics::pencil::Pencil;
+use crate::statics::reference_stiffness::NEGLIGIBLE;
 use faer::{Mat, Side};
 use num_dual::Dual64;
 
@@ -27,11 +28,8 @@ pub(crate) const UNCERTAIN_LEVELS: f64 = 100.0;
 /// Most eigenvalues whose signs are determined one by one. A free rod in space has six.
 pub(crate) const MAX_UNCERTAIN: usize = 12;
 /// Shift of the iteration for several such eigenvalues: far above the rounding level, which would keep the iteration from
-/// converging, and below the stiffness of bending, which is `1/NEUTRAL` levels.
+/// converging, and below the stiffness of bending, which is `1/NEGLIGIBLE` levels.
 const SHIFT_LEVELS: f64 = 1e8;
-/// Stiffness that counts as none over that of bending as a whole.
-const NEUTRAL: f64 = 1e-9;
-
 /// Numbers of independent motions that do not raise the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Stability {
@@ -48,28 +46,30 @@ impl std::ops::AddAssign for Stability {
     }
 }
 
-/// The stiffness of a motion.
-pub(crate) struct Stiffness {
+/// The second variation of the energy along a motion.
+pub(crate) struct MotionStiffness {
     /// `x' K x`, J.
     pub value: f64,
-    /// Its rounding error, or what counts as none, J.
+    /// Its rounding error, or the negligible stiffness if that is larger, J.
     pub tolerance: f64,
-    /// The motion as a combination of those given.
+    /// Coefficients of the motion in the given ones.
     pub combination: Vec<f64>,
 }
 
-impl Stiffness {
+impl MotionStiffness {
+    /// Whether the stiffness is zero within its rounding error.
     pub fn is_zero(&self) -> bool {
         self.value.abs() <= self.tolerance
     }
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Stability with the tangent of `pencil`, whose masses are [negligible](Self::negligible) stiffnesses and whose
-    /// vectors `in_model` extends to all unknowns of the model.
+    /// Stability of an equilibrium with the tangent of `pencil`. The masses of the pencil are [negligible
+    /// stiffnesses](Self::negligible_stiffness); `in_model` maps its vectors to the unknowns of the model.
     pub(crate) fn stability<T: Tangent<f64>>(
         &self,
-        at: (&[f64], &FramesOf<M>),
+        q: &[f64],
+        frames: &FramesOf<M>,
         pencil: &Pencil<f64, T>,
         in_model: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Result<Stability, Error> {
@@ -87,26 +87,30 @@ impl<M: Model> Discretized<'_, M> {
         // Several such eigenvalues are those of rigid motions; a single one passes through zero at a critical load.
         let shift = if possible - certain > 1 { SHIFT_LEVELS } else { 1.0 };
         let Ok(found) = pencil.lowest(possible, shift) else { return by_inertia(pencil) };
-        let motions: Vec<Vec<f64>> = found[certain..].iter().map(|(_, x)| in_model(x)).collect();
+        let motions: Vec<Vec<f64>> =
+            found[certain..].iter().map(|mode| in_model(&mode.vector)).collect();
         let mut stability = Stability { unstable: certain, marginal: 0 };
-        for stiffness in self.stiffnesses(at, &motions) {
+        for stiffness in self.stiffnesses(q, frames, &motions) {
             if !stiffness.is_zero() {
                 stability.unstable += usize::from(stiffness.value < 0.0);
                 continue;
             }
-            let motion = self.motion(at, &linear_combination(&motions, &stiffness.combination));
+            let x = linear_combination(&motions, &stiffness.combination);
+            let motion = self.measure_motion(q, frames, &x);
             stability.marginal += usize::from(!(motion.is_rigid() || motion.is_spin()));
         }
         Ok(stability)
     }
 
-    /// The stiffnesses of combinations of `motions`, which are rates of all unknowns and vanish where supports hold the
-    /// rod: the principal ones, ascending.
+    /// Principal stiffnesses in the space of `motions`, ascending. The motions are rates of all unknowns and vanish where
+    /// supports hold the rod.
     pub(crate) fn stiffnesses(
         &self,
-        (q, frames): (&[f64], &FramesOf<M>),
+        q: &[f64],
+        frames: &FramesOf<M>,
         motions: &[Vec<f64>],
-    ) -> Vec<Stiffness> {
+    ) -> Vec<MotionStiffness> {
+        // Derivatives of the forces along the motions, K x.
         let rod = self.setup_over(|_, value| Dual64::from(value)).rod(self.model);
         let frames = M::frames_over::<Dual64>(frames);
         let forces: Vec<Vec<f64>> = motions
@@ -123,7 +127,7 @@ impl<M: Model> Discretized<'_, M> {
         let form = Mat::from_fn(count, count, |i, j| {
             0.5 * (product(&motions[i], &forces[j]) + product(&motions[j], &forces[i]))
         });
-        let rotation: Vec<Vec<f64>> = match form.self_adjoint_eigen(Side::Lower) {
+        let principal: Vec<Vec<f64>> = match form.self_adjoint_eigen(Side::Lower) {
             Ok(eigen) => {
                 (0..count).map(|k| (0..count).map(|j| eigen.U()[(j, k)]).collect()).collect()
             }
@@ -136,13 +140,17 @@ impl<M: Model> Discretized<'_, M> {
                 linear_combination(motions, &combination),
                 linear_combination(&forces, &combination),
             );
-            Stiffness { value: product(&x, &f), tolerance: self.tolerance_of(&x), combination }
+            MotionStiffness {
+                value: product(&x, &f),
+                tolerance: self.stiffness_tolerance(&x),
+                combination,
+            }
         };
-        rotation.into_iter().map(stiffness).collect()
+        principal.into_iter().map(stiffness).collect()
     }
 
-    /// The rounding error of the stiffness of a motion, or what counts as none if that is larger, J.
-    fn tolerance_of(&self, x: &[f64]) -> f64 {
+    /// The rounding error of the stiffness of a motion, plus the negligible stiffness, J.
+    fn stiffness_tolerance(&self, x: &[f64]) -> f64 {
         let (section, material) = self.scene().at(0.5);
         let moments = section.moments();
         let [i1, i2] = moments.second_moments;
@@ -156,12 +164,13 @@ impl<M: Model> Discretized<'_, M> {
             let stiffness = if M::Rod::<f64>::is_angle(i) { torsion } else { axial };
             rounding += stiffness * (x[i] - x[i - M::STRIDE]).powi(2) / edge;
         }
-        let neutral: f64 = self.neutral(NEUTRAL).iter().zip(x).map(|(k, x)| k * x * x).sum();
+        let neutral: f64 =
+            self.part_of_bending_stiffness(NEGLIGIBLE).iter().zip(x).map(|(k, x)| k * x * x).sum();
         f64::EPSILON * nodes * rounding + neutral
     }
 }
 
-/// A sum of vectors with weights.
+/// The sum of vectors times weights.
 pub(crate) fn linear_combination(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
     for (vector, weight) in vectors.iter().zip(weights) {

@@ -1,38 +1,38 @@
-//! Limp rods that stand: their loads are raised step by step.
+//! Load steps for limp rods that stand: loads that push a rod towards its clamp are increased step by step.
 //!
-//! A rod whose loads push it towards its clamp falls over at `F L^2/(E I)` near 8 (Greenhill). Far above, the way from the
-//! standing shape to the hanging one passes many saddles, and may end beside the hanging shape. At small loads the rod bends to
-//! the side that the loads choose, and from there it follows the stable branch.
+//! Such a rod buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a descent from the standing shape to the hanging
+//! one passes many saddles, and may end in another equilibrium. Slightly above the critical load the rod bends to the side
+//! that the loads determine, and from there it follows the stable branch.
 
-use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
 use crate::rod::Rod;
 use crate::scene::{InitialState, Support};
 
-/// Loads times `L^2/(E I)` above which a standing rod is limp.
+/// Value of `F L^2/(E I)` above which a standing rod is limp and loaded in steps.
 const LIMP: f64 = 100.0;
-/// The same without loads across the rod: below, the unstable standing shape is the equilibrium of a symmetric scene. Above,
-/// Newton's method does not find it but by chance.
-const LIMP_WITHOUT_SIDE: f64 = 1000.0;
-/// The same of the first equilibrium, above the critical load.
-const FIRST: f64 = 30.0;
-/// Factor from one load to the next.
-const RAISE: f64 = 3.0;
-/// Loads across the rod below this part are none.
-const ACROSS: f64 = 1e-9;
-/// Displacement of a rod whose loads choose no side, over its length.
+/// The same without loads across the rod. Below, the unstable standing shape is the equilibrium of a symmetric scene; above,
+/// Newton's method finds it only by chance.
+const LIMP_SYMMETRIC: f64 = 1000.0;
+/// Value of `F L^2/(E I)` in the first step, above the critical load.
+const FIRST_LOAD: f64 = 30.0;
+/// Ratio of the loads of successive steps.
+const LOAD_RATIO: f64 = 3.0;
+/// Squared ratio of the loads across the rod to all below which the loads determine no side.
+const NEGLIGIBLE_SIDE: f64 = 1e-9;
+/// Initial displacement of a rod whose loads determine no side, over its length.
 const PUSH: f64 = 1e-4;
 
-/// How the loads of a standing rod are raised.
+/// Load steps of a standing rod.
 pub(super) struct StandingLoads {
-    /// Parts of the loads before all of them, ascending.
+    /// Fractions of the loads before the full ones, ascending.
     pub parts: Vec<f64>,
     /// Displacement across the rod at the start, over its length.
     pub push: f64,
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The steps in which the loads are raised from the shape `q`; none where the rod does not stand, or is stiff.
+    /// The load steps from the shape `q`; none where the rod does not stand, or is stiff.
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;
@@ -44,12 +44,8 @@ impl<M: Model> Discretized<'_, M> {
         if !stands_alone {
             return None;
         }
-        let (rod, loads) = (self.rod(), self.setup.loads());
-        let mut forces: Vec<Vector<f64>> =
-            (0..=last).map(|i| scale(scene.loads.gravity, rod.mass()[M::STRIDE * i])).collect();
-        for load in &loads {
-            forces[load.node] = add(forces[load.node], load.force);
-        }
+        let forces = self.nodal_loads(self.rod().mass());
+        // The loads point towards the clamp if their work from there to every node is negative.
         let wall = self.model.position(q, 0);
         let place = |i: usize| sub(self.model.position(q, i), wall);
         let total = forces.iter().fold([0.0; 3], |sum, force| add(sum, *force));
@@ -64,18 +60,19 @@ impl<M: Model> Discretized<'_, M> {
         if work >= 0.0 || along >= 0.0 || limpness.is_nan() || limpness < LIMP {
             return None;
         }
-        let first = FIRST / limpness;
-        let parts = std::iter::successors(Some(first), |part| Some(part * RAISE));
-        let is_aimed = (size * size - along * along).max(0.0).sqrt() > ACROSS.sqrt() * size;
-        if !is_aimed && limpness < LIMP_WITHOUT_SIDE {
+        let first = FIRST_LOAD / limpness;
+        let parts = std::iter::successors(Some(first), |part| Some(part * LOAD_RATIO));
+        let has_side =
+            (size * size - along * along).max(0.0).sqrt() > NEGLIGIBLE_SIDE.sqrt() * size;
+        if !has_side && limpness < LIMP_SYMMETRIC {
             return None;
         }
-        let push = if is_aimed { 0.0 } else { PUSH };
+        let push = if has_side { 0.0 } else { PUSH };
         Some(StandingLoads { parts: parts.take_while(|part| *part < 1.0).collect(), push })
     }
 
-    /// The rod under a part of its loads; with a part of the forces that hold it until t = 0 where it is `held`.
-    pub(super) fn under_part(&self, part: f64, held: bool) -> M::Rod<f64> {
+    /// The rod under a fraction of its loads, and if it is `held`, of the forces that hold it until t = 0.
+    pub(super) fn partially_loaded_rod(&self, part: f64, held: bool) -> M::Rod<f64> {
         let mut scene = self.setup.scene.clone();
         let scaled = |v: &mut [f64; 3]| *v = v.map(|c| c * part);
         scaled(&mut scene.loads.gravity);

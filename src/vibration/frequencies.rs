@@ -1,18 +1,17 @@
-//! How the frequencies of small vibrations about an equilibrium change with the parameters.
+//! Natural frequencies about an equilibrium with exact derivatives by parameters.
 //!
-//! A parameter changes the tangent and the masses, and it moves the equilibrium that the tangent is
-//! taken at. So the equilibrium gets its derivatives first ([`Trajectory::at_rest`]); tangent `K` and
-//! masses `M` are assembled there in dual numbers, and inverse iteration with the shift
-//! `s = (1 - 1e-7) lambda`,
+//! A parameter changes tangent and masses, and it moves the equilibrium. So the equilibrium is differentiated first
+//! ([`Trajectory::at_rest`]). Tangent `K` and masses `M` are assembled there in dual numbers, and inverse iteration with
+//! the shift `s = (1 - 1e-7) lambda`,
 //!
 //! ```text
 //! y = (K - s M)^-1 M x,   lambda = s + y.Mx / y.My,   x = y / |y|,
 //! ```
 //!
-//! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. The parts of `x` along
-//! other modes, its derivatives' included, fall with the shift's distance over that of the mode's
-//! neighbour, and the quotient is off by their square. First derivatives are those of Hellmann and
-//! Feynman; second ones know how the mode itself changes.
+//! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. In every iteration the components
+//! of `x` along other modes, and those of its derivatives, decrease by the ratio of the distances of the shift from `lambda`
+//! and from the next eigenvalue. The error of the quotient is of second order in them. First derivatives agree with the
+//! Hellmann-Feynman theorem; second ones include the change of the mode.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
@@ -20,75 +19,63 @@ use crate::energy::frame::Frames;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::problem::Model;
-use crate::problem::SpatialModel;
-use crate::problem::{AnyProblem, ModelWithSetup, Problem};
+use crate::problem::{AnyProblem, Model, ModelWithSetup, Problem, SpatialModel};
 use crate::rod::Rod;
 use crate::scene::Parameter;
-use crate::statics::CheckedEquilibrium;
-use crate::statics::Pencil;
-use crate::vibration::modes::{Eigenpair, ModePlane, Vibrating, across};
+use crate::statics::{CheckedEquilibrium, Pencil};
+use crate::vibration::modes::{Eigenpair, ModePlane, VibratingRod, spatial_state};
 use crate::vibration::name::ModeName;
 use num_dual::Dual64;
 
-/// The shift's distance from the eigenvalue, as a part of it.
-const OFF: f64 = 1e-7;
-/// Each makes the parts along other modes smaller by a thousandth at least; the first finds the
-/// shift's own derivatives.
+/// Distance of the shift from the eigenvalue, relative to it.
+const SHIFT_OFFSET: f64 = 1e-7;
+/// Number of inverse iterations. Each reduces components along other modes by a factor of a thousand at least; the first
+/// one yields the derivatives of the shift.
 const ITERATIONS: usize = 4;
-/// Modes of frequencies nearer than this part mix, and have no derivatives of their own.
-const APART: f64 = 1e-6;
+/// Relative distance of frequencies below which modes mix and have no separate derivatives.
+const CLUSTER_DISTANCE: f64 = 1e-6;
 
-/// A natural frequency and its derivatives.
+/// A natural frequency and its derivatives by parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NaturalFrequency {
     /// Angular frequency, rad/s.
     pub frequency_rad_s: f64,
-    /// Its derivative by each of the parameters, rad/s over their units.
+    /// Derivative by each of the parameters, rad/s per unit of the parameter.
     pub derivatives: Vec<f64>,
 }
 
 impl Problem {
-    /// The frequencies of named modes about the equilibrium under the loads, with their exact
-    /// derivatives by `parameters`. A mere number counts, from 1 on in the order of rising frequency,
-    /// the modes in the plane of a planar scene, and all those of a spatial one; see [`ModeName`].
+    /// The frequencies of named modes about the equilibrium under the loads, with exact derivatives by `parameters`. A plain
+    /// number counts, from 1 on in ascending order, the modes in the plane of a planar scene, or all modes of a spatial one;
+    /// see [`ModeName`].
     ///
     /// # Errors
-    /// Those of [`equilibrium`](Problem::equilibrium). A mode that is unstable or meets no resistance is
-    /// refused by [`Error::Mode`], and so is one that another in the same plane vibrates as fast as: of
-    /// a round rod in space, bending modes come in such pairs.
+    /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness, and with `parameters`
+    /// for a mode with the frequency of another one in the same plane, as the pairs of bending modes of a round rod in
+    /// space.
     pub fn natural_frequencies<N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
         parameters: &[Parameter],
     ) -> Result<Vec<NaturalFrequency>, Error> {
         let modes: Vec<ModeName> = modes.iter().map(|name| (*name).into()).collect();
-        self.named_frequencies(&modes, parameters)
-    }
-
-    fn named_frequencies(
-        &self,
-        modes: &[ModeName],
-        parameters: &[Parameter],
-    ) -> Result<Vec<NaturalFrequency>, Error> {
-        let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
-        let natural_frequency = |(_, pair): &(Option<ModePlane>, Eigenpair)| NaturalFrequency {
-            frequency_rad_s: pair.frequency(),
+        let named = NamedModes::new(self, &modes, !parameters.is_empty())?;
+        let without_derivatives = |mode: &PlaneMode| NaturalFrequency {
+            frequency_rad_s: mode.pair.frequency(),
             derivatives: Vec::with_capacity(parameters.len()),
         };
-        let mut natural_frequencies: Vec<NaturalFrequency> =
-            vibrations.modes.iter().map(natural_frequency).collect();
+        let mut frequencies: Vec<_> = named.modes.iter().map(without_derivatives).collect();
         for parameter in parameters {
             self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-            for (found, over) in natural_frequencies.iter_mut().zip(vibrations.over(seed)?) {
-                found.derivatives.push(over.eps);
+            for (frequency, dual) in frequencies.iter_mut().zip(named.frequencies(seed)?) {
+                frequency.derivatives.push(dual.eps);
             }
         }
-        Ok(natural_frequencies)
+        Ok(frequencies)
     }
 
-    /// The same frequencies, rad/s, over any scalar; `seed` makes the numbers of the parameters.
+    /// The frequencies of named modes, rad/s, over any scalar; `seed` returns the number of a parameter over it.
     ///
     /// # Errors
     /// Those of [`natural_frequencies`](Self::natural_frequencies).
@@ -98,106 +85,120 @@ impl Problem {
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Vec<D>, Error> {
         let modes: Vec<ModeName> = modes.iter().map(|name| (*name).into()).collect();
-        Vibrations::of(self, &modes, D::ORDER > 0)?.over(seed)
+        NamedModes::new(self, &modes, D::ORDER > 0)?.frequencies(seed)
     }
 }
 
-/// An equilibrium by its model.
-enum AnySettled {
-    /// With the spatial model, where modes out of the plane are asked for.
+/// The equilibrium of a planar or spatial problem.
+enum AnyEquilibrium {
+    /// With the spatial model if there are modes out of the plane.
     Planar(CheckedEquilibrium<()>, Option<Box<ModelWithSetup<SpatialModel>>>),
     Spatial(CheckedEquilibrium<Frames<f64>>),
 }
 
-/// Modes to be differentiated.
-struct Vibrations<'a> {
-    problem: &'a Problem,
-    settled: AnySettled,
-    modes: Vec<(Option<ModePlane>, Eigenpair)>,
+/// A mode and its plane; no plane in spatial problems.
+struct PlaneMode {
+    plane: Option<ModePlane>,
+    pair: Eigenpair,
 }
 
-impl<'a> Vibrations<'a> {
-    /// The named modes; `apart` if derivatives are asked for.
-    fn of(problem: &'a Problem, names: &[ModeName], apart: bool) -> Result<Self, Error> {
+/// Named modes of a problem, in plain numbers, with the equilibrium that they are about.
+struct NamedModes<'a> {
+    problem: &'a Problem,
+    equilibrium: AnyEquilibrium,
+    modes: Vec<PlaneMode>,
+}
+
+impl<'a> NamedModes<'a> {
+    /// The named modes. If they are `differentiated`, every one must have a frequency of its own.
+    fn new(problem: &'a Problem, names: &[ModeName], differentiated: bool) -> Result<Self, Error> {
         for name in names {
             name.among.check(problem, "modes")?;
         }
+        // Modes in and out of the plane are computed separately, each for its names.
         let planes: Vec<Option<ModePlane>> =
             names.iter().map(|n| n.among.plane_of(problem)).collect();
-        let own = |plane: Option<ModePlane>| -> Vec<ModeName> {
-            names.iter().zip(&planes).filter(|(_, p)| **p == plane).map(|(n, _)| *n).collect()
+        let names_in = |plane: ModePlane| -> Vec<ModeName> {
+            let own = names.iter().zip(&planes).filter(|(_, p)| **p == Some(plane));
+            own.map(|(name, _)| *name).collect()
         };
-        let (found, settled) = match problem.discretized() {
+        let (mut inside, mut outside) = (Vec::new().into_iter(), Vec::new().into_iter());
+        let equilibrium = match problem.discretized() {
             AnyProblem::Planar(discretized) => {
-                let settled = discretized.checked_equilibrium()?;
-                let q = &settled.rest.q;
-                let mut found = vec![(Some(ModePlane::In), Vec::new())];
-                let inside = own(Some(ModePlane::In));
-                if !inside.is_empty() {
-                    found[0].1 = named(&Vibrating::of(&discretized, q, &())?, &inside, apart)?;
+                let equilibrium = discretized.checked_equilibrium()?;
+                let q = &equilibrium.rest.q;
+                let names = names_in(ModePlane::In);
+                if !names.is_empty() {
+                    let rod = VibratingRod::new(&discretized, q, &())?;
+                    inside = find_named_modes(&rod, &names, differentiated)?.into_iter();
                 }
                 let mut model = None;
-                let outside = own(Some(ModePlane::Out));
-                if !outside.is_empty() {
+                let names = names_in(ModePlane::Out);
+                if !names.is_empty() {
                     let spatial =
                         problem.discretized_as(&**model.insert(Box::new(problem.spatial_model()?)));
-                    let (q, frames) = across(&discretized, &spatial, q);
-                    let vibrating = Vibrating::across(&spatial, &q, &frames)?;
-                    found.push((Some(ModePlane::Out), named(&vibrating, &outside, apart)?));
+                    let (q, frames) = spatial_state(&discretized, &spatial, q);
+                    let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
+                    outside = find_named_modes(&rod, &names, differentiated)?.into_iter();
                 }
-                (found, AnySettled::Planar(settled, model))
+                AnyEquilibrium::Planar(equilibrium, model)
             }
             AnyProblem::Spatial(discretized) => {
-                let settled = discretized.checked_equilibrium()?;
-                let vibrating = Vibrating::of(&discretized, &settled.rest.q, &settled.rest.frames)?;
-                (vec![(None, named(&vibrating, names, apart)?)], AnySettled::Spatial(settled))
+                let equilibrium = discretized.checked_equilibrium()?;
+                let rest = &equilibrium.rest;
+                let rod = VibratingRod::new(&discretized, &rest.q, &rest.frames)?;
+                inside = find_named_modes(&rod, names, differentiated)?.into_iter();
+                AnyEquilibrium::Spatial(equilibrium)
             }
         };
         // Back in the order of the names.
-        let mut found: Vec<_> = found.into_iter().map(|(p, all)| (p, all.into_iter())).collect();
         let modes = planes.iter().filter_map(|plane| {
-            let (_, own) = found.iter_mut().find(|(p, _)| p == plane)?;
-            Some((*plane, own.next()?))
+            let own = if *plane == Some(ModePlane::Out) { &mut outside } else { &mut inside };
+            Some(PlaneMode { plane: *plane, pair: own.next()? })
         });
-        Ok(Self { problem, modes: modes.collect(), settled })
+        Ok(Self { problem, modes: modes.collect(), equilibrium })
     }
 
-    /// Their frequencies with the derivatives that `D` carries, rad/s.
-    fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
-        let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
+    /// The frequencies with the derivatives that `D` carries, rad/s.
+    fn frequencies<D: Nestable>(
+        &self,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Result<Vec<D>, Error> {
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
-        let mut add = |plane: Option<ModePlane>, one: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
-            for (k, (_, pair)) in picked(plane) {
-                frequencies[k] = one(pair)?;
+        let mut set = |plane, frequency: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
+            for (own, mode) in frequencies.iter_mut().zip(&self.modes) {
+                if mode.plane == plane {
+                    *own = frequency(&mode.pair)?;
+                }
             }
             Ok::<(), Error>(())
         };
-        match (self.problem.discretized(), &self.settled) {
-            (AnyProblem::Planar(discretized), AnySettled::Planar(settled, spatial)) => {
-                let (rod, q) = discretized
-                    .differentiated_equilibrium(settled, &discretized.setup_over(&seed))?;
+        match (self.problem.discretized(), &self.equilibrium) {
+            (AnyProblem::Planar(discretized), AnyEquilibrium::Planar(equilibrium, spatial)) => {
+                let setup = discretized.setup_over(&seed);
+                let (rod, q) = discretized.differentiated_equilibrium(equilibrium, &setup)?;
                 let pencil = Pencil::at(&discretized, &rod, &q, &());
-                add(Some(ModePlane::In), &|pair| frequency(&pencil, pair))?;
+                set(Some(ModePlane::In), &|pair| frequency(&pencil, pair))?;
                 if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| discretized.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..discretized.nodes()).map(place).collect();
                     let discretized = self.problem.discretized_as(model);
                     let setup = discretized.setup_over(&seed);
                     let (q, frames) = discretized.placed(&setup, &nodes);
-                    let whole =
-                        Pencil::at(&discretized, &setup.rod(discretized.model), &q, &frames);
-                    let pencil = whole.across(discretized.model.components(discretized.normal()));
-                    add(Some(ModePlane::Out), &|pair| frequency(&pencil, pair))?;
+                    let rod = setup.rod(discretized.model);
+                    let normal = discretized.model.components(discretized.normal());
+                    let pencil = Pencil::at(&discretized, &rod, &q, &frames).out_of_plane(normal);
+                    set(Some(ModePlane::Out), &|pair| frequency(&pencil, pair))?;
                 }
             }
-            (AnyProblem::Spatial(discretized), AnySettled::Spatial(settled)) => {
-                let (rod, q) = discretized
-                    .differentiated_equilibrium(settled, &discretized.setup_over(&seed))?;
-                // Angles are coordinates whose inertia is theirs about the moved frames only.
-                let mut frames = SpatialModel::frames_over::<D>(&settled.rest.frames);
+            (AnyProblem::Spatial(discretized), AnyEquilibrium::Spatial(equilibrium)) => {
+                let setup = discretized.setup_over(&seed);
+                let (rod, q) = discretized.differentiated_equilibrium(equilibrium, &setup)?;
+                // The inertia of angles is diagonal only about the frames at the equilibrium.
+                let mut frames = SpatialModel::frames_over::<D>(&equilibrium.rest.frames);
                 <SpatialModel as Model>::Rod::<D>::rebase(&mut frames, &q);
                 let pencil = Pencil::at(&discretized, &rod, &q, &frames);
-                add(None, &|pair| frequency(&pencil, pair))?;
+                set(None, &|pair| frequency(&pencil, pair))?;
             }
             _ => unreachable!("a problem keeps its model"),
         }
@@ -205,45 +206,52 @@ impl<'a> Vibrations<'a> {
     }
 }
 
-/// The named modes of a vibrating rod; if they are to stand `apart`, each with a frequency of its
-/// own.
-pub(super) fn named<M: Model, T: Tangent<f64>>(
-    vibrating: &Vibrating<'_, M, T>,
+/// The named modes of a rod. If they are `differentiated`, each must have a frequency of its own.
+pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
+    rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
-    apart: bool,
+    differentiated: bool,
 ) -> Result<Vec<Eigenpair>, Error> {
-    let mass = vibrating.node_masses();
+    let mass = rod.node_masses();
     let most = names.iter().map(|name| name.number).max().unwrap_or(0);
-    // Free motions come first, and the next one tells whether the last stands alone. Modes of one
-    // kind may be few among others.
-    let mut count = most.saturating_add(1 + vibrating.most_free()).min(vibrating.available());
+    // Free motions come first, and one more mode shows whether the last one has a frequency of its own. Modes of one kind may
+    // be rare: the number is doubled until all are found.
+    let mut count = most.saturating_add(1 + rod.most_free()).min(rod.available());
     loop {
-        let all = vibrating.lowest(count)?;
+        let all = rod.lowest(count)?;
         let place = |name: &ModeName| {
-            let mut own = (0..all.len()).filter(|k| name.among.has(&all[*k], |i| mass[i]));
+            let mut own = (0..all.len()).filter(|k| name.among.includes(&all[*k], |i| mass[i]));
             own.nth(name.number.checked_sub(1)?)
         };
-        let is_last = count == vibrating.available();
+        let is_last = count == rod.available();
         let places: Vec<Option<usize>> = names.iter().map(place).collect();
         if is_last || places.iter().all(|k| k.is_some_and(|k| k + 1 < all.len())) {
             let one = |(name, place): (&ModeName, &Option<usize>)| match *place {
-                Some(k) => single(&all, k, name, apart),
+                Some(k) => checked_mode(&all, k, name, differentiated),
                 None => {
-                    let own = all.iter().filter(|pair| name.among.has(pair, |i| mass[i]));
+                    let own = all.iter().filter(|pair| name.among.includes(pair, |i| mass[i]));
                     let (found, high) = (name.number as f64, own.count() as f64);
                     Err(Error::OutOfRange { what: "mode", found, low: 1.0, high })
                 }
             };
             return names.iter().zip(&places).map(one).collect();
         }
-        count = (2 * count).min(vibrating.available());
+        count = (2 * count).min(rod.available());
     }
 }
 
-/// Mode `k` of `all`, if it has a frequency, and, if it is to stand `apart`, one of its own.
-fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<Eigenpair, Error> {
+/// Mode `k` of `all`.
+///
+/// # Errors
+/// [`Error::Mode`] for a mode without stiffness, and, if it is `differentiated`, for one with the frequency of another.
+fn checked_mode(
+    all: &[Eigenpair],
+    k: usize,
+    name: &ModeName,
+    differentiated: bool,
+) -> Result<Eigenpair, Error> {
     let pair = &all[k];
-    let refused = |reason: String| {
+    let rejected = |reason: String| {
         Err(Error::Mode {
             number: name.number,
             among: name.among.words(),
@@ -252,11 +260,12 @@ fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<E
         })
     };
     if pair.squared <= 0.0 {
-        return refused("it has no stiffness and does not vibrate".into());
+        return rejected("it has no stiffness and does not vibrate".into());
     }
-    let as_fast = |other: &Eigenpair| (other.frequency() / pair.frequency() - 1.0).abs() < APART;
-    match (0..all.len()).find(|i| apart && *i != k && as_fast(&all[*i])) {
-        Some(i) => refused(format!(
+    let is_equal =
+        |other: &Eigenpair| (other.frequency() / pair.frequency() - 1.0).abs() < CLUSTER_DISTANCE;
+    match (0..all.len()).find(|i| differentiated && *i != k && is_equal(&all[*i])) {
+        Some(i) => rejected(format!(
             "{} mode {} of all vibrates as fast, so that neither has derivatives of its own",
             all[i].kind.name(),
             all[..=i].iter().filter(|pair| !pair.is_free()).count()
@@ -265,7 +274,7 @@ fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<E
     }
 }
 
-/// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
+/// The frequency of a mode, rad/s, with derivatives: inverse iteration from the mode `pair` in plain numbers.
 fn frequency<D: Nestable, T: Tangent<D>>(
     pencil: &Pencil<D, T>,
     pair: &Eigenpair,
@@ -275,7 +284,7 @@ fn frequency<D: Nestable, T: Tangent<D>>(
     let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
     let mut squared = D::from(pair.squared);
     for _ in 0..ITERATIONS {
-        let shift = squared * (1.0 - OFF);
+        let shift = squared * (1.0 - SHIFT_OFFSET);
         factors
             .factor_sum(mass, -shift, tangent, D::from(1.0), free.clone())
             .map_err(|_| Error::SingularEquilibrium)?;
@@ -283,15 +292,15 @@ fn frequency<D: Nestable, T: Tangent<D>>(
         x.copy_from_slice(&image);
         factors.solve(&mut x);
         if factors.negative_pivots() > 0 {
-            x = refined(x, (pencil, shift), &factors, &image);
+            x = refine_solution(x, pencil, shift, &factors, &image);
         }
         let mut own = D::from(0.0);
-        let mut across = D::from(0.0);
+        let mut with_image = D::from(0.0);
         for i in free.clone() {
-            across += x[i] * image[i];
+            with_image += x[i] * image[i];
             own += x[i] * x[i] * mass[i];
         }
-        squared = shift + across / own;
+        squared = shift + with_image / own;
         let scale = own.sqrt().recip();
         x.iter_mut().for_each(|x| *x *= scale);
     }
@@ -299,12 +308,13 @@ fn frequency<D: Nestable, T: Tangent<D>>(
     Ok((squared - D::from(squared.value()) + pair.squared).sqrt())
 }
 
-/// A better solution `x` of `(K - shift M) x = right`. Above the first mode this matrix is indefinite, and an
-/// elimination without pivoting may happen to meet a small pivot, which costs digits of the derivatives. A
-/// correction by the residual brings them back; it is taken where the residual falls.
-fn refined<D: Nestable, T: Tangent<D>>(
+/// One step of iterative refinement of the solution `x` of `(K - shift M) x = right`, if it lowers the residual. Above the
+/// first mode the matrix is indefinite, and a small pivot of the elimination without pivoting costs digits of the
+/// derivatives.
+fn refine_solution<D: Nestable, T: Tangent<D>>(
     x: Vec<D>,
-    (Pencil { tangent, mass, free }, shift): (&Pencil<D, T>, D),
+    Pencil { tangent, mass, free }: &Pencil<D, T>,
+    shift: D,
     factors: &T::Factors,
     right: &[D],
 ) -> Vec<D> {
@@ -313,10 +323,10 @@ fn refined<D: Nestable, T: Tangent<D>>(
         tangent.residual(free.clone(), x, &right)
     };
     let size = |residual: &[D]| residual.iter().fold(0.0_f64, |most, r| most.max(r.value().abs()));
-    let left = residual(&x);
+    let before = residual(&x);
     let mut better = vec![D::from(0.0); x.len()];
-    better[free.clone()].copy_from_slice(&left);
+    better[free.clone()].copy_from_slice(&before);
     factors.solve(&mut better);
     better.iter_mut().zip(&x).for_each(|(better, x)| *better += *x);
-    if size(&residual(&better)) < size(&left) { better } else { x }
+    if size(&residual(&better)) < size(&before) { better } else { x }
 }

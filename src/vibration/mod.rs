@@ -1,8 +1,7 @@
-//! Small vibrations about a state: modes, their names, and how their frequencies change with the
-//! parameters.
+//! Small vibrations about a state: modes, their selection by name, derivatives of natural frequencies by parameters, and
+//! corrections for thickness.
 
 mod frequencies;
-mod lowest;
 mod modes;
 mod name;
 mod thickness;
@@ -11,3 +10,16 @@ pub use frequencies::NaturalFrequency;
 pub use modes::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 pub use name::{ModeFilter, ModeName};
 pub(crate) use thickness::thickness_effects;
+
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to LinearizationPoint")]
+pub use modes::LinearizationPoint as About;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ModeKind")]
+pub use modes::ModeKind as Kind;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ModePlane")]
+pub use modes::ModePlane as Plane;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ModeFilter")]
+pub use name::ModeFilter as Among;

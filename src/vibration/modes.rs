@@ -1,29 +1,26 @@
-//! Small vibrations: the lowest frequencies and shapes about a state.
+//! Modes of small vibrations about a state: the lowest frequencies and their shapes.
 //!
-//! `K v = omega^2 M v` with the exact tangent `K` at the state (`pencil`), solved
-//! for the lowest (`lowest`) and for all unstable ones. A planar scene that says how stiff the rod is
-//! in torsion vibrates out of its plane too; those modes are found apart from the plane's, so that
-//! equal frequencies do not mix.
+//! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The lowest and all unstable modes are computed.
+//! A planar scene with a torsional stiffness has modes out of its plane too. These are computed separately, so that modes
+//! of equal frequency do not mix.
 //!
-//! Every mode is told by its plane and by its [`Kind`], and has a number among those of its plane:
-//! what a measured frequency is named by ([`ModeName`]). Free motions, of a rod that nothing holds
-//! or that turns in a hinge, have no number.
+//! A mode has a plane, a [`ModeKind`] and a number among the modes of its plane. A measured frequency names its mode by
+//! these ([`ModeName`](crate::vibration::ModeName)). Free motions have no number.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::total_order;
 use crate::numerics::vector::{dot, sub, unit};
-use crate::problem::Model;
 use crate::problem::{
-    AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, Purpose, SpatialProblem,
+    AnyProblem, Discretized, FramesOf, Model, PlanarProblem, Problem, Purpose, SpatialModel,
+    SpatialProblem, UnknownsAndFrames,
 };
-use crate::rod::Rod;
-use crate::rod::TangentOf;
+use crate::rod::{Rod, TangentOf};
 use crate::scene::{End, Resolution, Support};
 use crate::statics::{
-    MAX_UNCERTAIN, OutOfPlaneTangent, Pencil, Stability, UNCERTAIN_LEVELS, linear_combination,
-    spatial_motion,
+    MAX_UNCERTAIN, OutOfPlaneTangent, Pencil, PencilMode, Stability, UNCERTAIN_LEVELS,
+    linear_combination, spatial_motion,
 };
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -32,20 +29,20 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Unstable directions beyond those asked for are listed up to so many.
-const UNSTABLE: usize = 200;
-/// Significant digits of frequencies on the terminal.
+/// Largest number of unstable modes that are listed beyond the requested ones.
+const MAX_UNSTABLE: usize = 200;
+/// Significant digits of frequencies in the terminal table.
 const DIGITS: usize = 7;
 
-/// The state vibrations are about.
+/// The state about which vibrations are linearized.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearizationPoint {
-    /// Where the rod hangs under its loads.
+    /// The equilibrium under the loads.
     #[default]
     Equilibrium,
-    /// The rest shape, whatever the loads.
+    /// The rest shape, regardless of the loads.
     Rest,
 }
 
@@ -77,7 +74,7 @@ pub enum ModeKind {
 }
 
 impl ModeKind {
-    /// As fit files name it.
+    /// Name in fit files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bending => "bending",
@@ -93,16 +90,15 @@ impl ModeKind {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Mode {
-    /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
-    /// nothing resists, such as a free rod's motion as a rigid body.
+    /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s. Zero without resistance, as for rigid
+    /// motions of a free rod.
     pub frequency_rad_s: f64,
-    /// Which way it goes; absent in spatial scenes.
+    /// In or out of the plane of the scene; absent in spatial scenes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<ModePlane>,
-    /// What resists it.
+    /// Dominant deformation.
     pub kind: ModeKind,
-    /// Its number among the modes of its plane, from 1 on, as measured frequencies name it; absent
-    /// where it moves freely.
+    /// Number among the modes of its plane, from 1 on, as measured frequencies name it; absent for free motions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
     /// Displacement of every node in world axes; the largest is 1. Zero in torsion.
@@ -116,10 +112,9 @@ pub struct Mode {
 pub struct Modes {
     /// The state that the rod vibrates about.
     pub about: LinearizationPoint,
-    /// How many directions are unstable; the first 200 of either plane, or as many as were asked
-    /// for, are among the modes.
+    /// Number of unstable directions. The modes include the first 200 of either plane, or as many as requested.
     pub unstable: usize,
-    /// How many directions deform the rod without a measurable stiffness, as at a critical load.
+    /// Number of directions that deform the rod without a measurable stiffness, as at a critical load.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub marginal: usize,
     /// Angular frequencies, ascending, in and out of plane, rad/s; unstable directions first, as
@@ -127,10 +122,10 @@ pub struct Modes {
     pub frequencies_rad_s: Vec<f64>,
     /// The modes, in the same order.
     pub modes: Vec<Mode>,
-    /// The mesh, where the command chose it for these modes, and what it is worth: an error of a frequency over it.
+    /// The mesh that the command chose, and the relative error of a frequency; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// What makes the result doubtful: numbers that look like other units than SI.
+    /// Reasons to doubt the result: values that suggest other units than SI.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The codes of the warnings, in their order.
@@ -138,6 +133,7 @@ pub struct Modes {
     pub warning_codes: Vec<Code>,
 }
 
+/// Whether a count is left out of the JSON.
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
@@ -151,48 +147,44 @@ impl Problem {
         let (mut modes, mut all) = (Vec::new(), Stability::default());
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
-                let (q, ()) = state(&discretized, about)?;
-                all += Vibrating::of(&discretized, &q, &())?.add(count, &mut modes)?;
+                let q = linearization_state(&discretized, about)?.0;
+                all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
-                    let (q, frames) = across(&discretized, &spatial, &q);
-                    all += Vibrating::across(&spatial, &q, &frames)?.add(count, &mut modes)?;
+                    let (q, frames) = spatial_state(&discretized, &spatial, &q);
+                    let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
+                    all += rod.add_modes(count, &mut modes)?;
                 }
             }
             AnyProblem::Spatial(discretized) => {
-                let (q, frames) = state(&discretized, about)?;
-                all += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
+                let (q, frames) = linearization_state(&discretized, about)?;
+                all +=
+                    VibratingRod::new(&discretized, &q, &frames)?.add_modes(count, &mut modes)?;
             }
         }
         modes.sort_by_cached_key(|x| total_order(x.frequency_rad_s));
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
-        let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
         let notes = self.plausibility_notes(Purpose::Modes);
-        let warnings = notes.iter().map(|(code, words)| code.behind(words)).collect();
-        let warning_codes = notes.iter().map(|(code, _)| *code).collect();
-        let resolution = None;
-        let Stability { unstable, marginal } = all;
         Ok(Modes {
             about,
-            unstable,
-            marginal,
-            frequencies_rad_s,
+            unstable: all.unstable,
+            marginal: all.marginal,
+            frequencies_rad_s: modes.iter().map(|mode| mode.frequency_rad_s).collect(),
             modes,
-            resolution,
-            warnings,
-            warning_codes,
+            resolution: None,
+            warnings: notes.iter().map(|(code, words)| code.behind(words)).collect(),
+            warning_codes: notes.iter().map(|(code, _)| *code).collect(),
         })
     }
 }
 
-pub(super) type State<M> = (Vec<f64>, FramesOf<M>);
-
-pub(super) fn state<M: Model>(
+/// Unknowns and frames at the state about which vibrations are linearized.
+pub(super) fn linearization_state<M: Model>(
     discretized: &Discretized<'_, M>,
     about: LinearizationPoint,
-) -> Result<State<M>, Error> {
+) -> Result<UnknownsAndFrames<f64, M>, Error> {
     Ok(match about {
         LinearizationPoint::Rest => (discretized.rest(), discretized.rest_frames()),
         LinearizationPoint::Equilibrium => {
@@ -202,91 +194,93 @@ pub(super) fn state<M: Model>(
     })
 }
 
-/// The state in space of a planar problem that is at `q`.
-pub(crate) fn across(
+/// Unknowns and frames of the spatial model of a planar problem at the state `q`.
+pub(super) fn spatial_state(
     planar: &PlanarProblem<'_>,
     spatial: &SpatialProblem<'_>,
     q: &[f64],
-) -> (Vec<f64>, crate::energy::frame::Frames<f64>) {
+) -> UnknownsAndFrames<f64, SpatialModel> {
     let place = |i: usize| planar.model.position(q, i);
     spatial.placed_still(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
 }
 
-/// A vibration in the terms of its [`Pencil`].
+/// A mode with its eigenvector in the unknowns of a [`Pencil`].
 #[derive(Clone, Debug)]
 pub(crate) struct Eigenpair {
     /// Square of the angular frequency, 1/s^2.
     pub squared: f64,
-    /// Rates of the pencil's unknowns.
+    /// Eigenvector over the unknowns of the pencil.
     pub vector: Vec<f64>,
-    /// What resists it.
+    /// Dominant deformation.
     pub kind: ModeKind,
     /// Displacements of all nodes in world axes; the largest is 1.
     pub shape: Vec<[f64; 3]>,
 }
 
 impl Eigenpair {
-    /// As in [`Mode::frequency_rad_s`].
+    /// The frequency as in [`Mode::frequency_rad_s`].
     pub fn frequency(&self) -> f64 {
         self.squared.signum() * self.squared.abs().sqrt()
     }
 
-    /// Whether it is a free motion, without a number.
+    /// Whether it is a free motion, which has no number.
     pub fn is_free(&self) -> bool {
         self.squared == 0.0 && self.kind == ModeKind::Rigid
     }
 }
 
-/// A rod at a state whose vibrations are looked at: all of its model's, or those across the plane.
-pub(crate) struct Vibrating<'a, M: Model, T: Tangent<f64>> {
+/// A rod at the state of linearization, with the pencil of all vibrations of its model, or of those out of the plane.
+pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
     pub(super) discretized: &'a Discretized<'a, M>,
     pub(super) q: &'a [f64],
     pub(super) frames: &'a FramesOf<M>,
     pub(super) pencil: Pencil<f64, T>,
-    /// How many of the modes are unstable, or marginal.
+    /// Numbers of unstable and marginal modes.
     stability: Stability,
-    /// Which way the vibrations of a planar scene go.
+    /// The plane of the vibrations of a planar scene.
     pub plane: Option<ModePlane>,
 }
 
-impl<'a, M: Model> Vibrating<'a, M, TangentOf<M::Rod<f64>, f64>> {
-    /// All vibrations of a model.
-    pub fn of(
+impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
+    /// All vibrations of a model about the state `q`.
+    pub fn new(
         discretized: &'a Discretized<'a, M>,
         q: &'a [f64],
         frames: &'a FramesOf<M>,
     ) -> Result<Self, Error> {
-        let pencil = Pencil::at(discretized, &discretized.rod(), q, frames);
-        let resting = Pencil::resting(discretized, q, frames);
-        let stability = discretized.stability((q, frames), &resting, <[f64]>::to_vec)?;
+        let rod = discretized.rod();
+        let pencil = Pencil::at(discretized, &rod, q, frames);
+        let resting = Pencil::resting(discretized, &rod, q, frames);
+        let stability = discretized.stability(q, frames, &resting, <[f64]>::to_vec)?;
         let plane = (M::STRIDE < 3).then_some(ModePlane::In);
         Ok(Self { discretized, q, frames, pencil, stability, plane })
     }
 }
 
-impl<'a> Vibrating<'a, crate::problem::SpatialModel, OutOfPlaneTangent<f64>> {
-    /// The vibrations out of the plane of a planar problem, of its spatial model.
-    pub fn across(
+impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
+    /// The out-of-plane vibrations of a planar problem, given by its spatial model.
+    pub fn out_of_plane(
         discretized: &'a SpatialProblem<'a>,
         q: &'a [f64],
-        frames: &'a crate::energy::frame::Frames<f64>,
+        frames: &'a FramesOf<SpatialModel>,
     ) -> Result<Self, Error> {
         let normal = discretized.model.components(discretized.normal());
-        let pencil = Pencil::at(discretized, &discretized.rod(), q, frames).across(normal);
-        let resting = Pencil::resting(discretized, q, frames).across(normal);
-        let stability =
-            discretized.stability((q, frames), &resting, |x| spatial_motion(x, normal))?;
+        let rod = discretized.rod();
+        let pencil = Pencil::at(discretized, &rod, q, frames).out_of_plane(normal);
+        let resting = Pencil::resting(discretized, &rod, q, frames).out_of_plane(normal);
+        let in_model = |x: &[f64]| spatial_motion(x, normal);
+        let stability = discretized.stability(q, frames, &resting, in_model)?;
         Ok(Self { discretized, q, frames, pencil, stability, plane: Some(ModePlane::Out) })
     }
 }
 
-impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
-    /// How many modes there are.
+impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
+    /// Number of modes.
     pub fn available(&self) -> usize {
         self.pencil.order()
     }
 
-    /// In how many ways at most it moves freely.
+    /// Largest possible number of free motions.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
         let clamped = [End::Start, End::End].into_iter().any(|end| match supports.at(end) {
@@ -312,7 +306,7 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         let scale = self.discretized.bending_frequency_squared();
         let mut found = self.pencil.lowest(count, scale)?;
         let refined = self.refine(&mut found, zero + scale * self.discretized.tangent_rounding());
-        let pair = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
+        let pair = |(k, PencilMode { squared, vector }): (usize, PencilMode)| {
             let is_zero = !refined.contains(&k)
                 && k >= self.stability.unstable
                 && squared <= zero.max(self.pencil.rounding(&vector));
@@ -324,12 +318,13 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         Ok(found.into_iter().enumerate().map(pair).collect())
     }
 
-    /// Makes squared frequencies, 1/s^2, whose signs rounding errors hide exact, those at zero zero; returns their places.
-    fn refine(&self, found: &mut [(f64, Vec<f64>)], rounding: f64) -> Range<usize> {
+    /// Recomputes squared frequencies near zero, whose signs are hidden by the `rounding` error, 1/s^2, from the second
+    /// variation of the energy. Returns the range of their indices.
+    fn refine(&self, found: &mut [PencilMode], rounding: f64) -> Range<usize> {
         let level = UNCERTAIN_LEVELS * rounding;
-        let first = found.iter().position(|(squared, _)| squared.abs() <= level).unwrap_or(0);
-        let last =
-            found.iter().rposition(|(squared, _)| squared.abs() <= level).map_or(0, |k| k + 1);
+        let is_uncertain = |mode: &PencilMode| mode.squared.abs() <= level;
+        let first = found.iter().position(is_uncertain).unwrap_or(0);
+        let last = found.iter().rposition(is_uncertain).map_or(0, |k| k + 1);
         let places = first..last.max(first);
         if places.is_empty()
             || places.len() > MAX_UNCERTAIN
@@ -337,18 +332,20 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         {
             return 0..0;
         }
-        let vectors: Vec<Vec<f64>> = found[places.clone()].iter().map(|(_, x)| x.clone()).collect();
+        let vectors: Vec<Vec<f64>> =
+            found[places.clone()].iter().map(|mode| mode.vector.clone()).collect();
         let motions: Vec<Vec<f64>> = vectors.iter().map(|x| self.in_model(x)).collect();
-        let stiffnesses = self.discretized.stiffnesses((self.q, self.frames), &motions);
+        let stiffnesses = self.discretized.stiffnesses(self.q, self.frames, &motions);
         for (place, stiffness) in places.clone().zip(stiffnesses) {
             let squared = if stiffness.is_zero() { 0.0 } else { stiffness.value };
-            found[place] = (squared, linear_combination(&vectors, &stiffness.combination));
+            let vector = linear_combination(&vectors, &stiffness.combination);
+            found[place] = PencilMode { squared, vector };
         }
-        found[places.clone()].sort_by_cached_key(|x| total_order(x.0));
+        found[places.clone()].sort_by_cached_key(|mode| total_order(mode.squared));
         places
     }
 
-    /// A vector over the pencil's unknowns as one over those of the model.
+    /// The unknowns of the model for a vector over those of the pencil.
     pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
         match self.plane {
             Some(ModePlane::Out) => {
@@ -358,22 +355,23 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         }
     }
 
+    /// Kind of a mode: rigid without strains, else by the largest of the three energies.
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
-        let motion = self.discretized.motion((self.q, self.frames), rates);
+        let motion = self.discretized.measure_motion(self.q, self.frames, rates);
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
             return ModeKind::Rigid;
         }
         let [stretch, bend, twist] = motion.energies;
         match () {
             () if twist > bend.max(stretch) => ModeKind::Torsion,
-            () if stretch > bend && self.goes_along(shape) => ModeKind::Axial,
+            () if stretch > bend && self.is_axial(shape) => ModeKind::Axial,
             () => ModeKind::Bending,
         }
     }
 
-    /// Whether the rod moves along itself, by more than half of the kinetic energy. What pulls a
-    /// sagging rope's sides stretches it, too.
-    fn goes_along(&self, shape: &[[f64; 3]]) -> bool {
+    /// Whether more than half of the kinetic energy is motion along the rod. Stretching alone does not distinguish axial
+    /// modes: lateral modes of a sagging cable stretch it too.
+    fn is_axial(&self, shape: &[[f64; 3]]) -> bool {
         let (masses, last) = (self.node_masses(), shape.len() - 1);
         let place = |i: usize| self.discretized.model.position(self.q, i);
         let mut sums = [0.0; 2];
@@ -385,6 +383,7 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         sums[0] > 0.5 * sums[1]
     }
 
+    /// Displacements of all nodes in world axes, scaled to a largest length of 1.
     fn shape(&self, rates: &[f64]) -> Vec<[f64; 3]> {
         let mut shape: Vec<[f64; 3]> =
             (0..self.discretized.nodes()).map(|i| self.discretized.model.rate(rates, i)).collect();
@@ -394,9 +393,9 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         shape
     }
 
-    /// Adds the `count` lowest modes, and all unstable ones; returns how many those are, or are marginal.
-    fn add(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
-        let pairs = self.lowest(count.max(self.stability.unstable.min(UNSTABLE)))?;
+    /// Adds the `count` lowest modes and all unstable ones to `modes`; returns the numbers of unstable and marginal ones.
+    fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
+        let pairs = self.lowest(count.max(self.stability.unstable.min(MAX_UNSTABLE)))?;
         let mut number = 0;
         for pair in pairs {
             number += usize::from(!pair.is_free());
@@ -456,7 +455,7 @@ impl Modes {
         }
     }
 
-    /// Frequencies and kinds of the modes, and growth rates of those that are unstable.
+    /// Table of frequencies, growth rates of unstable modes, and kinds.
     fn table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::right("Hz"),
@@ -484,10 +483,12 @@ impl Modes {
     }
 }
 
+/// A number with its noun.
 fn counted(n: usize, one: &str, several: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {several}") }
 }
 
+/// `n` modes as text.
 fn counted_modes(n: usize) -> String {
     counted(n, "mode", "modes")
 }

@@ -1,30 +1,27 @@
-//! How measured frequencies name modes.
+//! Names of modes: a number, and a filter of the modes that it counts. Measured frequencies name their modes by these.
 
 use crate::error::Error;
 use crate::numerics::vector::dot;
 use crate::problem::Problem;
 use crate::vibration::modes::{Eigenpair, ModeKind, ModePlane};
 
-/// Which modes a number counts.
-///
-/// Of a planar scene those in its plane, unless `plane`, a kind or a direction says otherwise; of a
-/// spatial one all of them.
+/// The modes that a number counts. The default is, in a planar scene, the modes in its plane, and in a spatial scene all modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModeFilter {
-    /// Those that stay in the plane of a planar scene, or leave it.
+    /// Only modes in the plane of a planar scene, or only those out of it.
     pub plane: Option<ModePlane>,
-    /// Those of one kind only.
+    /// Only modes of this kind.
     pub kind: Option<ModeKind>,
-    /// Only those that move, by more than half of their kinetic energy, along this line.
+    /// Only modes with more than half of their kinetic energy along this direction.
     pub direction: Option<[f64; 3]>,
 }
 
-/// A mode by its number, from 1 on in the order of rising frequency.
+/// A mode by its number in ascending order of frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModeName {
-    /// From 1 on; free motions are not counted.
+    /// The number, from 1 on; free motions are not counted.
     pub number: usize,
-    /// Among which modes.
+    /// The modes that are counted.
     pub among: ModeFilter,
 }
 
@@ -47,7 +44,7 @@ impl From<&usize> for ModeName {
 }
 
 impl ModeFilter {
-    /// The plane of a planar problem that these modes are in; none of a spatial one.
+    /// The plane of these modes in a planar problem; none in a spatial one.
     pub(crate) fn plane_of(&self, problem: &Problem) -> Option<ModePlane> {
         problem.planar()?;
         let across = self.direction.is_some_and(|d| {
@@ -58,8 +55,8 @@ impl ModeFilter {
         Some(self.plane.unwrap_or(if out { ModePlane::Out } else { ModePlane::In }))
     }
 
-    /// Whether a mode is one of these; the masses of its nodes weigh its motion, kg.
-    pub(crate) fn has(&self, pair: &Eigenpair, mass: impl Fn(usize) -> f64) -> bool {
+    /// Whether a mode passes the filter. `mass` returns the mass of a node, kg, for the kinetic energy.
+    pub(crate) fn includes(&self, pair: &Eigenpair, mass: impl Fn(usize) -> f64) -> bool {
         let along = |d: [f64; 3]| {
             let energy = |x: &[f64; 3]| [dot(*x, d).powi(2) / dot(d, d), dot(*x, *x)];
             let sums = pair.shape.iter().enumerate().fold([0.0; 2], |sums, (i, x)| {
@@ -73,7 +70,10 @@ impl ModeFilter {
             && self.direction.is_none_or(along)
     }
 
-    /// Refuses modes that the problem cannot have; `key` names the table in messages.
+    /// Rejects modes that the problem cannot have; `key` names the table in messages.
+    ///
+    /// # Errors
+    /// The key, the value and the allowed values.
     pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
         if let Some(d) = self.direction
             && !(d.iter().all(|d| d.is_finite()) && dot(d, d).is_normal())
@@ -86,14 +86,14 @@ impl ModeFilter {
             return Err(Error::invalid(format!("{key}.plane"), "a plane", allowed));
         }
         let plane = self.plane_of(problem);
-        let never = match (plane, self.kind) {
+        let impossible = match (plane, self.kind) {
             (Some(ModePlane::In), Some(ModeKind::Torsion)) => Some("bending or axial in the plane"),
             (Some(ModePlane::Out), Some(ModeKind::Axial)) => {
                 Some("bending or torsion out of the plane")
             }
             _ => None,
         };
-        if let (Some(allowed), Some(kind)) = (never, self.kind) {
+        if let (Some(allowed), Some(kind)) = (impossible, self.kind) {
             return Err(Error::invalid(format!("{key}.kind"), kind.name(), allowed));
         }
         if plane == Some(ModePlane::Out) && !problem.can_twist() {
@@ -105,7 +105,7 @@ impl ModeFilter {
         Ok(())
     }
 
-    /// As words behind a number: ` out of the plane, torsion`; none where nothing is said.
+    /// The filter as text behind a number: ` of torsion out of the plane`; empty without conditions.
     pub(crate) fn words(&self) -> String {
         let plane = match self.plane {
             Some(ModePlane::In) => " in the plane",

@@ -1,6 +1,6 @@
-//! What shear deformation and rotary inertia, which the rod leaves out, take off its natural frequencies.
+//! Reduction of natural frequencies by shear deformation and rotary inertia, which the rod model omits (Timoshenko).
 //!
-//! Let `phi` be a mode of the rod without them, `Q` the shear force in it and `theta` the rotation of its sections.
+//! Let `phi` be a mode without them, `Q` its shear force and `theta` the rotation of its sections.
 //! Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by Rayleigh's quotient:
 //!
 //! ```text
@@ -12,20 +12,21 @@
 //! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil.
 //! Mag. 41 (1921) 744); for a free one it is the first term of the correction in ASTM E1876.
 //!
-//! `Q` is the part across the rod of the sum of inertia forces and reactions on one side of the section, less what the
-//! tension of the rod does as it turns. This holds for curved and tapered rods, and for those that hang.
+//! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section, less the part of the
+//! tension that rotates with the section. This holds for curved, tapered and hanging rods.
 
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{add, dot, scale, sub};
-use crate::problem::behind_walls;
 use crate::problem::{AnyProblem, Model, Problem};
-use crate::scene::Support;
-use crate::vibration::frequencies::named;
-use crate::vibration::modes::{Eigenpair, LinearizationPoint, ModePlane, Vibrating, across, state};
+use crate::statics::{free_part, internal_forces};
+use crate::vibration::frequencies::find_named_modes;
+use crate::vibration::modes::{
+    Eigenpair, LinearizationPoint, ModePlane, VibratingRod, linearization_state, spatial_state,
+};
 use crate::vibration::name::ModeName;
 
-/// Relative reductions of a squared frequency, of first order.
+/// Relative reductions of a squared frequency by the effects of thickness, to first order.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ThicknessEffect {
     /// By shear deformation, for `E/(kappa G) = 1`.
@@ -35,13 +36,13 @@ pub(crate) struct ThicknessEffect {
 }
 
 impl ThicknessEffect {
-    /// Relative reduction of the squared frequency at a ratio `E/(kappa G)`.
+    /// Relative reduction of the squared frequency, for the ratio `E/(kappa G)`.
     pub fn reduction(&self, shear_flexibility: f64) -> f64 {
         self.shear * shear_flexibility + self.rotary
     }
 }
 
-/// The effects on named modes about a state.
+/// The effects on the frequencies of named modes about a state.
 pub(crate) fn thickness_effects(
     problem: &Problem,
     names: &[ModeName],
@@ -54,31 +55,32 @@ pub(crate) fn thickness_effects(
     };
     match problem.discretized() {
         AnyProblem::Planar(discretized) => {
-            let (q, ()) = state(&discretized, about)?;
+            let q = linearization_state(&discretized, about)?.0;
             let inside = places_in(Some(ModePlane::In));
             if !inside.is_empty() {
-                Vibrating::of(&discretized, &q, &())?.add_effects(names, &inside, &mut effects)?;
+                let rod = VibratingRod::new(&discretized, &q, &())?;
+                rod.add_effects(names, &inside, &mut effects)?;
             }
             let outside = places_in(Some(ModePlane::Out));
             if !outside.is_empty() {
                 let model = problem.spatial_model()?;
                 let spatial = problem.discretized_as(&model);
-                let (q, frames) = across(&discretized, &spatial, &q);
-                let vibrating = Vibrating::across(&spatial, &q, &frames)?;
-                vibrating.add_effects(names, &outside, &mut effects)?;
+                let (q, frames) = spatial_state(&discretized, &spatial, &q);
+                let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
+                rod.add_effects(names, &outside, &mut effects)?;
             }
         }
         AnyProblem::Spatial(discretized) => {
-            let (q, frames) = state(&discretized, about)?;
-            let vibrating = Vibrating::of(&discretized, &q, &frames)?;
-            vibrating.add_effects(names, &places_in(None), &mut effects)?;
+            let (q, frames) = linearization_state(&discretized, about)?;
+            let rod = VibratingRod::new(&discretized, &q, &frames)?;
+            rod.add_effects(names, &places_in(None), &mut effects)?;
         }
     }
     Ok(effects)
 }
 
-impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
-    /// Writes the effects on the modes at `places` of `names`.
+impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
+    /// Sets the `effects` on the modes at the indices `places` of `names`.
     fn add_effects(
         &self,
         names: &[ModeName],
@@ -86,13 +88,13 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         effects: &mut [ThicknessEffect],
     ) -> Result<(), Error> {
         let own: Vec<ModeName> = places.iter().map(|k| names[*k]).collect();
-        for (place, pair) in places.iter().zip(named(self, &own, false)?) {
+        for (place, pair) in places.iter().zip(find_named_modes(self, &own, false)?) {
             effects[*place] = self.thickness_effect(&pair);
         }
         Ok(())
     }
 
-    /// The effect on a mode.
+    /// The effect on a mode, from its shear forces and rotations edge by edge.
     fn thickness_effect(&self, pair: &Eigenpair) -> ThicknessEffect {
         let (discretized, scene) = (self.discretized, self.discretized.scene());
         let edges = discretized.nodes() - 1;
@@ -107,22 +109,8 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
         }
         let (on_nodes, rates) = (self.in_model(&on_nodes), self.in_model(&pair.vector));
         let rate = |vector: &[f64], i: usize| discretized.model.rate(vector, i);
-        let mut through = Vec::with_capacity(edges);
-        let mut sum = [0.0; 3];
-        for i in 0..edges {
-            sum = add(sum, rate(&on_nodes, i));
-            through.push(sum);
-        }
-        // A clamp holds both nodes of the outermost edge: the force enters at the second.
-        let clamped = [scene.supports.start, scene.supports.end].map(|s| s == Support::Clamped);
-        if clamped[0] && edges > 1 {
-            through[0] = through[1];
-        }
-        if clamped[1] && edges > 1 {
-            through[edges - 1] = through[edges - 2];
-        }
+        let forces = internal_forces(discretized, |i| rate(&on_nodes, i));
         let directors = discretized.directors(discretized.setup);
-        let [behind_start, behind_end] = behind_walls(&scene.supports, scene.soft);
         let still = vec![0.0; self.q.len()];
         let place = |i: usize| discretized.model.position(self.q, i);
         let rest = discretized.rest();
@@ -133,22 +121,19 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
             let length = dot(chord, chord).sqrt();
             let [tangent, d1, d2] =
                 discretized.axes(directors, self.q, &still, self.frames, j).map(|[axis, _]| axis);
-            let across = |v: [f64; 3]| sub(v, scale(tangent, dot(v, tangent)));
-            let turn = scale(sub(rate(&rates, j + 1), rate(&rates, j)), 1.0 / length);
-            let outside = 1.0
-                - if j == 0 { behind_start } else { 0.0 }
-                - if j + 1 == edges { behind_end } else { 0.0 };
+            let transverse = |v: [f64; 3]| sub(v, scale(tangent, dot(v, tangent)));
+            let rotation = scale(sub(rate(&rates, j + 1), rate(&rates, j)), 1.0 / length);
             let (section, material) = scene.at((j as f64 + 0.5) / edges as f64);
             let moments = section.moments();
             let [i1, i2] = moments.second_moments;
             let axial = material.youngs_modulus * moments.area;
             let rest_chord = sub(rest_place(j + 1), rest_place(j));
             let tension = axial * (length / dot(rest_chord, rest_chord).sqrt() - 1.0);
-            let shear = across(add(through[j], scale(turn, tension)));
-            let turning = i1 * dot(turn, d1).powi(2) + i2 * dot(turn, d2).powi(2);
-            let piece = length * outside.max(0.0);
+            let shear = transverse(add(forces[j], scale(rotation, tension)));
+            let inertia = i1 * dot(rotation, d1).powi(2) + i2 * dot(rotation, d2).powi(2);
+            let piece = length * free_part(discretized, j);
             effect.shear += dot(shear, shear) * piece / axial;
-            effect.rotary += pair.squared * material.density * turning * piece;
+            effect.rotary += pair.squared * material.density * inertia * piece;
         }
         ThicknessEffect {
             shear: effect.shear / twice_kinetic,
@@ -160,7 +145,7 @@ impl<M: Model, T: Tangent<f64>> Vibrating<'_, M, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape};
+    use crate::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape, Support};
     use crate::vibration::modes::ModeKind;
     use crate::vibration::name::ModeFilter;
 
@@ -190,7 +175,7 @@ mod tests {
     /// Exact for any mode: (I/A) k^2 by shear at E = kappa G and as much by rotary inertia, k = n pi/L; out of the plane
     /// the width is the height.
     #[test]
-    fn simply_supported_rod_has_timoshenkos_terms() {
+    fn simply_supported_rod_has_the_terms_of_timoshenko() {
         let scene = bar(Support::Pinned, Support::Roller);
         for (number, plane, height) in
             [(1, ModePlane::In, 0.01_f64), (2, ModePlane::In, 0.01), (1, ModePlane::Out, 0.02)]
@@ -213,7 +198,7 @@ mod tests {
     /// Mean squares of the slope over those of the mode, times L^2: 49.481 of the first mode of a free rod, whose shear
     /// force is the slope of a clamped one's, 12.303; 4.648 of a cantilever, 12.303 and 49.481 of one held at both ends.
     #[test]
-    fn other_supports_have_the_integrals_of_their_modes() {
+    fn terms_for_other_supports_agree_with_integrals_of_beam_modes() {
         use Support::{Clamped, Free};
         let unit = 0.01_f64.powi(2) / 12.0 / LENGTH.powi(2);
         for (start, end, shear, rotary) in [
@@ -231,7 +216,7 @@ mod tests {
     /// Tension stiffens a rod without shear: the mode of a pinned rod under a force along it stays a sine, and so do the
     /// terms of shear and rotation over its larger squared frequency, 1 + T L^2/(pi^2 E I) times that without.
     #[test]
-    fn tension_has_no_part_in_shear() {
+    fn tension_does_not_change_the_shear_term() {
         let mut scene = bar(Support::Pinned, Support::Roller);
         let bending = 205e9 * 0.02 * 0.01_f64.powi(3) / 12.0;
         let force = 0.3 * bending * (std::f64::consts::PI / LENGTH).powi(2);
@@ -256,7 +241,7 @@ mod tests {
     /// ASTM E1876: T1 of a bar with thickness/length = 0.1 is 1.0707 at nu = 0.29, and the squared frequency is that of
     /// the slender bar over it. The first-order term alone is 1.0718.
     #[test]
-    fn free_bar_has_the_correction_of_astm_e1876() {
+    fn free_bar_correction_agrees_with_astm_e1876() {
         let scene = bar(Support::Free, Support::Free);
         let kappa = scene.rod.section.shear_coefficient(0.29);
         let effect = effect_on(&scene, 1, Some(ModePlane::In));

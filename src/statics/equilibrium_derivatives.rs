@@ -1,0 +1,166 @@
+//! Derivatives of an equilibrium by the scene's numbers.
+//!
+//! An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual
+//! numbers, with the tangent `K` in plain numbers, yield the derivatives of the implicit function: every step makes one
+//! more order exact.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Singular};
+use crate::problem::{Discretized, FramesOf, Model, Setup};
+use crate::rod::Rod;
+use crate::scene::prescribed_motion::MotionTime;
+use crate::scene::{End, Parameter, Support};
+use crate::statics::descent::EquilibriumState;
+use crate::statics::pencil::Pencil;
+
+/// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: rounding errors of the edges'
+/// stiffness then move nothing.
+const ADDED_STIFFNESS: f64 = 1e4;
+/// Additional Newton steps at a neutral equilibrium. Each reduces the effect of the added stiffness on other motions by a
+/// factor of 1e5.
+const ADDED_STEPS: usize = 3;
+
+/// An equilibrium, and whether it is neutral.
+pub(crate) struct CheckedEquilibrium<F> {
+    /// The equilibrium.
+    pub rest: EquilibriumState<F>,
+    /// Whether the rod can move without resistance.
+    neutral: bool,
+}
+
+impl<M: Model> Discretized<'_, M> {
+    /// The [equilibrium](Self::equilibrium), checked for neutrality as differentiation requires.
+    ///
+    /// # Errors
+    /// Those of [`equilibrium`](Self::equilibrium) and [`is_neutral`](Self::is_neutral).
+    pub(crate) fn checked_equilibrium(&self) -> Result<CheckedEquilibrium<FramesOf<M>>, Error> {
+        let rest = self.equilibrium()?;
+        Ok(CheckedEquilibrium { neutral: self.is_neutral(&rest.q, &rest.frames)?, rest })
+    }
+
+    /// The rod and the unknowns of an equilibrium, with the derivatives that `D` carries. The frames stay in place.
+    ///
+    /// # Errors
+    /// [`Error::Indifferent`] where the tangent is singular.
+    pub(crate) fn differentiated_equilibrium<D: Nestable>(
+        &self,
+        CheckedEquilibrium { rest, neutral }: &CheckedEquilibrium<FramesOf<M>>,
+        setup: &Setup<D, M>,
+    ) -> Result<(M::Rod<D>, Vec<D>), Error> {
+        let rod = setup.rod(self.model);
+        let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
+        let frames = M::frames_over(&rest.frames);
+        if *neutral {
+            self.add_start_derivatives(&self.begin_at_rest(setup)?.0, &mut q);
+        }
+        self.hold(setup, MotionTime::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
+        self.differentiate(&rod, &frames, &self.rod(), &rest.frames, &mut q, *neutral)
+            .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
+        Ok((rod, q))
+    }
+
+    /// World positions of the nodes `tracked` at an equilibrium, m, with derivatives; `seed` returns the number of a
+    /// parameter over `D`.
+    pub(crate) fn nodes_at_equilibrium<D: Nestable>(
+        &self,
+        equilibrium: &CheckedEquilibrium<FramesOf<M>>,
+        tracked: &[usize],
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Result<Vec<[D; 3]>, Error> {
+        let (_, q) = self.differentiated_equilibrium(equilibrium, &self.setup_over(seed))?;
+        Ok(tracked.iter().map(|i| self.model.position(&q, *i)).collect())
+    }
+
+    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps with the tangent of the same rod
+    /// in `plain` numbers: one to remove the residual, and one per order of derivatives. A `neutral` equilibrium gets a small
+    /// additional stiffness, and more steps. Long rods are solved in edge coordinates.
+    ///
+    /// # Errors
+    /// A zero pivot of the tangent.
+    pub(crate) fn differentiate<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D>>::Frames,
+        plain: &M::Rod<f64>,
+        plain_frames: &FramesOf<M>,
+        q: &mut [D],
+        neutral: bool,
+    ) -> Result<(), Singular> {
+        let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
+        let (free, led, edges) = (self.free(), self.led(), self.edge_coordinates());
+        let pencil = Pencil::resting(self, plain, &found, plain_frames);
+        let factors = pencil.factor(if neutral { -ADDED_STIFFNESS } else { 0.0 })?;
+        let mut change = vec![D::from(0.0); q.len()];
+        for _ in 0..1 + D::ORDER + if neutral { ADDED_STEPS } else { 0 } {
+            rod.gradient(q, frames, Derivatives::Hand, &mut change);
+            if let Some(edges) = edges {
+                edges.edge_forces::<D, M::Rod<D>>(&mut change);
+            }
+            led.fill(&mut change, D::from(0.0));
+            factors.solve(&mut change);
+            if let Some(edges) = edges {
+                edges.node_changes::<D, M::Rod<D>>(&mut change);
+            }
+            for i in free.clone() {
+                q[i] -= change[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces forces `x` on the free unknowns of a rod in equilibrium by the displacements that they cause. None where the
+    /// tangent is singular, or in edge coordinates.
+    pub(crate) fn displacement_under_forces(
+        &self,
+        rod: &M::Rod<f64>,
+        q: &[f64],
+        frames: &FramesOf<M>,
+        x: &mut [f64],
+    ) -> Option<()> {
+        if self.edge_coordinates().is_some() {
+            return None;
+        }
+        let pencil = Pencil::at(self, rod, q, frames);
+        self.led().fill(x, 0.0);
+        pencil.factor(0.0).ok()?.solve(x);
+        Some(())
+    }
+
+    /// Adds the derivatives of the initial positions `begin` to the nodes of an equilibrium: a rod that nothing holds moves
+    /// with its initial position.
+    pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
+        for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
+            q[i] += begin[i] - D::from(begin[i].value());
+        }
+    }
+
+    /// Sets the unknowns that supports hold to their values at a moment, with derivatives.
+    pub(crate) fn hold<D: Nestable>(
+        &self,
+        setup: &Setup<D, M>,
+        moment: MotionTime<f64>,
+        q: &mut [D],
+        frames: &<M::Rod<D> as Rod<D>>::Frames,
+    ) -> Result<(), Error> {
+        let (begin, begin_frames) = self.begin_at_rest(setup)?;
+        let (free, supports) = (self.free(), &self.scene().supports);
+        for i in (0..q.len()).filter(|i| !free.contains(i)) {
+            if !M::Rod::<D>::is_angle(i) {
+                q[i] = begin[i];
+                continue;
+            }
+            // Edges at recorded ends keep their initial twist.
+            let end = if i < free.start { End::Start } else { End::End };
+            if supports.at(end) == Support::Recorded
+                && let edge = i / M::STRIDE
+                && let Some(director) = M::Rod::<D>::director(&begin, &begin_frames, edge)
+            {
+                M::Rod::<D>::align(q, frames, edge, director, 0.0);
+            }
+        }
+        self.held_ends(setup).advance::<M::Rod<D>>(moment, moment, q, frames);
+        Ok(())
+    }
+}

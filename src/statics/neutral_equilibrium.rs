@@ -1,0 +1,99 @@
+//! Neutral equilibria, in which a motion meets no resistance: a rigid motion of a rod that nothing holds, or the spin of a
+//! straight round rod between hinges.
+
+use crate::error::Error;
+use crate::numerics::tangent::Factors;
+use crate::problem::{Discretized, FramesOf, Model};
+use crate::rod::{Rod, strain_rates};
+use crate::statics::pencil::Pencil;
+
+/// Largest displacement, in lengths of the rod, of a motion that counts as a spin.
+const SPIN: f64 = 1e-6;
+/// Largest sum of strains of a motion that counts as rigid.
+const RIGID: f64 = 1e-2;
+/// Iterations of the inverse iteration. The eigenvalue is smaller than the others by many orders of magnitude.
+const ITERATIONS: usize = 3;
+/// Shift of an elimination, over the negligible stiffness, and another one in case of a zero pivot.
+const SHIFTS: [f64; 2] = [1.0, 1.0137];
+
+/// Displacement and strains of a motion, which is scaled to a largest displacement of the rod's length or a largest rotation
+/// of an edge about itself of 1 rad.
+pub(crate) struct MotionMeasure {
+    /// The node with the largest displacement.
+    pub node: usize,
+    /// Its displacement, in lengths of the rod.
+    displacement: f64,
+    /// Sum of the absolute values of all strains.
+    strain: f64,
+    /// Energies of stretching, bending and twisting by these strains, J.
+    pub energies: [f64; 3],
+}
+
+impl MotionMeasure {
+    /// Whether edges rotate about themselves and nodes stay.
+    pub fn is_spin(&self) -> bool {
+        self.displacement <= SPIN
+    }
+    /// Whether the rod keeps its shape.
+    pub fn is_rigid(&self) -> bool {
+        self.strain <= RIGID
+    }
+}
+
+impl<M: Model> Discretized<'_, M> {
+    /// Whether an equilibrium is neutral: a motion meets no resistance. It must be a rigid motion or a spin.
+    ///
+    /// # Errors
+    /// [`Error::Indifferent`] for other motions without resistance, as at a critical load.
+    pub(crate) fn is_neutral(&self, q: &[f64], frames: &FramesOf<M>) -> Result<bool, Error> {
+        let pencil = Pencil::resting(self, &self.rod(), q, frames);
+        let factors = pencil.factors(SHIFTS[0]).or_else(|_| pencil.factors(SHIFTS[1]))?;
+        // An eigenvalue between -1 and 1 is zero: the masses of the pencil are negligible stiffnesses.
+        if pencil.inertia(-1.0)? == factors.negative_pivots() {
+            return Ok(false);
+        }
+        // Inverse iteration finds its motion.
+        let mut x: Vec<f64> = (0..q.len()).map(|i| 1.0 + (i * 71 % 101) as f64 / 101.0).collect();
+        for _ in 0..ITERATIONS {
+            factors.solve(&mut x);
+            let largest = x.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+            x.iter_mut().zip(&pencil.mass).for_each(|(x, m)| *x *= m / largest);
+        }
+        factors.solve(&mut x);
+        if let Some(edges) = self.edge_coordinates() {
+            edges.node_changes::<f64, M::Rod<f64>>(&mut x);
+        }
+        let motion = self.measure_motion(q, frames, &x);
+        match motion.is_spin() || motion.is_rigid() {
+            true => Ok(true),
+            false => Err(Error::Indifferent { node: motion.node }),
+        }
+    }
+
+    /// Displacement and strains of a motion from a state with the rates `x` of all unknowns.
+    pub(crate) fn measure_motion(
+        &self,
+        q: &[f64],
+        frames: &FramesOf<M>,
+        x: &[f64],
+    ) -> MotionMeasure {
+        let length = self.problem.length();
+        // The node with the largest absolute rate, of positions or of angles, and that rate.
+        let size = |of_angles: bool| {
+            let own = (0..x.len()).filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
+            own.map(|i| (i / M::STRIDE, x[i].abs()))
+                .fold((0, 0.0), |a: (usize, f64), b| if b.1 > a.1 { b } else { a })
+        };
+        let ((node, moved), (_, turned)) = (size(false), size(true));
+        let scale = (moved / length).max(turned).max(f64::MIN_POSITIVE);
+        let x: Vec<f64> = x.iter().map(|x| x / scale).collect();
+        let (rod, mut strains) = (self.rod(), Vec::new());
+        strain_rates(&rod, (q, frames), &x, length, &mut strains);
+        MotionMeasure {
+            node,
+            displacement: moved / length / scale,
+            strain: strains.iter().map(|rate| rate.abs()).sum(),
+            energies: rod.strain_energies(&strains),
+        }
+    }
+}

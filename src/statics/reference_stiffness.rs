@@ -1,0 +1,87 @@
+//! Thresholds of frequencies and stiffnesses below which a motion counts as one without resistance.
+//!
+//! The scale is bending of the whole rod, `omega_b^2 = E I/(rho A L^4)` halfway along it. Rounding errors of the tangent in
+//! node coordinates grow with the fourth power of the number of nodes, in [edge
+//! coordinates](crate::statics::edge_coordinates) with the second.
+
+use crate::problem::{Discretized, Model};
+use crate::rod::Rod;
+use crate::scene::Support;
+use crate::statics::edge_coordinates::EdgeCoordinates;
+
+/// Negligible part of the stiffness of bending of the whole rod.
+pub(super) const NEGLIGIBLE: f64 = 1e-9;
+
+impl<M: Model> Discretized<'_, M> {
+    /// Squared frequencies below this count as zero, 1/s^2: a billionth of the slowest bending vibration's, plus rounding
+    /// errors of the edges' stiffness. A rod that no end holds moves along itself against the rounding errors of all edges,
+    /// and against those of eliminating one edge after the other.
+    pub(crate) fn zero_squared_frequency(&self) -> f64 {
+        let (_, material) = self.scene().at(0.5);
+        let speed_squared = material.youngs_modulus / material.density;
+        let supports = &self.scene().supports;
+        let held = [supports.start, supports.end]
+            .iter()
+            .any(|s| matches!(s, Support::Clamped | Support::Pinned | Support::Recorded))
+            || supports.path.is_some();
+        let nodes = self.nodes() as f64;
+        let noise = f64::EPSILON * if held { nodes.powf(1.5) } else { 10.0 * nodes.powi(2) };
+        self.bending_frequency_squared() * NEGLIGIBLE
+            + noise * speed_squared / self.problem.length().powi(2)
+    }
+
+    /// Rounding errors of squared frequencies over `omega_b^2`, in node coordinates.
+    pub(crate) fn tangent_rounding(&self) -> f64 {
+        10.0 * f64::EPSILON * (self.nodes() as f64).powi(4)
+    }
+
+    /// Negligible stiffness of every unknown, N/m (N m for angles): a billionth of the rod's stiffness in bending (the softer
+    /// direction) and in torsion as a whole, or rounding errors of the tangent where these are larger.
+    pub(crate) fn negligible_stiffness(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
+        let (section, _) = self.scene().at(0.5);
+        let [i1, i2] = section.moments().second_moments;
+        let power = if edges.is_some() { 2 } else { 4 };
+        let noise = 10.0 * f64::EPSILON * (self.nodes() as f64).powi(power);
+        let softest = self.bending_frequency_squared();
+        // Rounding errors are those of the stiffer direction.
+        let stiffer = i1.max(i2) / i1.min(i2);
+        let of_nodes = softest * (NEGLIGIBLE + noise * stiffer)
+            + if edges.is_some() { 0.0 } else { self.zero_squared_frequency() };
+        self.stiffness(edges, of_nodes, softest * (NEGLIGIBLE + noise))
+    }
+
+    /// A part of the stiffness of bending as a whole, for every unknown, N/m (N m for angles).
+    pub(super) fn part_of_bending_stiffness(&self, part: f64) -> Vec<f64> {
+        let squared = part * self.bending_frequency_squared();
+        self.stiffness(None, squared, squared)
+    }
+
+    /// Stiffness of every unknown for squared frequencies, 1/s^2, of nodes (or edges) and of angles.
+    ///
+    /// The inertia of an angle about its edge is too small for a scale. It counts as the mass of the edge on a lever of the
+    /// rod's length, times the ratio of torsional to bending stiffness where that exceeds 1.
+    fn stiffness(
+        &self,
+        edges: Option<EdgeCoordinates>,
+        squared_of_nodes: f64,
+        squared_of_angles: f64,
+    ) -> Vec<f64> {
+        let (section, material) = self.scene().at(0.5);
+        let section = section.moments();
+        let [i1, i2] = section.second_moments;
+        let bending = material.youngs_modulus * i1.min(i2);
+        let twist = (material.shear_modulus() * section.torsion_constant / bending).max(1.0);
+        let (length, nodes) = (self.problem.length(), self.nodes() as f64);
+        let inertia = material.density * section.area * length.powi(3) / nodes;
+        let rod = self.rod();
+        let mass = match edges {
+            Some(edges) => edges.metric(&rod),
+            None => rod.mass().to_vec(),
+        };
+        let stiffness = |(i, mass): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
+            true => squared_of_angles * twist * inertia,
+            false => mass * squared_of_nodes,
+        };
+        mass.into_iter().enumerate().map(stiffness).collect()
+    }
+}
