@@ -1,5 +1,5 @@
 //! Identifies Young's modulus from the tip of a helix, and then shear modulus beside it: bending
-//! and twisting both stretch a helix, and its swing tells them apart.
+//! and twisting both stretch a helix, and its motion determines both.
 //!
 //! `cargo run --release --example fit_helix`
 

@@ -16,7 +16,7 @@ fn main() -> Result<(), Error> {
     let far = Unknown::new(Parameter::YoungsModulus).start(1e6);
     println!("from 1e6 Pa: {}", Fit::new(&problem).observe(tip.clone()).identify(far).solve()?);
 
-    // Gravity alone moves this rod, so only E/density shows; the fit says so.
+    // Only gravity moves this rod, so that the data determine E/density alone; the fit reports it.
     let both = Fit::new(&problem)
         .observe(tip)
         .identify(Parameter::YoungsModulus)

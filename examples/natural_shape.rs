@@ -99,7 +99,7 @@ fn costs(problem: &Problem) -> Result<(), Error> {
     Ok(())
 }
 
-/// Curvatures of an arc that is bent elsewhere than its scene says.
+/// Identifies the natural curvatures of an arc whose true curvature varies along it.
 fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
     let truth = |s: f64| 1.0 + 0.3 * (12.0 * s).sin() - 0.4 * s;
     let mut bent = scene.clone();

@@ -1,14 +1,14 @@
-//! Are wrong models found and named? Ten things that a fitted scene lacks, each as strong as moves Young's modulus by two
-//! standard errors, with a few noises each, in laboratories that record more or less of the motion.
+//! Detection of omitted effects: ten terms that a fitted scene lacks, each of the size that biases Young's modulus by two
+//! standard errors, with several realizations of noise, in laboratories that record more or less of the motion.
 //!
-//! What the data cannot tell is decided before any noise is drawn: where the term leaves less than three standard
-//! deviations in the residuals, by the Jacobian of the right model. There it must stand under what could hide, with its
-//! effect on the modulus right to 20 %; elsewhere it must be named first or second of what noise does not explain. Terms that
-//! the data cannot tell apart share a place, so both are counted: first two terms, and first two places, with how many
-//! terms these hold; then how many stand under what could hide, and how many are as they must be.
+//! A term is detectable if it contributes at least three standard deviations to the residuals, by the Jacobian of the right
+//! model. A detectable term must be ranked first or second by the score tests. Others must be listed as undetected bias,
+//! with an effect on the modulus that is right to 20 %. Terms that the data do not distinguish share a rank. Therefore the
+//! table counts the first two terms and the first two ranks, with the number of terms of these ranks, then the terms under
+//! undetected bias, and the correct results.
 //!
-//! `cargo run --release --example wrong_models -- [NOISES] [FIRST SEED] [LABORATORY]`, of one noise from seed 0 in all
-//! laboratories if nothing is said.
+//! `cargo run --release --example wrong_models -- [NOISES] [FIRST SEED] [LABORATORY]`; default: one noise from seed 0 in all
+//! laboratories.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -32,8 +32,8 @@ const BIAS: f64 = 2.0;
 /// Sigmas beyond which a term is made no stronger: Kelvin-Voigt damping hardly moves the modulus of a rod that swings, and would
 /// have to stop it within a swing.
 const CLEAR: f64 = 100.0;
-/// What leaves fewer sigmas than this the data cannot tell.
-const TOLD: f64 = 3.0;
+/// Contribution to the residuals, in standard deviations, above which a term is detectable.
+const DETECTABLE: f64 = 3.0;
 const FRICTION: &str = "loads.damping.friction.stiffness";
 /// Relative error of an effect that is right.
 const RIGHT: f64 = 0.2;
@@ -194,18 +194,18 @@ fn bias(report: &FitReport) -> [f64; 2] {
     }
 }
 
-/// What a term of size 1 would leave in sigmas, and do to the modulus, Pa.
-fn told(report: &FitReport, place: &str) -> Option<[f64; 2]> {
+/// Contribution to the residuals, in standard deviations, and to the modulus, Pa, of a term of size 1.
+fn undetected_effect(report: &FitReport, place: &str) -> Option<[f64; 2]> {
     let modulus = report.parameters[0].name.to_string();
     let own =
         report.undetected_bias.iter().find(|h| h.source == place && h.parameter == modulus)?;
     Some([own.residual_effect / own.size, own.change / own.size])
 }
 
-/// What became of the fits of a wrong model.
+/// Results of the fits of a wrong model.
 #[derive(Default)]
 struct Count {
-    /// First or second term; in the first or second place; under what could hide, right to 20 %.
+    /// First or second term; first or second rank; listed as undetected bias, right to 20 %.
     first: usize,
     placed: usize,
     hides: usize,
@@ -237,7 +237,7 @@ impl Count {
 fn count(
     (laboratory, wrong): (&Laboratory, &Wrong),
     (size, yields): (f64, f64),
-    (off, can_tell): (f64, bool),
+    (off, detectable): (f64, bool),
     seeds: std::ops::Range<u64>,
 ) -> Result<Count, Error> {
     let data = laboratory.records(Some((wrong, size, yields)))?;
@@ -248,7 +248,7 @@ fn count(
     let mut count = Count::default();
     for report in fits {
         let tests = &report.score_tests;
-        // What is in a place whose first noise does not explain.
+        // Terms of a rank whose first one is significant.
         let found = |place: usize| {
             tests.iter().find(|t| t.rank == place).is_some_and(|first| first.is_significant())
         };
@@ -256,12 +256,12 @@ fn count(
         let own = |t: &&&rodfit::fit::ScoreTest| t.source == wrong.place;
         let first = named.iter().take(2).any(|t| own(&t) && t.is_significant());
         let placed = named.iter().any(|t| own(&t));
-        let effect = told(&report, wrong.place).map(|[_, change]| change * size);
+        let effect = undetected_effect(&report, wrong.place).map(|[_, change]| change * size);
         let hides = effect.is_some_and(|effect| (effect / off - 1.0).abs() <= RIGHT);
         count.first += usize::from(first);
         count.placed += usize::from(placed);
         count.hides += usize::from(hides);
-        count.good += usize::from(if can_tell { placed } else { placed || hides });
+        count.good += usize::from(if detectable { placed } else { placed || hides });
         count.terms += named.len();
         count.naming += usize::from(!named.is_empty());
     }
@@ -310,23 +310,23 @@ fn main() -> Result<(), Error> {
         let mut all = [Count::default(), Count::default()];
         for wrong in &WRONG {
             let (mut size, mut off) = strength(laboratory, wrong, yields)?;
-            let mut sigmas =
-                told(&right, wrong.place).map_or(0.0, |[visible, _]| visible * size.abs());
+            let mut sigmas = undetected_effect(&right, wrong.place)
+                .map_or(0.0, |[visible, _]| visible * size.abs());
             if sigmas > CLEAR {
                 let less = CLEAR / sigmas;
                 (size, off, sigmas) = (less * size, less * off, CLEAR);
             }
-            let can_tell = sigmas >= TOLD;
+            let detectable = sigmas >= DETECTABLE;
             let seeds = first..first + noises;
-            let found = count((laboratory, wrong), (size, yields), (off, can_tell), seeds)?;
+            let found = count((laboratory, wrong), (size, yields), (off, detectable), seeds)?;
             println!(
                 "  {:36} {size:8.1e} leaves {sigmas:6.1} sigma: {}",
                 wrong.place,
                 found.words()
             );
-            all[usize::from(can_tell)].add(&found);
+            all[usize::from(detectable)].add(&found);
         }
-        for (words, count) in ["cannot be told", "can be told"].iter().zip(&all) {
+        for (words, count) in ["not detectable", "detectable"].iter().zip(&all) {
             println!("  {words}: {}", count.words());
         }
         let good: usize = all.iter().map(|count| count.good).sum();

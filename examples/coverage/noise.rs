@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rodfit::Observation;
 
-/// Kinds of noise, of the same standard deviation but for what their names say.
+/// Kinds of noise with equal standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
     /// Normal and independent.

@@ -1,5 +1,5 @@
-//! Would a laboratory be told the truth? Seeded laboratories that do not exist, each with a rod, errors of its
-//! callipers and scales, a camera with a lens, a roll and a late clock, whole pixels and noise that remembers. Their
+//! Reliability of reported intervals in synthetic laboratories. Each seeded laboratory has a rod, errors of its
+//! callipers and scales, a camera with a lens, a roll and a late clock, whole pixels and autocorrelated noise. Their
 //! data come from a mesh far finer than any fit's, or from the modes of the continuum; their fit files have no
 //! numerical setting. Of Young's modulus and damping: how many expanded intervals contain the truth; and how many
 //! verdicts ask for finer numerics, and what a fit costs.

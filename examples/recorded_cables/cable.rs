@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub const DENSITY: f64 = 1000.0;
 /// A radius that makes them hardly stretch, m.
 pub const RADIUS: f64 = 1.2e-3;
-/// How far off a good model is, m: what is farther off counts less than its square.
+/// Residual of a good model, m; the loss down-weights larger residuals.
 pub const SIGMA: f64 = 0.01;
 /// Of the frames, one in so many is fitted.
 pub const EVERY: usize = 10;

@@ -36,7 +36,7 @@ fn climb(cable: &Cable, edges: usize, with_curvatures: bool) -> Result<(), Box<d
         cable.lengths.iter().sum::<f64>()
     );
     let mut found = Found::new();
-    // Rivals go on from the same rung; curvatures of every marker from those at the hands.
+    // Alternative models start from the same simpler one; curvatures of every marker from those at the grippers.
     let mut t7 = None;
     for rung in ladder(markers, edges) {
         if rung.name == "K" && !with_curvatures {
@@ -91,8 +91,8 @@ fn print(report: &FitReport, most: usize) {
     }
 }
 
-/// B3, T5 and T7 of both halves of the recordings, each without the other: whether the intervals tell how well the
-/// modulus over the density is known.
+/// B3, T5 and T7 of both halves of the recordings, each without the other: whether the intervals contain the
+/// modulus over the density of the other half.
 fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
     let rungs = ladder(cable.lengths.len() + 1, 1);
     let mut found = [Found::new(), Found::new()];

@@ -16,7 +16,7 @@ pub struct Rung {
 }
 
 /// The models for cables of so many markers with so many edges between any two, simplest first. The last two with
-/// ten numbers are rivals.
+/// ten numbers are alternatives.
 pub fn ladder(markers: usize, edges: usize) -> Vec<Rung> {
     let listed = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     let rung = |name, most, numbers: Vec<String>| Rung { name, most, edges, numbers };

@@ -12,7 +12,7 @@ use crate::numerics::scalar::Nestable;
 use crate::problem::{DirectorRotation, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
-use crate::statics::Resistances;
+use crate::statics::MotionResistances;
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -267,7 +267,8 @@ fn keep<M: Model>(
         energies.push(simulation.energies());
     }
     if let Some(reactions) = &mut record.reactions {
-        let resistances = Resistances { damping: simulation.damping(), drag: simulation.drag() };
+        let resistances =
+            MotionResistances { damping: simulation.damping(), drag: simulation.drag() };
         reactions.push(discretized.reactions(simulation.rod(), resistances, state));
     }
     let tracked = record.tracked();

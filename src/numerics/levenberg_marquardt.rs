@@ -96,14 +96,14 @@ const COST_RESOLUTION: f64 = 3e-5;
 const COST_ROUNDING: f64 = 1e-12;
 
 /// Residuals and derivatives at a point.
-struct Evaluation {
+struct PointEvaluation {
     jacobian: Vec<Vec<f64>>,
     residuals: Vec<f64>,
     cost: f64,
 }
 
 /// Evaluates the problem at `x`. The Jacobian comes first: its run yields the residuals too.
-fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<Evaluation, Error>
+fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<PointEvaluation, Error>
 where
     O: Operator<Param = Vec<f64>, Output = Vec<f64>>
         + Jacobian<Param = Vec<f64>, Jacobian = Vec<Vec<f64>>>,
@@ -117,11 +117,11 @@ where
             "Levenberg-Marquardt: the residuals or their derivatives are not finite"
         ));
     }
-    Ok(Evaluation { jacobian, residuals, cost })
+    Ok(PointEvaluation { jacobian, residuals, cost })
 }
 
 /// The state with the iterate `x` and its evaluation.
-fn state_at(state: LeastSquaresState, x: Vec<f64>, there: Evaluation) -> LeastSquaresState {
+fn state_at(state: LeastSquaresState, x: Vec<f64>, there: PointEvaluation) -> LeastSquaresState {
     state.param(x).cost(there.cost).jacobian(there.jacobian).residuals(there.residuals)
 }
 
@@ -268,7 +268,7 @@ where
         for (scale, norm) in self.scale.iter_mut().zip(&linear.norms) {
             *scale = (*scale * SCALE_DECAY).max(*norm);
         }
-        let here = Evaluation { jacobian, residuals, cost };
+        let here = PointEvaluation { jacobian, residuals, cost };
         let converged = || TerminationReason::SolverConverged;
         let end = |state, x, there, reason| {
             Ok((state_at(state, x, there).terminate_with(reason), None::<KV>))
@@ -294,7 +294,7 @@ where
         if self.is_last(&step, change, noise) {
             let residuals = add(&here.residuals, &times(&here.jacobian, &step));
             let cost = half_sum_of_squares(&residuals);
-            return end(state, target, Evaluation { residuals, cost, ..here }, converged());
+            return end(state, target, PointEvaluation { residuals, cost, ..here }, converged());
         }
         // Below the resolution of the cost, Gauss-Newton steps need no lower cost as long as they shrink.
         let below_resolution = change <= COST_RESOLUTION * (2.0 * cost).sqrt();

@@ -21,7 +21,7 @@ pub use equilibrium::Equilibrium;
 pub(crate) use equilibrium_derivatives::CheckedEquilibrium;
 pub(crate) use lowest_eigenvalues::PencilMode;
 pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
-pub(crate) use reaction::Resistances;
+pub(crate) use reaction::MotionResistances;
 pub use reaction::{Reaction, Reactions};
 pub(crate) use recorded_start::RecordedStart;
 pub(crate) use shear_deflection::{free_part, internal_forces};

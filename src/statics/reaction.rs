@@ -43,7 +43,7 @@ pub struct Reactions {
 
 /// Forces against a motion.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Resistances<'a> {
+pub(crate) struct MotionResistances<'a> {
     /// Damping of mass and strain rates.
     pub damping: Damping<f64>,
     /// Drag of a fluid.
@@ -55,7 +55,7 @@ impl<M: Model> Discretized<'_, M> {
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
-        resistances: Resistances<'_>,
+        resistances: MotionResistances<'_>,
         state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
         let mut acceleration = vec![0.0; state.q.len()];
@@ -71,14 +71,14 @@ impl<M: Model> Discretized<'_, M> {
         rod: &M::Rod<f64>,
         state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
-        self.reactions_with(rod, Resistances::default(), state, &vec![0.0; state.q.len()])
+        self.reactions_with(rod, MotionResistances::default(), state, &vec![0.0; state.q.len()])
     }
 
     /// The reactions in a state whose held unknowns have the given accelerations, m/s^2.
     fn reactions_with(
         &self,
         rod: &M::Rod<f64>,
-        Resistances { damping, drag }: Resistances<'_>,
+        MotionResistances { damping, drag }: MotionResistances<'_>,
         state: &State<f64, FramesOf<M>>,
         acceleration: &[f64],
     ) -> Reactions {

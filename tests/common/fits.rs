@@ -113,7 +113,7 @@ pub fn mean_and_spread(values: &[f64]) -> [f64; 2] {
     [mean, (square / (n - 1.0)).sqrt()]
 }
 
-/// Tells what fits cost, in simulations, and how far off the worst of them was.
+/// Prints the cost of fits, in simulations, and the largest error.
 pub fn print_work(worst: f64, mut work: Vec<f64>) {
     work.sort_by(f64::total_cmp);
     let (median, most) = (work[work.len() / 2], work[work.len() - 1]);

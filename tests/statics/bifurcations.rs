@@ -32,7 +32,7 @@ pub fn critical([mut low, mut high]: [f64; 2], part: f64, holds: impl Fn(f64) ->
 /// total twist of 2 pi sqrt(3) EI/GJ (Michell 1889). The ring as a whole turns about its clamp
 /// without effort: that direction does not count.
 #[test]
-fn michells_ring() {
+fn twisted_ring_is_stable_up_to_the_twist_of_michell() {
     let torsion = 1.0 / 1.3;
     let exact = 2.0 * PI * 3.0_f64.sqrt() / torsion;
     let ring = |segments: usize| {
@@ -82,7 +82,7 @@ fn michells_ring() {
 /// 1/s0 = M/(2 EI) sqrt((1 - cos a0)/(1 + cos a0)), M = GJ times the twist per length left (van der
 /// Heijden and Thompson 2000; the numbers are Bergou et al.'s of 2008).
 #[test]
-fn localized_helix() {
+fn slack_twisted_rod_has_the_localized_helix_of_theory() {
     let (length, bending, torsion) = (9.29, 1.345, 0.789);
     let deviation = |segments: usize| {
         let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
@@ -129,7 +129,7 @@ fn localized_helix() {
 
 /// A heavy cantilever's height over its width (Romero et al. 2021, the cantilever protocol).
 #[test]
-fn height_over_width_of_a_heavy_cantilever() {
+fn heavy_cantilever_height_over_width_agrees_with_published_values() {
     for (weight, exact) in [(1.0, 0.12456177), (10.0, 1.06680232), (100.0, 5.88810462)] {
         let ratio = |segments: usize| {
             let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
@@ -148,7 +148,7 @@ fn height_over_width_of_a_heavy_cantilever() {
 /// A rod curved by nature into one turn, or one and a half, hangs down from its clamp in its plane
 /// up to a weight of 12.19, or 26.31 (Romero et al. 2021, the bend-twist protocol; GJ/EI = 2/3).
 #[test]
-fn a_hanging_curl_leaves_its_plane() {
+fn hanging_curl_loses_stability_at_published_weights() {
     for (turn, exact) in [(2.0 * PI, 12.19), (3.0 * PI, 26.31)] {
         let found = [50, 100].map(|segments| {
             critical([0.9 * exact, 1.1 * exact], 1e-5, |weight| {

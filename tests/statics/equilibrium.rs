@@ -15,7 +15,7 @@ use crate::common::{at_tip, cantilever, helix_with, rest, unit_rod};
 
 /// Sag of the heavy cantilever over its length; continuum 0.29061133785.
 #[test]
-fn heavy_cantilever() {
+fn heavy_cantilever_sag_agrees_with_the_continuum() {
     for (segments, clamp, sag) in [
         (50, Clamp::MidEdge, 0.29052485),
         (50, Clamp::Nodes, 0.28014829),
@@ -30,9 +30,9 @@ fn heavy_cantilever() {
     }
 }
 
-/// From limp to stiff, from thick to hair-thin, from 3 nodes to 10,001, from the straight state.
+/// From limp to stiff, from thick to hair-thin, from 3 nodes to 10,001, all from the straight state.
 #[test]
-fn every_cantilever_comes_to_rest() {
+fn cantilevers_of_all_stiffnesses_and_meshes_reach_equilibrium() {
     let mut most = 0;
     for modulus in [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12] {
         for slenderness in [0.1, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -56,10 +56,10 @@ fn every_cantilever_comes_to_rest() {
     println!("at most {most} Newton iterations");
 }
 
-/// A hundred thousand edges from the straight state, and a helix of twenty thousand: what coarser
-/// meshes converge to, and as stable.
+/// A hundred thousand edges from the straight state, and a helix of twenty thousand edges, have the limit of coarser meshes
+/// and the same stability.
 #[test]
-fn very_fine_meshes() {
+fn very_fine_meshes_agree_with_coarser_ones() {
     let sag = |segments: usize| {
         let mut scene = cantilever();
         scene.rod.segments = Some(segments);
@@ -120,7 +120,7 @@ fn edges_are_congruent<R: Rod<f64>>(rod: &R, frames: &R::Frames, rest: &[f64], s
 }
 
 #[test]
-fn tangents_by_edges() {
+fn edge_tangent_is_congruent_to_the_node_tangent() {
     let mut plane = cantilever();
     plane.rod.segments = Some(7);
     plane.loads.point =
@@ -138,7 +138,7 @@ fn tangents_by_edges() {
 
 /// Deflection of the end-loaded elastica (exact integrals).
 #[test]
-fn tip_loaded_elastica() {
+fn tip_loaded_elastica_agrees_with_exact_integrals() {
     for (load, exact) in [
         (1.0, 0.3017207738),
         (2.0, 0.4934574804),
@@ -160,7 +160,7 @@ fn tip_loaded_elastica() {
 
 /// Extension of the hanging helix over its axial length; continuum 0.0749973549.
 #[test]
-fn hanging_helix() {
+fn hanging_helix_extension_agrees_with_the_continuum() {
     let axial = 0.5 * 0.05 / (0.05_f64.powi(2) + (2.0 * PI * 0.02).powi(2)).sqrt();
     for (clamp, discretization, segments, error) in [
         (Clamp::Nodes, Discretization::Paper, 50, -0.0836),
@@ -189,7 +189,7 @@ fn hanging_helix() {
 /// Buckling under a push, against the closed form of the discrete column, all of whose edges are
 /// alike in the paper's form only; of a slender one that makes no difference.
 #[test]
-fn euler_column() {
+fn euler_column_buckles_at_the_closed_form_of_its_discretization() {
     for (slenderness, discretization) in
         [(1e-2, Discretization::Paper), (1e-4, Discretization::Corrected)]
     {
@@ -224,7 +224,7 @@ fn euler_column_of(slenderness: f64, discretization: Discretization) {
 
 /// A column under its own weight: q L^3/EI = 7.8373474389.
 #[test]
-fn heavy_column() {
+fn heavy_column_buckles_at_the_weight_of_greenhill() {
     let found = [50, 100].map(|segments| {
         critical([5.0, 10.0], 1e-13, |weight| {
             let mut scene = unit_rod(segments, 1e-4);
@@ -234,7 +234,7 @@ fn heavy_column() {
     });
     let errors = found.map(|q| q / 7.8373474389 - 1.0);
     let order = (errors[0] / errors[1]).log2();
-    // Far beyond, the least push brings it down; standing exactly upright it stays, and is told so.
+    // Far above the critical weight a slight push makes it fall; exactly upright it stays, and is reported as unstable.
     for (side, stable) in [(1e-9, Some(true)), (0.0, Some(false))] {
         let mut scene = unit_rod(100, 1e-4);
         scene.loads.gravity = [-1.0, side, 0.0].map(|g| g * 50.0 / (PI * 1e-8));
@@ -249,7 +249,7 @@ fn heavy_column() {
 /// A strip on edge tips over sideways: P L^2/sqrt(B2 C) = 4.0125993436 under a load at its tip,
 /// q L^3/sqrt(B2 C) = 12.8537633214 under its weight.
 #[test]
-fn lateral_buckling() {
+fn strip_buckles_laterally_at_the_loads_of_beam_theory() {
     let strip = |segments: usize| {
         let mut scene = unit_rod(segments, 1e-4);
         // B1 = 1e6, B2 = 1, C = 0.7.
@@ -289,7 +289,7 @@ fn lateral_buckling() {
 
 /// The buckled column: its tip turns by alpha where P/P_critical = (2 K(sin(alpha/2))/pi)^2.
 #[test]
-fn post_buckled_elastica() {
+fn buckled_column_tip_angle_agrees_with_the_elliptic_integral() {
     for degrees in [20.0_f64, 60.0, 90.0, 120.0] {
         let modulus = (0.5 * degrees.to_radians()).sin();
         // The complete elliptic integral by the arithmetic-geometric mean.
@@ -314,7 +314,7 @@ fn post_buckled_elastica() {
 /// The 45-degree bend with a load across its plane: Kirchhoff's continuum at P = 600; Simo and
 /// Vu-Quoc's shear-flexible rod is at (15.79, 47.23, 53.37).
 #[test]
-fn the_45_degree_bend() {
+fn bend_of_45_degrees_agrees_with_the_kirchhoff_continuum() {
     let bend = |segments: usize| {
         let shape = Shape::Arc { length: 25.0 * PI, angle: 0.25 * PI };
         let up = [0.0, 0.0, 1.0];
@@ -344,7 +344,7 @@ fn the_45_degree_bend() {
 /// A quarter circle under a small force at its tip, along each axis (Castigliano's integrals): the
 /// corrected form against the paper's, in the plane and across it.
 #[test]
-fn quarter_circle() {
+fn quarter_circle_deflection_agrees_with_castigliano() {
     let (quarter, rest) = (0.25 * PI, 0.75 * PI - 2.0);
     // EI = 1, GJ = 1/1.3, R = 1.
     for (axis, exact) in [(0, quarter), (1, rest), (2, quarter + 1.3 * rest)] {
@@ -372,10 +372,10 @@ fn quarter_circle() {
     }
 }
 
-/// A rod that hangs from a hinge turns about itself without a force: that is no instability, and no
-/// singular tangent, on any mesh, of any section, straight down or let go from the side.
+/// A rod that hangs from a hinge spins without resistance. That is neither an instability nor a singular tangent, on any
+/// mesh, for any section, from the hanging or the horizontal start.
 #[test]
-fn hanging_from_a_hinge() {
+fn rod_hanging_from_a_hinge_is_stable_despite_its_free_spin() {
     let flat = Section::Rectangle { width: 0.01, height: 0.002, up: [1.0, 0.0, 0.0] };
     let thin = Section::Rectangle { width: 2.3e-4, height: 1.4e-4, up: [1.0, 0.0, 0.0] };
     for section in [Section::Circle { radius: 0.002 }, Section::Circle { radius: 1e-4 }, flat, thin]
@@ -398,9 +398,9 @@ fn hanging_from_a_hinge() {
     }
 }
 
-/// A rod that nothing holds and nothing pulls is where it is; what pulls its ends apart stretches it.
+/// A rod without supports and loads stays in place; balanced forces on its ends stretch it.
 #[test]
-fn free_rods() {
+fn free_rods_keep_their_place_and_stretch_under_balanced_forces() {
     let straight = Shape::Straight { length: 0.5, direction: [0.3, 0.5, -0.2] };
     let arc = Shape::Arc { length: 0.5, angle: 2.0 };
     let helix = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge).rod.shape;
@@ -444,7 +444,7 @@ fn free_rods() {
 /// A force `P` at arc length `a` of a cantilever bends its tip by `P a^2 (3 L - a)/(6 EI)`, wherever
 /// the nodes are; it stands where it is when the mesh is another.
 #[test]
-fn forces_between_nodes() {
+fn force_between_nodes_deflects_as_in_beam_theory_on_every_mesh() {
     let (length, radius, modulus): (f64, f64, f64) = (0.5, 5e-3, 1e9);
     let bending = modulus * PI * radius.powi(4) / 4.0;
     let tip = |at: f64, segments: usize| {
@@ -472,9 +472,9 @@ fn forces_between_nodes() {
     assert!(error.contains("loads.point[0].node.arc_length: found 0.51"), "{error}");
 }
 
-/// Supports carry a rod at rest and no more, whatever they do when it begins to move.
+/// Reactions at rest balance the loads, whatever the motion of the supports at later times.
 #[test]
-fn reactions_at_rest_know_of_no_motion() {
+fn reactions_at_rest_do_not_depend_on_later_support_motion() {
     let mut scene = cantilever();
     (scene.rod.segments, scene.supports.clamp) = (Some(10), Clamp::Nodes);
     scene.supports.motion = vec![Motion {

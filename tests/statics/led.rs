@@ -1,4 +1,4 @@
-//! Rods at rest that a recording holds between their ends, or whose ends it lets turn about themselves.
+//! Statics with recorded supports: nodes held between the ends, and grippers with free twist.
 
 use rodfit::Problem;
 use rodfit::scene::{
@@ -13,7 +13,7 @@ const MODULUS: f64 = 1e8;
 const DENSITY: f64 = 1000.0;
 const RADIUS: f64 = 5e-3;
 
-/// Markers that stand still, evenly along the rod, that in the middle beside its line by so much.
+/// Fixed markers, evenly along the rod; the middle one is offset by `beside`, m.
 fn still(markers: usize, beside: f64) -> Track {
     let times = vec![0.0, 0.1, 0.2];
     let place = |j: usize| {
@@ -34,7 +34,7 @@ fn rod(segments: usize, dimension: Dimension) -> Scene {
     scene
 }
 
-/// A rod on hinges at its ends, and held in the middle, beside its line by so much.
+/// A rod on hinges at its ends and a held node in the middle, offset by `beside`, m.
 fn two_spans(segments: usize, dimension: Dimension, beside: f64, gravity: f64) -> Problem {
     let mut scene = rod(segments, dimension);
     (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Pinned);
@@ -51,7 +51,7 @@ fn bending_stiffness() -> f64 {
 /// Two equal spans vibrate as one span on two hinges where they go against each other, and as one between a wall and a
 /// hinge where they go alike.
 #[test]
-fn a_rod_held_in_its_middle_vibrates_as_two_spans() {
+fn rod_held_in_its_middle_has_the_frequencies_of_two_spans() {
     let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / (0.5 * LENGTH).powi(2);
     let roots = [PI, 3.92660231, 2.0 * PI, 7.06858275];
     for dimension in [Dimension::Planar, Dimension::Spatial] {
@@ -80,7 +80,7 @@ fn a_rod_held_in_its_middle_vibrates_as_two_spans() {
 /// Each outer hinge carries 3/8 of the weight of its span, which sags by `w l^4/(192 EI)` halfway; and a beam whose
 /// middle is `d` beside its line presses on each of them with `24 EI d/L^3`.
 #[test]
-fn a_rod_held_in_its_middle_hangs_as_two_spans() {
+fn rod_held_in_its_middle_has_the_reactions_of_two_spans() {
     let (gravity, d, span) = (0.5, 1e-4, 0.5 * LENGTH);
     let weight = DENSITY * PI * RADIUS * RADIUS * gravity;
     for dimension in [Dimension::Planar, Dimension::Spatial] {
@@ -101,7 +101,7 @@ fn a_rod_held_in_its_middle_hangs_as_two_spans() {
     }
 }
 
-/// A rod between two hands that hold two markers each, ten edges apart, and let it turn at some ends.
+/// A rod between two grippers with two markers each, ten edges apart, and free twist at some ends.
 fn between_hands(free_twist: &[End]) -> Scene {
     let mut scene = rod(50, Dimension::Spatial);
     (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
@@ -110,9 +110,9 @@ fn between_hands(free_twist: &[End]) -> Scene {
     scene
 }
 
-/// What hands that hold eleven nodes each exert carries the whole rod, whatever its turn.
+/// The reactions of grippers that hold eleven nodes each balance the weight, for any twist.
 #[test]
-fn hands_carry_the_whole_weight() {
+fn gripper_reactions_balance_the_weight() {
     for free_twist in [&[][..], &[End::Start], &[End::Start, End::End]] {
         let mut scene = between_hands(free_twist);
         scene.loads.gravity = [0.0, -0.5, 0.2];
@@ -129,7 +129,7 @@ fn hands_carry_the_whole_weight() {
 /// Torsional waves go as far as the edge that a hand holds, and to the end of the rod where it lets go: half waves
 /// between two hands, odd quarter waves with one, half waves of the whole rod with none.
 #[test]
-fn torsional_frequencies_between_hands_that_let_go() {
+fn torsional_frequencies_depend_on_grippers_with_free_twist() {
     let (speed, edge) = ((MODULUS / 3.0 / DENSITY).sqrt(), LENGTH / 50.0);
     for (free_twist, wave, zeros) in [
         (&[][..], PI / (31.0 * edge), 0),
@@ -150,7 +150,7 @@ fn torsional_frequencies_between_hands_that_let_go() {
 /// Natural twist winds a rod between two hands up, and not where one of them lets it turn. What holds it bears no moment
 /// about the rod then.
 #[test]
-fn an_end_that_turns_freely_bears_no_torque() {
+fn end_with_free_twist_bears_no_torque() {
     let twist = 3.0;
     let rigidity = MODULUS / 3.0 * PI * RADIUS.powi(4) / 2.0;
     for free_twist in [&[][..], &[End::Start], &[End::End], &[End::Start, End::End]] {
@@ -175,9 +175,9 @@ fn an_end_that_turns_freely_bears_no_torque() {
     }
 }
 
-/// Hands that hold a rod turned wind it up: the torque of a shaft as long as from the last held edge to the next one.
+/// Twisted grippers apply the torque of a shaft as long as from the last held edge to the next one.
 #[test]
-fn hands_that_hold_the_rod_turned_wind_it_up() {
+fn twisted_grippers_apply_the_torque_of_a_shaft() {
     let shaft = MODULUS / 3.0 * PI * RADIUS.powi(4) / 2.0 / (31.0 * LENGTH / 50.0);
     let mut scene = between_hands(&[]);
     let motion = |end, twist| Motion { end, twist, ..Motion::default() };
@@ -196,7 +196,7 @@ fn hands_that_hold_the_rod_turned_wind_it_up() {
 /// Where a run between hands that stand still comes to rest is where statics has it: both hold the curved rod turned about
 /// itself as it lies along the first markers with the least energy, and by what the scene adds.
 #[test]
-fn a_run_between_hands_comes_to_rest_where_statics_has_it() {
+fn damped_run_between_fixed_grippers_reaches_the_static_equilibrium() {
     let times: Vec<f64> = (0..=400).map(|k| 0.01 * f64::from(k)).collect();
     let place = |j: usize| {
         let u = j as f64 / 6.0;

@@ -1,4 +1,4 @@
-//! Rods at rest: where they come to rest, where they lose their shape, and how they vibrate about it.
+//! Statics and vibration against theory: equilibria, stability limits, reactions and natural frequencies.
 
 #[path = "../common/mod.rs"]
 mod common;

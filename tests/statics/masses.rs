@@ -37,7 +37,7 @@ fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 /// A cantilever with a mass at its tip, in parts of its own: the frequency
 /// equation's roots, at second order.
 #[test]
-fn frequencies_with_a_tip_mass() {
+fn tip_mass_frequencies_are_roots_of_the_frequency_equation() {
     let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / (LENGTH * LENGTH);
     for part in [0.02, 0.5, 5.0] {
         let equation = |b: f64| {
@@ -65,10 +65,9 @@ fn frequencies_with_a_tip_mass() {
     }
 }
 
-/// Between nodes a mass weighs as a force there does, up to the second order in the mesh, and at
-/// nodes exactly.
+/// The weight of a mass equals a force at its place, exactly at nodes and to second order in the mesh between them.
 #[test]
-fn a_mass_weighs() {
+fn weight_of_a_point_mass_equals_a_force() {
     let (mass, g) = (2e-3, 9.8);
     for dimension in [Dimension::Planar, Dimension::Spatial] {
         let sags = |segments: usize, node: Point| {
@@ -94,9 +93,9 @@ fn a_mass_weighs() {
     }
 }
 
-/// What is not on the rod, or weighs nothing, is refused with its key.
+/// Masses that are not on the rod or not positive are rejected with their key.
 #[test]
-fn masses_that_make_no_sense() {
+fn invalid_point_masses_are_rejected() {
     let wrong = [
         (PointMass::new(Point::Tip, 0.0), "rod.mass[0].mass"),
         (PointMass::new(Point::Tip, f64::NAN), "rod.mass[0].mass"),

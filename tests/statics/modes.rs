@@ -30,7 +30,7 @@ fn in_plane(modes: &Modes, plane: ModePlane) -> Vec<f64> {
     modes.modes.iter().filter(|m| m.plane == Some(plane)).map(|m| m.frequency_rad_s).collect()
 }
 
-/// Of modes of one kind that are not free motions.
+/// Frequencies of the modes of one kind, without free motions, rad/s.
 fn of_kind(modes: &Modes, plane: Option<ModePlane>, kind: ModeKind) -> Vec<f64> {
     let own = modes.modes.iter().filter(|m| m.plane == plane && m.kind == kind);
     own.filter(|m| m.frequency_rad_s != 0.0).map(|m| m.frequency_rad_s).collect()
@@ -38,7 +38,7 @@ fn of_kind(modes: &Modes, plane: Option<ModePlane>, kind: ModeKind) -> Vec<f64> 
 
 /// Roots of the beam's frequency equations: omega = (beta/L)^2 sqrt(EI/(rho A)), every one twice.
 #[test]
-fn bending_frequencies() {
+fn bending_frequencies_agree_with_beam_theory() {
     use Support::{Clamped, Free, Pinned};
     let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / 0.25;
     for (start, end, zeros, roots) in [
@@ -71,7 +71,7 @@ fn bending_frequencies() {
 
 /// A roller takes the model's axes along; out of the plane it holds as a hinge does.
 #[test]
-fn between_a_hinge_and_a_roller() {
+fn hinge_and_roller_frequencies_agree_in_and_out_of_plane() {
     for direction in [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.3, 0.1]] {
         let mut scene = rod(40, Support::Pinned, Support::Roller);
         scene.rod.shape = Shape::Straight { length: 0.5, direction };
@@ -88,7 +88,7 @@ fn between_a_hinge_and_a_roller() {
 
 /// Torsion and stretch of a clamped rod: odd quarter waves.
 #[test]
-fn torsional_and_axial_frequencies() {
+fn torsional_and_axial_frequencies_are_odd_quarter_waves() {
     let found = modes(&rod(100, Support::Clamped, Support::Free), 40);
     // A chain of springs and masses has (2 c/l) sin(k l/2) for c k, less by (k l)^2/24: 9.3e-5
     // of three quarter waves. The wall adds a third-order error.
@@ -105,9 +105,9 @@ fn torsional_and_axial_frequencies() {
     }
 }
 
-/// Two thousand segments: the band does it as well.
+/// Two thousand segments, with the rounding errors of the band matrix.
 #[test]
-fn a_fine_mesh() {
+fn frequencies_on_two_thousand_segments_agree_with_beam_theory() {
     let mut scene = rod(2000, Support::Clamped, Support::Free);
     scene.material.poisson_ratio = None;
     let found = modes(&scene, 3);
@@ -121,7 +121,7 @@ fn a_fine_mesh() {
 /// A pull stiffens a hinged rod: omega^2 = (k L)^4 + P (k L)^2 in units of the rod, k = pi/L; a push
 /// beyond the critical one makes the straight state unstable.
 #[test]
-fn under_axial_load() {
+fn axial_load_changes_frequencies_and_stability_as_in_theory() {
     let bending = MODULUS * PI * RADIUS.powi(4) / 4.0;
     let line = DENSITY * PI * RADIUS * RADIUS;
     for load in [1.0, 5.0, -0.9, -3.0] {
@@ -142,9 +142,9 @@ fn under_axial_load() {
     }
 }
 
-/// A rod that hangs still stays still; a little plucked it swings with its lowest frequency.
+/// A rod at rest stays at rest; slightly plucked it swings with its lowest frequency.
 #[test]
-fn plucked_and_released() {
+fn plucked_rod_swings_at_its_lowest_frequency() {
     let mut helix = rod(40, Support::Clamped, Support::Free);
     helix.rod.shape = Shape::Helix {
         length: 0.5,
@@ -186,10 +186,10 @@ fn plucked_and_released() {
     }
 }
 
-/// A bar that nothing holds, as in impulse excitation: all its modes are told apart, in the plane,
-/// across it and in space, and free motions have no number.
+/// A free bar, as in impulse excitation: its modes are separated in the plane, out of it and in space, and free motions have
+/// no number.
 #[test]
-fn a_free_bar() {
+fn free_bar_modes_are_separated_by_plane_and_kind() {
     let (e, g, rho, length) = (69e9, 26e9, 2700.0, 0.4);
     let (width, height) = (0.02, 0.004);
     let shape = |direction| Shape::Straight { length, direction };
@@ -242,7 +242,7 @@ fn a_free_bar() {
 
 /// A curved rod that nothing holds, loads that hold each other, and a hinged one.
 #[test]
-fn free_motions() {
+fn free_motions_have_zero_frequency_and_no_number() {
     let mut arc = rod(40, Support::Free, Support::Free);
     arc.rod.shape = Shape::Arc { length: 0.5, angle: 1.0 };
     let mut pulled = rod(40, Support::Free, Support::Free);
@@ -271,10 +271,10 @@ fn free_motions() {
     }
 }
 
-/// Far beyond its buckling weight a strip on edge falls in many ways: the fastest is found whatever
-/// the count, and all of them are told, as many as `static` says.
+/// Far above its buckling weight a strip on edge has many unstable modes. The fastest is found for every count, and all are
+/// counted, as many as the static analysis finds.
 #[test]
-fn all_that_is_unstable() {
+fn all_unstable_modes_are_counted_and_listed() {
     let mut strip = Scene::new(
         60,
         Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] },

@@ -1,4 +1,4 @@
-//! Clamps that give: deflections and frequencies against beam theory, in the plane and in space.
+//! Compliant clamps: deflections and frequencies against beam theory, in the plane and in space.
 
 use rodfit::fit::{Frequencies, Sample};
 use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Section, Shape};
@@ -18,7 +18,7 @@ const DENSITY: f64 = 1000.0;
 const BENDING: f64 = MODULUS * PI * RADIUS * RADIUS * RADIUS * RADIUS / 4.0;
 const BOTH: [Dimension; 2] = [Dimension::Planar, Dimension::Spatial];
 
-/// Without weight; the clamp turns by a part of what the rod's tip turns by under a moment.
+/// A weightless rod. The compliance of its clamp is a `part` of the rotation of the rod's tip under a moment.
 fn rod(segments: usize, dimension: Dimension, part: f64) -> Scene {
     let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
@@ -36,7 +36,7 @@ fn named(name: &str) -> Parameter {
     name.parse().unwrap()
 }
 
-/// By how much a small force at the tip moves it, over what it moves the tip of a rigidly clamped one by.
+/// Deflection by a small force at the tip, over that of a rigidly clamped rod.
 fn sag(scene: &Scene) -> f64 {
     let force = 1e-5 * BENDING / (LENGTH * LENGTH);
     let mut loaded = scene.clone();
@@ -46,7 +46,7 @@ fn sag(scene: &Scene) -> f64 {
 
 /// `P L^3/(3 EI) + c P L^2`: the clamp's part at second order of the mesh, however soft it is.
 #[test]
-fn a_clamp_that_turns_adds_its_deflection() {
+fn compliant_clamp_adds_its_rotation_to_the_tip_deflection() {
     for (dimension, part) in BOTH.into_iter().flat_map(|d| [0.01, 0.1, 1.0].map(|p| (d, p))) {
         let errors = [25, 50, 100].map(|segments| {
             let [soft, rigid] = [part, 0.0].map(|part| sag(&rod(segments, dimension, part)));
@@ -60,9 +60,9 @@ fn a_clamp_that_turns_adds_its_deflection() {
     }
 }
 
-/// The same from the other end, where both ends are clamped the same from both, and with walls at nodes.
+/// The same for a clamp at the other end, for two clamps, and with walls at nodes.
 #[test]
-fn both_ends_give_alike() {
+fn compliant_clamps_at_both_ends_are_symmetric() {
     let start = rod(40, Dimension::Planar, 0.3);
     let mut end = start.clone();
     end.rod.shape = Shape::Straight { length: LENGTH, direction: [-1.0, 0.0, 0.0] };
@@ -95,7 +95,7 @@ fn both_ends_give_alike() {
 
 /// Roots of 1 + cos b cosh b = k b (sin b cosh b - cos b sinh b).
 #[test]
-fn frequencies_are_those_of_a_beam_on_a_spring() {
+fn compliant_clamp_frequencies_are_those_of_a_beam_on_a_rotational_spring() {
     let unit = (BENDING / (DENSITY * PI * RADIUS * RADIUS)).sqrt() / (LENGTH * LENGTH);
     for (dimension, k) in BOTH.into_iter().flat_map(|d| [0.02, 0.2, 2.0].map(|k| (d, k))) {
         let equation = |b: f64| {
@@ -132,7 +132,7 @@ fn frequencies_are_those_of_a_beam_on_a_spring() {
 
 /// A rigid clamp has a derivative by its compliance, from one side.
 #[test]
-fn a_rigid_clamp_has_a_derivative() {
+fn rigid_clamp_has_a_one_sided_derivative_by_compliance() {
     for dimension in BOTH {
         let force = 1e-4 * BENDING / (LENGTH * LENGTH);
         let mut scene = rod(100, dimension, 0.0);
@@ -145,7 +145,7 @@ fn a_rigid_clamp_has_a_derivative() {
         // Half an edge from the wall: a lever and a moment shorter by a part of 1/200 each.
         assert!((turning - 0.99).abs() < 1e-3, "{dimension:?}: {turning}");
         assert!((along - 1.0).abs() < 1e-6, "{dimension:?}: {along}");
-        // And gives along itself by what it says.
+        // The axial compliance adds its own displacement.
         let mut soft = scene.clone();
         soft.supports.start_compliance.axial = 1e-6;
         let moved = (rest(&soft).tip[0] - rest(&scene).tip[0]) / (1e-6 * force);
@@ -153,9 +153,9 @@ fn a_rigid_clamp_has_a_derivative() {
     }
 }
 
-/// A helix clamped softly: what its clamp adds does not depend on the mesh.
+/// The displacement that a compliant clamp adds to a helix does not depend on the mesh.
 #[test]
-fn a_curved_rod_has_the_same_clamp_on_all_meshes() {
+fn compliant_clamp_of_a_helix_does_not_depend_on_the_mesh() {
     let drop = |segments: usize, part: f64| {
         let (axis, handedness) = ([0.0, 0.0, -1.0], Handedness::Left);
         let shape = Shape::Helix { length: LENGTH, radius: 0.02, pitch: 0.05, axis, handedness };
@@ -169,9 +169,9 @@ fn a_curved_rod_has_the_same_clamp_on_all_meshes() {
     assert!((added[0] / added[2] - 1.0).abs() < 0.03 && (added[1] / added[2] - 1.0).abs() < 0.01);
 }
 
-/// Let go, a softly clamped rod swings at its own frequency.
+/// A released rod with a compliant clamp swings at its own frequency.
 #[test]
-fn a_softly_clamped_rod_swings_more_slowly() {
+fn released_rod_with_compliant_clamp_swings_at_its_own_frequency() {
     for dimension in BOTH {
         let period = |part: f64| {
             let mut scene = rod(20, dimension, part);
@@ -191,9 +191,9 @@ fn a_softly_clamped_rod_swings_more_slowly() {
     }
 }
 
-/// Frequencies tell a clamp from a modulus.
+/// Frequencies distinguish a compliant clamp from another modulus.
 #[test]
-fn a_clamp_is_identified() {
+fn clamp_compliance_and_modulus_are_identified_from_frequencies() {
     let mut scene = rod(40, Dimension::Planar, 0.05);
     let truth = scene.supports.start_compliance.rotation;
     let modes = scene.problem().unwrap().modes(20, LinearizationPoint::Equilibrium).unwrap();
@@ -212,18 +212,18 @@ fn a_clamp_is_identified() {
 }
 
 #[test]
-fn compliances_of_what_is_no_clamp_are_refused() {
-    let told = |change: &dyn Fn(&mut Scene)| {
+fn compliance_without_a_clamp_is_rejected() {
+    let message = |change: &dyn Fn(&mut Scene)| {
         let mut scene = rod(10, Dimension::Planar, 0.1);
         change(&mut scene);
         scene.problem().map(|_| ()).unwrap_err().to_string()
     };
-    let free = told(&|scene| scene.supports.end_compliance.axial = 1e-6);
+    let free = message(&|scene| scene.supports.end_compliance.axial = 1e-6);
     assert!(
         free.contains("supports.end_compliance.axial") && free.contains("no support"),
         "{free}"
     );
-    let negative = told(&|scene| scene.supports.start_compliance.rotation = -1.0);
+    let negative = message(&|scene| scene.supports.start_compliance.rotation = -1.0);
     assert!(negative.contains("supports.start_compliance.rotation"), "{negative}");
     let problem = rod(10, Dimension::Planar, 0.1).problem().unwrap();
     let refused = problem.check_parameter(named("supports.end_compliance.rotation"));
@@ -233,10 +233,10 @@ fn compliances_of_what_is_no_clamp_are_refused() {
     nodes.problem().unwrap();
 }
 
-/// The edges of a rod whose clamp turns are others than those of a rigidly clamped one. A scene that says so names its own
-/// nodes; one that only identifies the number, those that it has without it.
+/// A rod with a compliant clamp has other edges than a rigidly clamped one. Node indices of a scene with a compliance refer
+/// to its own mesh; those of a scene that only identifies it refer to the mesh without it.
 #[test]
-fn nodes_are_where_they_are_said_to_be() {
+fn node_indices_refer_to_the_nodes_of_the_scene() {
     for (dimension, part) in BOTH.into_iter().flat_map(|d| [0.0, 0.1].map(|p| (d, p))) {
         let mut scene = rod(10, dimension, part);
         scene.loads.point = at_tip([0.0, -1e-2 * BENDING / (LENGTH * LENGTH), 0.0]);
@@ -257,9 +257,9 @@ fn nodes_are_where_they_are_said_to_be() {
     }
 }
 
-/// Whatever the number that is identified: a node of the scene's own is where it was, at its arc length.
+/// A node of the scene keeps its arc length, whatever value of the compliance is identified.
 #[test]
-fn a_fit_of_the_clamp_leaves_nodes_where_they_are() {
+fn fit_of_the_clamp_keeps_the_arc_length_of_nodes() {
     let mut scene = rod(10, Dimension::Planar, 0.0);
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.time = Some(Time::new(0.2, 1e-3));

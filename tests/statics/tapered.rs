@@ -32,7 +32,7 @@ fn on_modulus(factor: Along) -> Taper {
     Taper { youngs_modulus: Some(factor), ..Taper::default() }
 }
 
-/// From 1 to another number in a straight line.
+/// The linear function from 1 to another number.
 fn line(to: f64) -> impl Fn(f64) -> f64 {
     move |x| 1.0 - (1.0 - to) * x
 }
@@ -53,7 +53,7 @@ fn integral(breaks: &[f64], f: impl Fn(f64) -> f64) -> f64 {
 /// line, jumps, or both. A cone's is in closed form, P L^3/(3 EI) by its radius at the wall over that at
 /// the tip.
 #[test]
-fn sags_by_the_sum_of_compliances() {
+fn tapered_rod_deflection_is_the_integral_of_compliance() {
     let (force, stiffness) = (1e-7, MODULUS * PI * RADIUS.powi(4) / 4.0);
     let unit = force * LENGTH.powi(3) / stiffness;
     assert!(
@@ -157,7 +157,7 @@ fn stepped(factor: f64) -> f64 {
 
 /// Cones, wedges and stepped rods, at second order; where a cone or wedge comes to a point, Kirchhoff's numbers.
 #[test]
-fn frequencies_of_tapered_rods() {
+fn tapered_rod_frequencies_agree_with_kirchhoff_and_ritz() {
     let whole = [0.0, 1.0];
     let sharp = 1e-4;
     let cone = ritz(&whole, |x| line(sharp)(x).powi(4), |x| line(sharp)(x).powi(2));
@@ -210,7 +210,7 @@ fn frequencies_of_tapered_rods() {
 /// A shaft of two stiffnesses that twists: tan(w a) tan(w b) is the ratio of the impedances, with the times a
 /// and b that waves take along its halves.
 #[test]
-fn torsion_of_a_stepped_shaft() {
+fn stepped_shaft_torsional_frequencies_agree_with_impedances() {
     let factor: f64 = 0.3;
     let slow = (MODULUS / 3.0 / DENSITY).sqrt();
     let [a, b] = [1.0, factor.sqrt()].map(|c| 0.5 * LENGTH / (slow * c));
@@ -232,10 +232,10 @@ fn torsion_of_a_stepped_shaft() {
     assert!((errors[0] / errors[2]).abs().log2() / 2.0 > 1.7, "{errors:?}");
 }
 
-/// Factors of one are no factors, a factor on the whole rod is the other rod, a tube without a hole a circle, and
-/// what is written is read.
+/// A factor of one has no effect, a constant factor equals another rod, a tube without a hole is a circle, and a written scene
+/// is read unchanged.
 #[test]
-fn the_same_rods_said_in_another_way() {
+fn equivalent_descriptions_of_a_taper_are_equal() {
     let droop = |mut scene: Scene| {
         scene.loads.gravity = [0.0, -9.8, 0.0];
         let mut read = Scene::from_toml(&scene.to_toml().unwrap(), ".").unwrap();
@@ -261,27 +261,39 @@ fn the_same_rods_said_in_another_way() {
 }
 
 #[test]
-fn tapers_that_make_no_sense() {
-    let refused = |section: Section, taper: Taper| {
+fn invalid_tapers_are_rejected() {
+    let rejection = |section: Section, taper: Taper| {
         rod(20, section, &taper).problem().unwrap_err().to_string()
     };
     let width = Taper { width: Some(0.5.into()), ..Taper::default() };
-    let told = refused(circle(), width);
-    assert!(told.contains("rod.taper.width") && told.contains("radius, density"), "{told}");
+    let message = rejection(circle(), width);
+    assert!(
+        message.contains("rod.taper.width") && message.contains("radius, density"),
+        "{message}"
+    );
     for factor in [0.0.into(), vec![1.0, -1.0].into(), Along::linear(1.0, 0.0)] {
-        let told = refused(circle(), on_radius(factor));
-        assert!(told.contains("rod.taper.radius: found") && told.contains("above 0"), "{told}");
+        let message = rejection(circle(), on_radius(factor));
+        assert!(
+            message.contains("rod.taper.radius: found") && message.contains("above 0"),
+            "{message}"
+        );
     }
     for factor in [f64::NAN.into(), vec![].into(), Along::linear(1.0, f64::INFINITY)] {
-        let told = refused(circle(), on_radius(factor));
-        assert!(told.contains("rod.taper.radius: found") && told.contains("finite"), "{told}");
+        let message = rejection(circle(), on_radius(factor));
+        assert!(
+            message.contains("rod.taper.radius: found") && message.contains("finite"),
+            "{message}"
+        );
     }
     let tube = Section::Tube { radius: RADIUS, thickness: 0.5 * RADIUS };
-    let told = refused(tube, on_radius(Along::linear(1.0, 0.4)));
-    assert!(told.contains("rod.taper: found") && told.contains("up to the radius"), "{told}");
+    let message = rejection(tube, on_radius(Along::linear(1.0, 0.4)));
+    assert!(
+        message.contains("rod.taper: found") && message.contains("up to the radius"),
+        "{message}"
+    );
     // Solid where it is thickest is no tube that is thicker than that.
     let wide = Section::Tube { radius: RADIUS, thickness: 1.01 * RADIUS };
-    assert!(refused(wide, Taper::default()).contains("rod.section.thickness"));
+    assert!(rejection(wide, Taper::default()).contains("rod.section.thickness"));
     // A square whose sides taper by themselves has axes of its own, which lie askew here.
     let askew = Section::Rectangle { width: 0.01, height: 0.01, up: [0.0, 1.0, 1.0] };
     let alike = Taper { height: Some(0.5.into()), width: Some(0.5.into()), ..Taper::default() };

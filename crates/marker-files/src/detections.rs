@@ -1,7 +1,7 @@
 //! Files with one line for every detection of a marker, in any order, as a table with one row for every frame.
 
 use crate::error::Error;
-use crate::marker_file::{Frame, Lines, MarkerData};
+use crate::marker_file::{FieldLines, FrameReading, FrameTable, MarkerData};
 use std::collections::HashMap;
 
 /// Most positions of all markers in all frames. A file of a million lines with a marker each would need 1e12 of them.
@@ -15,8 +15,9 @@ pub(crate) struct Detections {
     all: Vec<Detection>,
 }
 
+/// Position of a marker in a frame.
 struct Detection {
-    row: Frame,
+    row: FrameReading,
     marker: usize,
     position: [Option<f64>; 3],
     likelihood: Option<f64>,
@@ -24,9 +25,9 @@ struct Detection {
 
 impl Detections {
     /// Adds a detection in a frame.
-    pub(crate) fn add(
+    pub fn add(
         &mut self,
-        row: Frame,
+        row: FrameReading,
         name: &str,
         position: [Option<f64>; 3],
         likelihood: Option<f64>,
@@ -40,18 +41,18 @@ impl Detections {
     }
 
     /// Frames and markers by increasing time. `axes` are those of the file, `has_confidence` is whether it has a confidence.
-    pub(crate) fn table(
+    pub fn table(
         mut self,
-        lines: &Lines,
+        lines: &FieldLines,
         axes: [bool; 3],
         has_confidence: bool,
-    ) -> Result<(Vec<Frame>, Vec<MarkerData>), Error> {
+    ) -> Result<FrameTable, Error> {
         self.all.sort_by(|a, b| a.row.clock.total_cmp(&b.row.clock));
-        let mut rows: Vec<Frame> = Vec::new();
-        for sighting in &self.all {
+        let mut rows: Vec<FrameReading> = Vec::new();
+        for detection in &self.all {
             // Zero and minus zero are equal times.
-            if rows.last().is_none_or(|row| row.clock < sighting.row.clock) {
-                rows.push(sighting.row);
+            if rows.last().is_none_or(|row| row.clock < detection.row.clock) {
+                rows.push(detection.row);
             }
         }
         if rows.is_empty() {
@@ -94,6 +95,6 @@ impl Detections {
                 all[k] = likelihood;
             }
         }
-        Ok((rows, markers))
+        Ok(FrameTable { frames: rows, markers })
     }
 }

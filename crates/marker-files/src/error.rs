@@ -39,7 +39,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// Of an input or output operation.
+    /// An error at a line of a file.
+    pub fn data(path: &Path, line: u64, message: impl Into<String>) -> Self {
+        Self::Data { path: path.into(), line, message: message.into() }
+    }
+
+    /// The error of an input or output operation.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }
     }

@@ -5,86 +5,65 @@ use serde::{Deserialize, Serialize};
 /// Number of bytes that are examined.
 const FIRST: usize = 4096;
 
-/// Tracking programs whose files are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Format {
+/// Defines the formats with their keys in configuration files and their programs.
+macro_rules! formats {
+    ($($(#[$documentation:meta])* $Format:ident $key:literal $program:literal;)*) => {
+        /// Tracking programs whose files are read.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[serde(rename_all = "lowercase")]
+        #[non_exhaustive]
+        pub enum Format {
+            $($(#[$documentation])* $Format,)*
+        }
+
+        impl Format {
+            /// All formats.
+            pub const ALL: &[Self] = &[$(Self::$Format),*];
+
+            /// The program, for messages.
+            pub fn program(self) -> &'static str {
+                match self {
+                    $(Self::$Format => $program,)*
+                }
+            }
+
+            /// Name of the format in configuration files.
+            pub fn key(self) -> &'static str {
+                match self {
+                    $(Self::$Format => $key,)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
     /// A table with a clock and columns x, y, z, or xA, yA, zA of markers A.
-    Csv,
+    Csv "csv" "a table";
     /// OptiTrack Motive's CSV export.
-    Motive,
+    Motive "motive" "OptiTrack Motive";
     /// Vicon Nexus's CSV (ASCII) export.
-    Vicon,
+    Vicon "vicon" "Vicon Nexus";
     /// Tracker's data export, of one track or several.
-    Tracker,
+    Tracker "tracker" "Tracker";
     /// DeepLabCut's CSV, of one animal or several; Lightning Pose and SLEAP write it too.
-    DeepLabCut,
+    DeepLabCut "deeplabcut" "DeepLabCut";
     /// DLTdv's points, in pixels or in space.
-    Dltdv,
+    Dltdv "dltdv" "DLTdv";
     /// Qualisys Track Manager's TSV export.
-    Qualisys,
+    Qualisys "qualisys" "Qualisys";
     /// Kinovea's export to a spreadsheet, or to text.
-    Kinovea,
+    Kinovea "kinovea" "Kinovea";
     /// SLEAP's analysis in CSV.
-    Sleap,
+    Sleap "sleap" "SLEAP";
     /// TrackMate's spots.
-    TrackMate,
+    TrackMate "trackmate" "TrackMate";
     /// TRC, as Motion Analysis, OpenSim and Pose2Sim write it.
-    Trc,
+    Trc "trc" "Motion Analysis (TRC)";
 }
 
 impl Format {
-    /// All formats.
-    pub const ALL: [Self; 11] = [
-        Self::Csv,
-        Self::Motive,
-        Self::Vicon,
-        Self::Tracker,
-        Self::DeepLabCut,
-        Self::Dltdv,
-        Self::Qualisys,
-        Self::Kinovea,
-        Self::Sleap,
-        Self::TrackMate,
-        Self::Trc,
-    ];
-
-    /// The program, for messages.
-    pub fn program(self) -> &'static str {
-        match self {
-            Self::Csv => "a table",
-            Self::Motive => "OptiTrack Motive",
-            Self::Vicon => "Vicon Nexus",
-            Self::Tracker => "Tracker",
-            Self::DeepLabCut => "DeepLabCut",
-            Self::Dltdv => "DLTdv",
-            Self::Qualisys => "Qualisys",
-            Self::Kinovea => "Kinovea",
-            Self::Sleap => "SLEAP",
-            Self::TrackMate => "TrackMate",
-            Self::Trc => "Motion Analysis (TRC)",
-        }
-    }
-
-    /// Name of the format in configuration files.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Motive => "motive",
-            Self::Vicon => "vicon",
-            Self::Tracker => "tracker",
-            Self::DeepLabCut => "deeplabcut",
-            Self::Dltdv => "dltdv",
-            Self::Qualisys => "qualisys",
-            Self::Kinovea => "kinovea",
-            Self::Sleap => "sleap",
-            Self::TrackMate => "trackmate",
-            Self::Trc => "trc",
-        }
-    }
-
     /// The format of a file by its first bytes; a table if no program is recognized.
     pub fn detect(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);

@@ -3,7 +3,7 @@
 //! A file is read in two steps. [`open`] recognizes the program by the first bytes, and [`parse`] returns the [`MarkerFile`] in
 //! the units of the program: the clock of every frame and the positions of every marker. A [`Recording`] states what the file
 //! does not: the marker, the frame rate, the scale of an image, the origin, the axes and the start of the motion.
-//! [`read`] does both and returns a [`Trajectory`] in seconds and meters.
+//! [`read`] does both and returns a [`MarkerTrajectory`] in seconds and meters.
 //!
 //! ```
 //! use marker_files::{Recording, Vertical, read};
@@ -57,8 +57,10 @@ mod unknown_file;
 pub use axes::Axes;
 pub use error::Error;
 pub use format::Format;
-pub use marker_file::{Clock, Frame, LengthUnit, MarkerData, MarkerFile, is_same_name};
+pub use marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile, is_same_name};
 pub use programs::{open, parse};
-pub use recording::{AxisColumns, Columns, Converted, NOT_FINITE, Recording, Vertical, is_finite};
+pub use recording::{
+    AxisColumns, ClockedColumns, Converted, NOT_FINITE, Recording, Vertical, is_finite,
+};
 pub use sigma::{AxisColumnNames, SigmaColumns};
-pub use trajectory::{Dropped, Trajectory, read, read_several};
+pub use trajectory::{Dropped, MarkerTrajectory, read, read_several};

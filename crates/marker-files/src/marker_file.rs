@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::table::{csv_error, number};
+use crate::table::{csv_error, has_decimal_commas, number};
 use crate::unknown_file::check_text;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::collections::HashMap;
@@ -20,7 +20,7 @@ pub struct MarkerFile {
     /// Unit of the positions.
     pub lengths: LengthUnit,
     /// Frames by increasing time.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<FrameReading>,
     /// Markers in the order of the file.
     pub markers: Vec<MarkerData>,
 }
@@ -28,13 +28,13 @@ pub struct MarkerFile {
 impl MarkerFile {
     /// An error at a line of this file.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
-        Error::Data { path: self.path.clone(), line, message: message.into() }
+        Error::data(&self.path, line, message)
     }
 }
 
 /// A frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct FrameReading {
     /// Line in the file.
     pub line: u64,
     /// Reading of the clock.
@@ -97,31 +97,41 @@ pub struct MarkerData {
     pub likelihood: Option<Vec<Option<f64>>>,
 }
 
-/// A file as lines of fields, without blank lines.
-pub(crate) struct Lines {
-    pub path: PathBuf,
-    /// Whether numbers may have decimal commas.
-    commas: bool,
-    pub list: Vec<Line>,
+/// Frames and markers of a file.
+pub(crate) struct FrameTable {
+    pub frames: Vec<FrameReading>,
+    pub markers: Vec<MarkerData>,
 }
 
-/// A line.
-pub(crate) struct Line {
+/// A file of a program as lines of fields, without blank lines.
+pub(crate) struct FieldLines {
+    pub path: PathBuf,
+    format: Format,
+    /// Whether numbers may have decimal commas.
+    commas: bool,
+    /// The lines in the order of the file.
+    pub list: Vec<FieldLine>,
+}
+
+/// A line of fields.
+pub(crate) struct FieldLine {
     /// Its number in the file.
     pub number: u64,
     fields: StringRecord,
 }
 
-impl Line {
+impl FieldLine {
     /// A field without surrounding spaces; empty beyond the last.
     pub fn field(&self, column: usize) -> &str {
         self.fields.get(column).unwrap_or("")
     }
 
+    /// All fields.
     pub fn fields(&self) -> impl Iterator<Item = &str> {
         self.fields.iter()
     }
 
+    /// Number of fields.
     pub fn len(&self) -> usize {
         self.fields.len()
     }
@@ -132,9 +142,12 @@ impl Line {
     }
 }
 
-impl Lines {
-    /// Splits a file at `delimiter`; with semicolons and tabs numbers may have decimal commas.
-    pub fn of(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Self, Error> {
+impl FieldLines {
+    /// Splits the bytes of a file at `delimiter`; with semicolons and tabs numbers may have decimal commas.
+    ///
+    /// # Errors
+    /// Binary files, and fields that are not UTF-8 text.
+    pub fn new(path: &Path, format: Format, bytes: &[u8], delimiter: u8) -> Result<Self, Error> {
         check_text(path, bytes)?;
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
@@ -150,44 +163,54 @@ impl Lines {
             let blank = bytes[from.min(bytes.len())..].iter().take_while(|b| b"\r\n".contains(b));
             let skipped = blank.filter(|b| **b == b'\n').count() as u64;
             let number = fields.position().map_or(0, |at| at.line()) + skipped;
-            list.push(Line { number, fields: fields.clone() });
+            list.push(FieldLine { number, fields: fields.clone() });
         }
-        Ok(Self { path: path.into(), commas: b";\t".contains(&delimiter), list })
+        Ok(Self { path: path.into(), format, commas: has_decimal_commas(delimiter), list })
+    }
+
+    /// The file with these frames and markers.
+    pub fn file(&self, clock: Clock, lengths: LengthUnit, table: FrameTable) -> MarkerFile {
+        let FrameTable { frames, markers } = table;
+        MarkerFile { path: self.path.clone(), format: self.format, clock, lengths, frames, markers }
     }
 
     /// An error at a line of this file.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
-        Error::Data { path: self.path.clone(), line, message: message.into() }
+        Error::data(&self.path, line, message)
     }
 
-    /// The error of a file that does not have the format.
-    pub fn format_error(&self, format: Format, line: u64, found: &str, allowed: &str) -> Error {
+    /// The error of a file that does not have the format of its program.
+    pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
         let words = format!(
             "found {found}, allowed: {allowed}, in a file of {}; format = \"csv\" or another says what it is",
-            format.program()
+            self.format.program()
         );
-        self.error(line, words)
+        Err(self.error(line, words))
     }
 
     /// A number, or none in a blank field.
-    pub fn number(&self, line: &Line, column: usize, name: &str) -> Result<Option<f64>, Error> {
-        let field = line.field(column);
-        match self.commas && field.contains(',') {
-            // The error shows the field as it is in the file.
-            true => number(&field.replace(',', "."), name, &self.path, line.number)
-                .or_else(|_| number(field, name, &self.path, line.number)),
-            false => number(field, name, &self.path, line.number),
-        }
+    pub fn number(
+        &self,
+        line: &FieldLine,
+        column: usize,
+        name: &str,
+    ) -> Result<Option<f64>, Error> {
+        number(line.field(column), self.commas, name, &self.path, line.number)
     }
 
     /// A number in a field that must not be blank.
-    pub fn required_number(&self, line: &Line, column: usize, name: &str) -> Result<f64, Error> {
+    pub fn required_number(
+        &self,
+        line: &FieldLine,
+        column: usize,
+        name: &str,
+    ) -> Result<f64, Error> {
         self.number(line, column, name)?
             .ok_or_else(|| self.error(line.number, format!("`{name}` is blank, allowed: a number")))
     }
 
     /// A rate, frames per second.
-    pub fn rate(&self, line: &Line, column: usize, name: &str) -> Result<f64, Error> {
+    pub fn rate(&self, line: &FieldLine, column: usize, name: &str) -> Result<f64, Error> {
         let rate = self.required_number(line, column, name)?;
         match rate > 0.0 {
             true => Ok(rate),
@@ -211,81 +234,87 @@ pub(crate) enum ColumnKind {
 impl ColumnKind {
     /// The coordinate with this name, ignoring case.
     pub fn axis(name: &str) -> Option<Self> {
-        let axis = ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis))?;
+        let axis = AXES.iter().position(|axis| name.eq_ignore_ascii_case(axis))?;
         Some(Self::Axis(axis))
     }
 }
 
-/// Markers and quantities of the columns of a file.
-#[derive(Default)]
-pub(crate) struct Layout {
-    /// Indices of the markers by their names: files may have a hundred thousand columns.
-    markers: HashMap<String, usize>,
-    /// Names of the markers, and whether x, y, z and likelihood are present.
-    names: Vec<(String, [bool; 4])>,
-    /// Column, marker, and quantity.
-    columns: Vec<(usize, usize, ColumnKind)>,
+/// Names of the coordinates.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A column with a quantity of a marker.
+struct MarkerColumn {
+    column: usize,
+    /// Index of the marker.
+    marker: usize,
+    kind: ColumnKind,
 }
 
-impl Layout {
-    /// Adds a column; rejects a second one with the same quantity of a marker.
-    pub fn add(
-        &mut self,
-        lines: &Lines,
-        line: u64,
-        (column, name, kind): (usize, &str, ColumnKind),
-    ) -> Result<(), Error> {
-        let marker = self.markers.get(name).copied().unwrap_or_else(|| {
-            self.markers.insert(name.into(), self.names.len());
-            self.names.push((name.into(), [false; 4]));
-            self.names.len() - 1
+/// Markers and quantities of the columns of a file.
+pub(crate) struct ColumnLayout<'a> {
+    lines: &'a FieldLines,
+    /// Number of the line with the names of the columns.
+    header: u64,
+    /// Indices of the markers by their names: files may have a hundred thousand columns.
+    indices: HashMap<String, usize>,
+    /// The markers without positions.
+    markers: Vec<MarkerData>,
+    columns: Vec<MarkerColumn>,
+}
+
+impl<'a> ColumnLayout<'a> {
+    /// No columns yet, of a file with the names of the columns in line `header`.
+    pub fn new(lines: &'a FieldLines, header: u64) -> Self {
+        let (indices, markers, columns) = (HashMap::new(), Vec::new(), Vec::new());
+        Self { lines, header, indices, markers, columns }
+    }
+
+    /// Adds a column with a quantity of the marker `name`.
+    ///
+    /// # Errors
+    /// A second column with the same quantity.
+    pub fn add(&mut self, column: usize, name: &str, kind: ColumnKind) -> Result<(), Error> {
+        let marker = self.indices.get(name).copied().unwrap_or_else(|| {
+            self.indices.insert(name.into(), self.markers.len());
+            let (axes, positions) = ([false; 3], Vec::new());
+            self.markers.push(MarkerData { name: name.into(), axes, positions, likelihood: None });
+            self.markers.len() - 1
         });
-        let (what, own) = match kind {
-            ColumnKind::Axis(axis) => (["x", "y", "z"][axis], axis),
-            ColumnKind::Likelihood => ("likelihood", 3),
+        let own = &mut self.markers[marker];
+        let (quantity, is_second) = match kind {
+            ColumnKind::Axis(axis) => (AXES[axis], std::mem::replace(&mut own.axes[axis], true)),
+            ColumnKind::Likelihood => ("likelihood", own.likelihood.replace(Vec::new()).is_some()),
         };
-        if std::mem::replace(&mut self.names[marker].1[own], true) {
-            let message = format!("two columns {what} of the marker `{name}`, allowed: one");
-            return Err(lines.error(line, message));
+        if is_second {
+            let message = format!("two columns {quantity} of the marker `{name}`, allowed: one");
+            return Err(self.lines.error(self.header, message));
         }
-        self.columns.push((column, marker, kind));
+        self.columns.push(MarkerColumn { column, marker, kind });
         Ok(())
     }
 
     /// Whether there is no marker.
     pub fn is_empty(&self) -> bool {
-        self.names.is_empty()
+        self.markers.is_empty()
     }
 
-    /// Rejects markers without x or y.
-    fn check(&self, lines: &Lines, line: u64) -> Result<(), Error> {
-        match self.names.iter().find(|(_, has)| !has[0] || !has[1]) {
-            None => Ok(()),
-            Some((name, _)) => {
-                let message = format!("marker `{name}` without a column x or y, allowed: both");
-                Err(lines.error(line, message))
-            }
+    /// Reads rows of `width` fields. `clock` returns the reading of the clock in a row with its index from 0 on.
+    ///
+    /// # Errors
+    /// Markers without x or y, and rows that do not fit.
+    pub fn read<'b>(
+        mut self,
+        width: usize,
+        rows: impl Iterator<Item = &'b FieldLine>,
+        clock: impl Fn(usize, &FieldLine) -> Result<f64, Error>,
+    ) -> Result<FrameTable, Error> {
+        let lines = self.lines;
+        if let Some(marker) = self.markers.iter().find(|m| !m.axes[0] || !m.axes[1]) {
+            let name = &marker.name;
+            let message = format!("marker `{name}` without a column x or y, allowed: both");
+            return Err(lines.error(self.header, message));
         }
-    }
-
-    /// Reads the rows. `clock` returns the reading of the clock in a row with its number from 0 on. `header` is the line
-    /// with the names of the columns, and `width` their number.
-    pub fn read<'a>(
-        self,
-        lines: &Lines,
-        (header, width): (u64, usize),
-        rows: impl Iterator<Item = &'a Line>,
-        clock: impl Fn(usize, &Line) -> Result<f64, Error>,
-    ) -> Result<(Vec<Frame>, Vec<MarkerData>), Error> {
-        self.check(lines, header)?;
-        let new = |(name, [x, y, z, likelihood]): (String, [bool; 4])| MarkerData {
-            name,
-            axes: [x, y, z],
-            positions: Vec::new(),
-            likelihood: likelihood.then(Vec::new),
-        };
-        let mut markers: Vec<MarkerData> = self.names.into_iter().map(new).collect();
-        let mut found: Vec<Frame> = Vec::new();
+        let mut frames: Vec<FrameReading> = Vec::new();
         for (k, line) in rows.enumerate() {
             if line.len() < width || line.fields().skip(width).any(|field| !field.is_empty()) {
                 let message =
@@ -293,18 +322,18 @@ impl Layout {
                 return Err(lines.error(line.number, message));
             }
             let now = clock(k, line)?;
-            if let Some(before) = found.last().filter(|before| before.clock >= now) {
+            if let Some(before) = frames.last().filter(|before| before.clock >= now) {
                 let message =
                     format!("time or frame {now} after {}, allowed: increasing ones", before.clock);
                 return Err(lines.error(line.number, message));
             }
-            found.push(Frame { line: line.number, clock: now });
-            markers.iter_mut().for_each(|m| m.positions.push([None; 3]));
-            for (column, marker, kind) in &self.columns {
-                let own = &mut markers[*marker];
+            frames.push(FrameReading { line: line.number, clock: now });
+            self.markers.iter_mut().for_each(|m| m.positions.push([None; 3]));
+            for MarkerColumn { column, marker, kind } in &self.columns {
+                let own = &mut self.markers[*marker];
                 match kind {
                     ColumnKind::Axis(axis) => {
-                        let name = format!("{} {}", own.name, ["x", "y", "z"][*axis]);
+                        let name = format!("{} {}", own.name, AXES[*axis]);
                         own.positions[k][*axis] = lines.number(line, *column, &name)?;
                     }
                     ColumnKind::Likelihood => {
@@ -314,9 +343,10 @@ impl Layout {
                 }
             }
         }
-        if found.is_empty() {
-            return Err(lines.error(header, "no row below the header, allowed: one at least"));
+        if frames.is_empty() {
+            let message = "no row below the header, allowed: one at least";
+            return Err(lines.error(self.header, message));
         }
-        Ok((found, markers))
+        Ok(FrameTable { frames, markers: self.markers })
     }
 }

@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::marker_file::{Clock, LengthUnit, MarkerData, MarkerFile, is_same_name};
 use crate::printable::token;
 use crate::sigma::SigmaColumns;
-use crate::table::Row;
+use crate::table::TableRow;
 use crate::table::{LENGTHS, TIMES, Table};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -66,8 +66,8 @@ pub enum Vertical {
 /// Columns of x, y and z with their factors to meters.
 pub type AxisColumns = [Option<(usize, f64)>; 3];
 
-/// Columns of a table with one marker.
-pub struct Columns {
+/// Columns of a table with a clock and one marker.
+pub struct ClockedColumns {
     /// Column of the clock, and its unit in s.
     pub time: (usize, f64),
     /// Columns of the positions.
@@ -112,7 +112,7 @@ impl Recording {
         &self,
         table: &Table,
         columns: &AxisColumns,
-        row: &Row,
+        row: &TableRow,
         observed: [bool; 3],
     ) -> Result<[Option<f64>; 3], Error> {
         let mut own = [None; 3];
@@ -180,6 +180,17 @@ impl Recording {
     /// The axes of the world that are observed if these axes of the file are.
     pub fn observed_axes(&self, file: [bool; 3]) -> [bool; 3] {
         self.to_world(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
+    }
+
+    /// Rejects an origin that is not finite, or not 0 along an axis that the file does not have.
+    fn check_origin(&self, has: [bool; 3]) -> Result<(), String> {
+        let mut origins = ["x", "y", "z"].iter().zip(self.origin.unwrap_or_default()).zip(has);
+        match origins.find(|((_, origin), has)| !origin.is_finite() || *origin != 0.0 && !has) {
+            None => Ok(()),
+            Some(((name, origin), _)) => Err(format!(
+                "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
+            )),
+        }
     }
 
     /// Rejects axes that the file does not have.
@@ -305,14 +316,7 @@ impl Recording {
             (None, _) => false,
         };
         let origin = self.origin.unwrap_or_default();
-        for (axis, origin) in origin.iter().enumerate() {
-            if !origin.is_finite() || *origin != 0.0 && !marker.axes[axis] {
-                let name = ["x", "y", "z"][axis];
-                return Err(refused(format!(
-                    "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
-                )));
-            }
-        }
+        self.check_origin(marker.axes).map_err(refused)?;
         self.check_axes(marker.axes).map_err(refused)?;
         let least = match (self.likelihood, &marker.likelihood) {
             (None, _) => None,
@@ -372,7 +376,7 @@ impl Recording {
     /// # Errors
     ///
     /// Missing, unknown and duplicate columns, and statements that contradict the header.
-    pub fn columns(&self, table: &Table) -> Result<Columns, Error> {
+    pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
@@ -394,7 +398,7 @@ impl Recording {
             _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
         };
         let axes = self.axis_columns(table)?;
-        Ok(Columns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
+        Ok(ClockedColumns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
     /// The columns of positions.
@@ -417,14 +421,8 @@ impl Recording {
                 table.error(1, "y = \"up\" or \"down\" without a column y, allowed: with one")
             );
         }
-        for (name, origin) in ["x", "y", "z"].into_iter().zip(self.origin.unwrap_or_default()) {
-            if !origin.is_finite() || origin != 0.0 && table.find(name).is_none() {
-                let message = format!(
-                    "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
-                );
-                return Err(table.error(1, &message));
-            }
-        }
+        let in_table = ["x", "y", "z"].map(|name| table.find(name).is_some());
+        self.check_origin(in_table).map_err(|message| table.error(1, &message))?;
         for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
             if let Some(column) = table.find(name) {
                 *slot = Some((column, self.axis(table, column)?));

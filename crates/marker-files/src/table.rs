@@ -20,12 +20,12 @@ pub struct Table {
     /// The names as they are in the file; those in `columns` are in lower case.
     pub original_names: Vec<String>,
     /// The rows below the header.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
 }
 
 /// A row of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TableRow {
     /// Line in the file.
     pub line: u64,
     /// One value per column.
@@ -76,17 +76,10 @@ impl Table {
         let mut rows = Vec::with_capacity(records.len());
         for record in &records {
             let line = record.position().map_or(0, |position| position.line());
-            let value = |i: &usize| {
-                let (field, name) = (&record[*i], &header[*i]);
-                match b";\t".contains(&delimiter) && field.contains(',') {
-                    // The error shows the field as it is in the file.
-                    true => number(&field.replace(',', "."), name, path, line)
-                        .or_else(|_| number(field, name, path, line)),
-                    false => number(field, name, path, line),
-                }
-            };
+            let commas = has_decimal_commas(delimiter);
+            let value = |i: &usize| number(&record[*i], commas, &header[*i], path, line);
             let values = kept.iter().map(value).collect::<Result<_, _>>()?;
-            rows.push(Row { line, values });
+            rows.push(TableRow { line, values });
         }
         Ok(Self { path: path.into(), columns, original_names, rows })
     }
@@ -133,7 +126,7 @@ impl Table {
 
     /// An error at a line of this file.
     pub fn error(&self, line: u64, message: &str) -> Error {
-        Error::Data { path: self.path.clone(), line, message: message.into() }
+        Error::data(&self.path, line, message)
     }
 }
 
@@ -153,23 +146,29 @@ pub fn split_unit(header: &str) -> (String, Option<String>) {
     }
 }
 
-/// A finite number, or none if the field is blank or NaN.
-pub fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f64>, Error> {
+/// Whether numbers in a table with this separator of columns may have decimal commas.
+pub(crate) fn has_decimal_commas(delimiter: u8) -> bool {
+    b";\t".contains(&delimiter)
+}
+
+/// A finite number, or none if the field is blank or NaN; with `commas` it may have a decimal comma.
+pub(crate) fn number(
+    field: &str,
+    commas: bool,
+    column: &str,
+    path: &Path,
+    line: u64,
+) -> Result<Option<f64>, Error> {
     if field.is_empty() || field.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
-    match field.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(Some(value)),
-        _ => Err(Error::Data {
-            path: path.into(),
-            line,
-            message: format!(
-                "column `{}`: found `{}`, allowed: a finite number, blank or NaN",
-                column_name(column),
-                token(field)
-            ),
-        }),
-    }
+    let found = if commas { field.replace(',', ".").parse() } else { field.parse::<f64>() };
+    found.ok().filter(|value| value.is_finite()).map(Some).ok_or_else(|| {
+        let (column, field) = (column_name(column), token(field));
+        let message =
+            format!("column `{column}`: found `{field}`, allowed: a finite number, blank or NaN");
+        Error::data(path, line, message)
+    })
 }
 
 /// The error of a file that cannot be split into fields.
@@ -177,20 +176,17 @@ pub fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {
         csv::ErrorKind::Io(source) => Error::io(path, source),
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => Error::Data {
-            path: path.into(),
-            line,
-            message: format!("found {len} fields, allowed: {expected_len} as in the header"),
-        },
-        csv::ErrorKind::Utf8 { err, .. } => Error::Data {
-            path: path.into(),
-            line,
-            message: format!(
-                "field {} is not UTF-8 text, allowed: a file saved as UTF-8",
-                err.field() + 1
-            ),
-        },
-        kind => Error::Data { path: path.into(), line, message: format!("{kind:?}") },
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            let message = format!("found {len} fields, allowed: {expected_len} as in the header");
+            Error::data(path, line, message)
+        }
+        csv::ErrorKind::Utf8 { err, .. } => {
+            let field = err.field() + 1;
+            let message =
+                format!("field {field} is not UTF-8 text, allowed: a file saved as UTF-8");
+            Error::data(path, line, message)
+        }
+        kind => Error::data(path, line, format!("{kind:?}")),
     }
 }
 

@@ -33,7 +33,7 @@ impl fmt::Display for Dropped {
 /// Positions of a marker at increasing times.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct Trajectory {
+pub struct MarkerTrajectory {
     /// Times since the start of the motion, s.
     pub times: Vec<f64>,
     /// Positions at these times: x, y and z, m; a coordinate that was not observed is `None`.
@@ -61,7 +61,7 @@ struct ConvertedRow {
 /// # Errors
 ///
 /// A file that cannot be read, a marker that it does not have, and a line that cannot be used, with its number.
-pub fn read(path: &Path, recording: &Recording) -> Result<Trajectory, Error> {
+pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let (format, bytes) = open(path, recording.format)?;
     if format != Format::Csv || recording.marker.is_some() {
         return convert(&parse(path, format, &bytes)?, recording);
@@ -106,7 +106,7 @@ pub fn read_several<'a>(
     path: &Path,
     recording: &Recording,
     markers: impl IntoIterator<Item = &'a str>,
-) -> Result<Vec<Trajectory>, Error> {
+) -> Result<Vec<MarkerTrajectory>, Error> {
     let (format, bytes) = open(path, recording.format)?;
     let file = parse(path, format, &bytes)?;
     let one =
@@ -115,7 +115,7 @@ pub fn read_several<'a>(
 }
 
 /// The marker that `recording` names.
-fn convert(file: &MarkerFile, recording: &Recording) -> Result<Trajectory, Error> {
+fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
     let rows = converted.times.iter().zip(&converted.positions);
     let row = |((line, time), position): (&(u64, f64), &[Option<f64>; 3])| {
@@ -128,10 +128,10 @@ fn collect(
     path: &Path,
     recording: &Recording,
     rows: impl ExactSizeIterator<Item = Result<ConvertedRow, Error>>,
-) -> Result<Trajectory, Error> {
-    let error = |line, message: String| Error::Data { path: path.into(), line, message };
+) -> Result<MarkerTrajectory, Error> {
+    let error = |line, message: String| Error::data(path, line, message);
     let count = rows.len();
-    let mut own = Trajectory::default();
+    let mut own = MarkerTrajectory::default();
     let mut last = f64::NEG_INFINITY;
     for row in rows {
         let ConvertedRow { line, time, position, sigma } = row?;

@@ -58,8 +58,7 @@ pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -
 }
 
 fn unknown(path: &Path, found: &str) -> Error {
-    let message = format!("found {found}, allowed: {}", readable_files());
-    Error::Data { path: path.into(), line: 1, message }
+    Error::data(path, 1, format!("found {found}, allowed: {}", readable_files()))
 }
 
 /// The files that are read, for messages.

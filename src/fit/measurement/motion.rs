@@ -9,7 +9,7 @@ use crate::scene::Point;
 use crate::scene::marker::{self, is_beside};
 use crate::scene::track::Marker;
 use crate::scene::validate::positive;
-use marker_files::{Recording, Trajectory, is_finite};
+use marker_files::{MarkerTrajectory, Recording, is_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -155,7 +155,7 @@ impl Observation {
         Ok(Self::of_trajectory(path, recording, marker_files::read(path, recording)?))
     }
 
-    fn of_trajectory(path: &Path, recording: &Recording, read: Trajectory) -> Self {
+    fn of_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
         let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
         Self::new(samples).read_from(path, recording, read.dropped).sigmas(&read.sigmas)
@@ -181,7 +181,7 @@ impl Observation {
     ) -> Result<Vec<Self>, Error> {
         let names = markers.keys().map(String::as_str);
         let read = marker_files::read_several(path, recording, names)?.into_iter();
-        let one = |(trajectory, (name, point)): (Trajectory, (&String, &Point))| {
+        let one = |(trajectory, (name, point)): (MarkerTrajectory, (&String, &Point))| {
             let own = Recording { marker: Some(name.clone()), ..recording.clone() };
             Self::of_trajectory(path, &own, trajectory).at(*point)
         };

@@ -7,7 +7,7 @@ use crate::fit::measurement::simulated::{Requirements, Simulated};
 use crate::fit::misfit::foot_point::Curve;
 use crate::problem::Problem;
 use crate::scene::{Point, Stencil};
-use marker_files::table::{LENGTHS, Row, Table};
+use marker_files::table::{LENGTHS, Table, TableRow};
 use marker_files::{Dropped, NOT_FINITE, Recording, is_finite};
 use std::path::Path;
 
@@ -180,7 +180,7 @@ impl PointColumn {
     }
 
     /// The point of a row.
-    fn point(&self, table: &Table, row: &Row) -> Result<Point, marker_files::Error> {
+    fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column]
             .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;

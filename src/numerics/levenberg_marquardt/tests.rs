@@ -2,11 +2,11 @@ use super::*;
 use argmin::core::Executor;
 
 /// Rosenbrock's function as two residuals; fails for x[0] above `wall`.
-struct Rosenbrock {
+struct RosenbrockValley {
     wall: f64,
 }
 
-impl Operator for Rosenbrock {
+impl Operator for RosenbrockValley {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
@@ -16,7 +16,7 @@ impl Operator for Rosenbrock {
         Ok(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
     }
 }
-impl Jacobian for Rosenbrock {
+impl Jacobian for RosenbrockValley {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
@@ -27,7 +27,7 @@ impl Jacobian for Rosenbrock {
 
 fn solve(wall: f64, start: [f64; 2], bounds: [[f64; 2]; 2]) -> (Vec<f64>, bool) {
     let result = Executor::new(
-        Rosenbrock { wall },
+        RosenbrockValley { wall },
         LevenbergMarquardt::new(bounds.to_vec()).noise_tolerance(1e-9),
     )
     .configure(|state| state.param(start.to_vec()).max_iters(200))
@@ -51,7 +51,7 @@ fn failing_trials_are_rejected_and_a_failing_minimum_is_an_error() {
     // From here the first steps overshoot the wall.
     let (x, converged) = solve(1.05, [-1.2, 1.0], WIDE);
     assert!(converged && (x[0] - 1.0).abs() < 1e-10);
-    let walled = Rosenbrock { wall: 0.5 };
+    let walled = RosenbrockValley { wall: 0.5 };
     let run = Executor::new(walled, LevenbergMarquardt::new(WIDE.to_vec()))
         .configure(|state| state.param(vec![-1.2, 1.0]).max_iters(200))
         .run();

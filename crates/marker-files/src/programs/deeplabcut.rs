@@ -4,20 +4,20 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Layout, LengthUnit, Line, Lines, MarkerFile};
+use crate::marker_file::{
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile,
+};
 use std::path::Path;
 
+/// Reads an export of DeepLabCut.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
-    let format = Format::DeepLabCut;
-    let rejected =
-        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
-    let header: Vec<&Line> = lines.list.iter().take(4).collect();
+    let lines = FieldLines::new(path, Format::DeepLabCut, bytes, b',')?;
+    let header: Vec<&FieldLine> = lines.list.iter().take(4).collect();
     let row = |name: &str| header.iter().find(|l| l.field(0) == name).copied();
     let (Some(scorer), Some(parts), Some(coords)) =
         (row("scorer"), row("bodyparts"), row("coords"))
     else {
-        return rejected(
+        return lines.rejected(
             1,
             "no rows `scorer`, `bodyparts` and `coords`",
             "all three over the columns",
@@ -26,7 +26,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let individuals = row("individuals");
     // Names of images may fill several columns.
     let first = (1..scorer.len()).find(|i| !scorer.field(*i).is_empty()).unwrap_or(scorer.len());
-    let mut layout = Layout::default();
+    let mut layout = ColumnLayout::new(&lines, coords.number);
     let mut in_space = false;
     // Spreadsheet programs pad the lines with empty columns.
     for column in (first..coords.len()).filter(|column| !coords.field(*column).is_empty()) {
@@ -42,17 +42,17 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
                 Some(kind) => kind,
                 None => {
                     let found = format!("coords `{coordinate}`");
-                    return rejected(coords.number, &found, "x, y, z or likelihood");
+                    return lines.rejected(coords.number, &found, "x, y, z or likelihood");
                 }
             },
         };
         in_space |= kind == ColumnKind::Axis(2);
-        layout.add(&lines, coords.number, (column, &name, kind))?;
+        layout.add(column, &name, kind)?;
     }
     if layout.is_empty() {
-        return rejected(coords.number, "no column", "x and y of one body part at least");
+        return lines.rejected(coords.number, "no column", "x and y of one body part at least");
     }
-    let rows: Vec<&Line> = lines
+    let rows: Vec<&FieldLine> = lines
         .list
         .iter()
         .skip_while(|l| l.number <= coords.number)
@@ -61,7 +61,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let names: Vec<&str> = rows.iter().map(|line| line.field(first.saturating_sub(1))).collect();
     let position = counting_group(&names);
     let rows = rows.into_iter();
-    let frame = |_, line: &Line| {
+    let frame = |_, line: &FieldLine| {
         let name = line.field(first.saturating_sub(1));
         let number = frame(name, position);
         number.ok_or_else(|| {
@@ -71,13 +71,13 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             lines.error(line.number, message)
         })
     };
-    let (frames, markers) = layout.read(&lines, (coords.number, coords.len()), rows, frame)?;
+    let table = layout.read(coords.len(), rows, frame)?;
     let lengths = match in_space {
         true => LengthUnit::Calibrated,
         false => LengthUnit::Pixels { down: Some(true) },
     };
     let clock = Clock::Frames { first: 0.0, rate: None };
-    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }
 
 /// The number of a frame, or that in the name of its image, `img0012_cam1.png`: the group of digits with this index from

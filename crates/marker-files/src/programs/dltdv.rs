@@ -3,39 +3,38 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Layout, LengthUnit, Lines, MarkerFile};
+use crate::marker_file::{Clock, ColumnKind, ColumnLayout, FieldLines, LengthUnit, MarkerFile};
 use std::path::Path;
 
+/// Reads an export of Dltdv.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Dltdv, line, found, allowed))
-    };
+    let lines = FieldLines::new(path, Format::Dltdv, bytes, b',')?;
     let [names, rows @ ..] = &lines.list[..] else {
-        return rejected(1, "nothing", "columns `pt1_cam1_X` or `pt1_X`");
+        return lines.rejected(1, "nothing", "columns `pt1_cam1_X` or `pt1_X`");
     };
-    let (mut layout, mut cameras) = (Layout::default(), Vec::new());
+    let mut layout = ColumnLayout::new(&lines, names.number);
+    let mut cameras = Vec::new();
     // Spreadsheet programs pad lines with empty columns.
     for (column, name) in names.fields().enumerate().filter(|(_, name)| !name.is_empty()) {
         let kind =
             name.rsplit_once('_').and_then(|(point, axis)| Some((point, ColumnKind::axis(axis)?)));
         let Some((point, kind)) = kind.filter(|(point, _)| point.starts_with("pt")) else {
-            return rejected(
+            return lines.rejected(
                 names.number,
                 &format!("column `{name}`"),
                 "`pt1_cam1_X` or `pt1_X` alone",
             );
         };
         cameras.push(point.contains("_cam"));
-        layout.add(&lines, names.number, (column, point, kind))?;
+        layout.add(column, point, kind)?;
     }
     let pixels = cameras.iter().all(|camera| *camera);
     if !pixels && cameras.contains(&true) {
-        return rejected(names.number, "columns with a camera and without", "either");
+        return lines.rejected(names.number, "columns with a camera and without", "either");
     }
     let frame = |k: usize, _: &_| Ok((k + 1) as f64);
-    let (frames, markers) = layout.read(&lines, (names.number, names.len()), rows.iter(), frame)?;
+    let table = layout.read(names.len(), rows.iter(), frame)?;
     let lengths = if pixels { LengthUnit::Pixels { down: None } } else { LengthUnit::Calibrated };
     let clock = Clock::Frames { first: 1.0, rate: None };
-    Ok(MarkerFile { path: path.into(), format: Format::Dltdv, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

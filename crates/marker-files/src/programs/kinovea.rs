@@ -6,32 +6,31 @@ use crate::detections::Detections;
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{
-    Clock, ColumnKind, Frame, Layout, LengthUnit, Line, Lines, MarkerFile, length_unit,
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, FrameReading, LengthUnit, MarkerFile,
+    length_unit,
 };
 use crate::table::{LENGTHS, TIMES, delimiter, split_unit};
 use std::path::Path;
 
+/// Reads an export of Kinovea.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if bytes.starts_with(b"#") {
         return read_text(path, bytes);
     }
-    let lines = Lines::of(path, bytes, delimiter(bytes))?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Kinovea, line, found, allowed))
-    };
+    let lines = FieldLines::new(path, Format::Kinovea, bytes, delimiter(bytes))?;
     let Some((names, rows)) = lines.list.split_first() else {
-        return rejected(1, "nothing", "a header with `Time` and the trajectories");
+        return lines.rejected(1, "nothing", "a header with `Time` and the trajectories");
     };
     let (clock, unit_of_time) = split_unit(names.field(0));
     if !clock.eq_ignore_ascii_case("time") {
-        return rejected(names.number, &format!("`{}` first", names.field(0)), "`Time`");
+        return lines.rejected(names.number, &format!("`{}` first", names.field(0)), "`Time`");
     }
     let seconds = match unit_of_time.as_deref() {
         None => 1.0,
         Some(stated) => match TIMES.iter().find(|(name, _)| *name == stated) {
             Some((_, seconds)) => *seconds,
             None => {
-                return rejected(
+                return lines.rejected(
                     names.number,
                     &format!("unit [{stated}] of the time"),
                     "s, ms or us",
@@ -39,7 +38,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             }
         },
     };
-    let (mut layout, mut lengths): (Layout, Option<LengthUnit>) = (Layout::default(), None);
+    let mut layout = ColumnLayout::new(&lines, names.number);
+    let mut lengths: Option<LengthUnit> = None;
     // Spreadsheet programs pad lines with empty columns.
     let named = names.fields().enumerate().skip(1).filter(|(_, name)| !name.is_empty());
     for (column, name) in named {
@@ -47,10 +47,10 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         let name = name.split(['(', '[']).next().unwrap_or(name).trim();
         let stated = split_unit(names.field(column)).1;
         let Some((trajectory, axis)) = name.rsplit_once('/') else {
-            return rejected(names.number, &format!("column `{name}`"), "NAME/X and NAME/Y");
+            return lines.rejected(names.number, &format!("column `{name}`"), "NAME/X and NAME/Y");
         };
         let Some(kind) = ColumnKind::axis(axis) else {
-            return rejected(names.number, &format!("column `{name}`"), "NAME/X and NAME/Y");
+            return lines.rejected(names.number, &format!("column `{name}`"), "NAME/X and NAME/Y");
         };
         let own = match stated.as_deref() {
             None => LengthUnit::Calibrated,
@@ -62,7 +62,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
                 {
                     Some(own) => own,
                     None => {
-                        return rejected(
+                        return lines.rejected(
                             names.number,
                             &format!("unit [{stated}]"),
                             "m, cm, mm or px",
@@ -72,23 +72,23 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             }
         };
         if lengths.replace(own).is_some_and(|before| before != own) {
-            return rejected(names.number, "several units", "one for all trajectories");
+            return lines.rejected(names.number, "several units", "one for all trajectories");
         }
-        layout.add(&lines, names.number, (column, trajectory, kind))?;
+        layout.add(column, trajectory, kind)?;
     }
-    let time = |_, line: &Line| match line.field(0).contains(':') {
+    let time = |_, line: &FieldLine| match line.field(0).contains(':') {
         true => Err(time_code(&lines, line)),
         false => lines.required_number(line, 0, "Time"),
     };
     let rows = rows.iter().filter(|l| !l.is_empty());
-    let (frames, markers) = layout.read(&lines, (names.number, names.len()), rows, time)?;
+    let table = layout.read(names.len(), rows, time)?;
     let lengths = lengths.unwrap_or(LengthUnit::Calibrated);
     let clock = Clock::Time(seconds);
-    Ok(MarkerFile { path: path.into(), format: Format::Kinovea, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }
 
 /// The error of a time code.
-fn time_code(lines: &Lines, line: &Line) -> Error {
+fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
     let words = "allowed: a number; choose seconds or milliseconds as Kinovea's time marker";
     lines.error(line.number, format!("time `{}`, {words}", line.field(0)))
 }
@@ -97,7 +97,7 @@ fn time_code(lines: &Lines, line: &Line) -> Error {
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A comma is a decimal point here.
     let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();
-    let lines = Lines::of(path, &text, b' ')?;
+    let lines = FieldLines::new(path, Format::Kinovea, &text, b' ')?;
     let mut detections = Detections::default();
     let (mut name, mut count, mut last) = (None::<String>, 0, None::<u64>);
     for line in lines.list.iter().filter(|line| !line.is_empty()) {
@@ -117,18 +117,18 @@ fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         let fields = line.fields().filter(|field| !field.is_empty()).count();
         if fields != 3 {
             let found = format!("{fields} numbers");
-            return Err(lines.format_error(Format::Kinovea, line.number, &found, "three, T X Y"));
+            return lines.rejected(line.number, &found, "three, T X Y");
         }
         // A blank line separates trajectories.
         if last.is_none_or(|last| line.number > last + 1) {
             count += 1;
         }
         last = Some(line.number);
-        let row = Frame { line: line.number, clock: lines.required_number(line, 0, "T")? };
+        let row = FrameReading { line: line.number, clock: lines.required_number(line, 0, "T")? };
         let position = [lines.number(line, 1, "X")?, lines.number(line, 2, "Y")?, None];
         detections.add(row, name.as_deref().unwrap_or(&count.to_string()), position, None);
     }
-    let (frames, markers) = detections.table(&lines, [true, true, false], false)?;
+    let table = detections.table(&lines, [true, true, false], false)?;
     let (clock, lengths) = (Clock::Time(1.0), LengthUnit::Calibrated);
-    Ok(MarkerFile { path: path.into(), format: Format::Kinovea, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

@@ -3,72 +3,76 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Layout, Line, Lines, MarkerFile, length_unit};
+use crate::marker_file::{
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, MarkerFile, length_unit,
+};
 use crate::table::delimiter;
 use std::path::Path;
 
+/// Reads an export of Motive.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, delimiter(bytes))?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Motive, line, found, allowed))
-    };
+    let lines = FieldLines::new(path, Format::Motive, bytes, delimiter(bytes))?;
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {
-        return rejected(1, "no `Format Version`", "it at the beginning of the first line");
+        return lines.rejected(1, "no `Format Version`", "it at the beginning of the first line");
     };
     let pairs: Vec<&str> = settings.fields().collect();
     let setting =
         |name: &str| pairs.chunks(2).find(|p| p[0] == name).and_then(|p| p.get(1).copied());
     let Some(stated) = setting("Length Units") else {
-        return rejected(
+        return lines.rejected(
             settings.number,
             "no `Length Units`",
             "Millimeters, Centimeters or Meters",
         );
     };
     let Some(lengths) = length_unit(stated) else {
-        return rejected(
+        return lines.rejected(
             settings.number,
             &format!("Length Units `{stated}`"),
             "Millimeters, Centimeters or Meters",
         );
     };
     let Some(header) = lines.list.iter().position(|l| l.field(0) == "Frame") else {
-        return rejected(
+        return lines.rejected(
             settings.number,
             "no row that begins with `Frame`",
             "one above the numbers",
         );
     };
-    let above: Vec<&Line> = lines.list[1..header].iter().filter(|l| !l.is_empty()).collect();
+    let above: Vec<&FieldLine> = lines.list[1..header].iter().filter(|l| !l.is_empty()).collect();
     let row = |name: &str| above.iter().find(|l| l.field(1) == name);
     let names = &lines.list[header];
     let (Some(types), Some(called), Some(properties)) = (row("Type"), row("Name"), above.last())
     else {
-        return rejected(names.number, "no rows `Type` and `Name` above it", "both");
+        return lines.rejected(names.number, "no rows `Type` and `Name` above it", "both");
     };
     if !names.field(1).starts_with("Time") {
-        return rejected(
+        return lines.rejected(
             names.number,
             &format!("`{}` beside `Frame`", names.field(1)),
             "`Time (Seconds)`",
         );
     }
-    let mut layout = Layout::default();
+    let mut layout = ColumnLayout::new(&lines, names.number);
     for column in 2..names.len() {
         let of = (types.field(column), properties.field(column));
         if let (("Marker", "Position"), Some(kind)) = (of, ColumnKind::axis(names.field(column))) {
-            layout.add(&lines, names.number, (column, called.field(column), kind))?;
+            layout.add(column, called.field(column), kind)?;
         }
     }
     if layout.is_empty() {
         let mut found: Vec<&str> = types.fields().skip(2).filter(|f| !f.is_empty()).collect();
         found.dedup();
         let found = format!("no column of the type Marker, but {found:?}");
-        return rejected(types.number, &found, "markers: export them with `Markers` switched on");
+        return lines.rejected(
+            types.number,
+            &found,
+            "markers: export them with `Markers` switched on",
+        );
     }
     let rows = lines.list[header + 1..].iter().filter(|l| !l.is_empty());
-    let time = |_, line: &Line| lines.required_number(line, 1, "Time (Seconds)");
-    let (frames, markers) = layout.read(&lines, (names.number, names.len()), rows, time)?;
+    let time = |_, line: &FieldLine| lines.required_number(line, 1, "Time (Seconds)");
+    let table = layout.read(names.len(), rows, time)?;
     let clock = Clock::Time(1.0);
-    Ok(MarkerFile { path: path.into(), format: Format::Motive, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

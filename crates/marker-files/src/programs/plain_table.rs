@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, Frame, LengthUnit, MarkerData, MarkerFile};
+use crate::marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile};
 use crate::table::{LENGTHS, TIMES, Table};
 use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
@@ -54,7 +54,7 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             names.push((marker.to_string(), written.unwrap_or_default()));
         }
     }
-    let mut frames: Vec<Frame> = Vec::with_capacity(table.rows.len());
+    let mut frames: Vec<FrameReading> = Vec::with_capacity(table.rows.len());
     for row in &table.rows {
         let blank = || table.error(row.line, "the time is blank, allowed: a time");
         let time = row.values[column].ok_or_else(blank)?;
@@ -62,7 +62,7 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             let message = format!("t = {time} after {}, allowed: increasing times", before.clock);
             return Err(table.error(row.line, &message));
         }
-        frames.push(Frame { line: row.line, clock: time });
+        frames.push(FrameReading { line: row.line, clock: time });
     }
     if frames.is_empty() {
         return Err(table.error(1, "no row below the header, allowed: one at least"));
@@ -85,7 +85,7 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             let message = format!("marker `{name}` without a column x{name} or y{name}");
             return Err(table.error(1, &message));
         }
-        let position = |row: &crate::table::Row| {
+        let position = |row: &crate::table::TableRow| {
             axes.map(|axis| axis.and_then(|(column, factor)| Some(row.values[column]? * factor)))
         };
         markers.push(MarkerData {

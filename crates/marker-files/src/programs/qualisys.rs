@@ -4,27 +4,31 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Layout, LengthUnit, Line, Lines, MarkerFile};
+use crate::marker_file::{
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile,
+};
 use std::path::Path;
 
+/// Reads an export of Qualisys.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, b'\t')?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Qualisys, line, found, allowed))
-    };
+    let lines = FieldLines::new(path, Format::Qualisys, bytes, b'\t')?;
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");
-    let types = |l: &Line| l.field(0) == "TRAJECTORY_TYPES";
+    let types = |l: &FieldLine| l.field(0) == "TRAJECTORY_TYPES";
     let header =
         named.map_or(0, |at| at + 1 + usize::from(lines.list.get(at + 1).is_some_and(types)));
     let key = |name: &str| lines.list[..header].iter().find(|l| l.field(0) == name);
     let Some(called) = key("MARKER_NAMES") else {
-        return rejected(1, "no line `MARKER_NAMES`", "it: export with the header switched on");
+        return lines.rejected(
+            1,
+            "no line `MARKER_NAMES`",
+            "it: export with the header switched on",
+        );
     };
     let Some(rate) = key("FREQUENCY") else {
-        return rejected(1, "no line `FREQUENCY`", "it: export with the header switched on");
+        return lines.rejected(1, "no line `FREQUENCY`", "it: export with the header switched on");
     };
     if let Some(data) = key("DATA_INCLUDED").filter(|l| l.field(1) != "3D") {
-        return rejected(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
+        return lines.rejected(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
     }
     let per_second = lines.rate(rate, 1, "FREQUENCY")?;
     let names: Vec<&str> = called.fields().skip(1).filter(|name| !name.is_empty()).collect();
@@ -37,7 +41,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         rows = rest;
     }
     // The frame number and the time may precede the positions, and a tab may end each line.
-    let found = rows.first().map_or(0, Line::len);
+    let found = rows.first().map_or(0, FieldLine::len);
     let tab = found > 0 && rows.iter().all(|l| l.field(found - 1).is_empty());
     let columns = match found.saturating_sub(3 * names.len()) {
         1 | 3 if tab => found - 1,
@@ -47,34 +51,30 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if columns < 3 * names.len() || before > 2 {
         let line = rows.first().map_or(called.number, |line| line.number);
         let found = format!("{columns} columns for {} markers", names.len());
-        return rejected(
+        return lines.rejected(
             line,
             &found,
             "three for each, after the frame's number and the time at most",
         );
     }
-    let mut layout = Layout::default();
+    let mut layout = ColumnLayout::new(&lines, called.number);
     for (k, name) in names.iter().enumerate() {
         for axis in 0..3 {
-            layout.add(
-                &lines,
-                called.number,
-                (before + 3 * k + axis, name, ColumnKind::Axis(axis)),
-            )?;
+            layout.add(before + 3 * k + axis, name, ColumnKind::Axis(axis))?;
         }
     }
-    let frame = |k: usize, line: &Line| match before {
+    let frame = |k: usize, line: &FieldLine| match before {
         0 => Ok((k + 1) as f64),
         _ => lines.required_number(line, 0, "Frame"),
     };
     let rows = rows.iter();
-    let (frames, mut markers) = layout.read(&lines, (called.number, columns), rows, frame)?;
-    for position in markers.iter_mut().flat_map(|m| &mut m.positions) {
+    let mut table = layout.read(columns, rows, frame)?;
+    for position in table.markers.iter_mut().flat_map(|m| &mut m.positions) {
         if *position == [Some(0.0); 3] {
             *position = [None; 3];
         }
     }
     let clock = Clock::Frames { first: 1.0, rate: Some(per_second) };
     let lengths = LengthUnit::Known("mm", 1e-3);
-    Ok(MarkerFile { path: path.into(), format: Format::Qualisys, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

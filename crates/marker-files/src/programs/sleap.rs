@@ -4,24 +4,22 @@
 use crate::detections::Detections;
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Frame, LengthUnit, Lines, MarkerFile};
+use crate::marker_file::{Clock, ColumnKind, FieldLines, FrameReading, LengthUnit, MarkerFile};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// Columns that do not belong to a node.
 const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
 
+/// Reads an export of Sleap.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
-    let format = Format::Sleap;
-    let rejected =
-        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
+    let lines = FieldLines::new(path, Format::Sleap, bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {
-        return rejected(1, "nothing", "a header with `track`, `frame_idx` and the nodes");
+        return lines.rejected(1, "nothing", "a header with `track`, `frame_idx` and the nodes");
     };
     let column = |name: &str| header.fields().position(|field| field == name);
     let (Some(track), Some(frame)) = (column("track"), column("frame_idx")) else {
-        return rejected(header.number, "no columns `track` and `frame_idx`", "both");
+        return lines.rejected(header.number, "no columns `track` and `frame_idx`", "both");
     };
     let mut numbers: HashMap<&str, usize> = HashMap::new();
     // Names with their columns of x, y and score.
@@ -36,7 +34,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
                 _ => None,
             });
         let Some((node, own)) = kind else {
-            return rejected(
+            return lines.rejected(
                 header.number,
                 &format!("column `{field}`"),
                 "NODE.x, NODE.y, NODE.score",
@@ -47,24 +45,28 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             nodes.len() - 1
         });
         if nodes[number].1[own].replace(column).is_some() {
-            return rejected(header.number, &format!("two columns `{field}`"), "one");
+            return lines.rejected(header.number, &format!("two columns `{field}`"), "one");
         }
     }
     if let Some((node, _)) = nodes.iter().find(|(_, own)| own[0].is_none() || own[1].is_none()) {
-        return rejected(header.number, &format!("node `{node}` without x or y"), "both");
+        return lines.rejected(header.number, &format!("node `{node}` without x or y"), "both");
     }
     if nodes.is_empty() {
-        return rejected(header.number, "no node", "NODE.x and NODE.y of one at least");
+        return lines.rejected(header.number, "no node", "NODE.x and NODE.y of one at least");
     }
     let several = rows.iter().any(|line| line.field(track) != rows[0].field(track));
     let mut detections = Detections::default();
     for line in rows.iter().filter(|line| !line.is_empty()) {
         if line.len() != header.len() {
             let found = format!("{} fields", line.len());
-            return rejected(line.number, &found, &format!("{} as in the header", header.len()));
+            return lines.rejected(
+                line.number,
+                &found,
+                &format!("{} as in the header", header.len()),
+            );
         }
         let clock = lines.required_number(line, frame, "frame_idx")?;
-        let row = Frame { line: line.number, clock };
+        let row = FrameReading { line: line.number, clock };
         for (node, own) in &nodes {
             let value = |what: usize| match own[what] {
                 Some(column) => lines.number(line, column, node),
@@ -79,8 +81,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         }
     }
     let has_confidence = nodes.iter().any(|(_, own)| own[2].is_some());
-    let (frames, markers) = detections.table(&lines, [true, true, false], has_confidence)?;
+    let table = detections.table(&lines, [true, true, false], has_confidence)?;
     let (clock, lengths) =
         (Clock::Frames { first: 0.0, rate: None }, LengthUnit::Pixels { down: Some(true) });
-    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

@@ -4,17 +4,17 @@
 use crate::detections::Detections;
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, Frame, LengthUnit, Line, Lines, MarkerFile, length_unit};
+use crate::marker_file::{
+    Clock, FieldLine, FieldLines, FrameReading, LengthUnit, MarkerFile, length_unit,
+};
 use crate::table::TIMES;
 use std::path::Path;
 
+/// Reads an export of TrackMate.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
-    let format = Format::TrackMate;
-    let rejected =
-        |line, found: &str, allowed: &str| Err(lines.format_error(format, line, found, allowed));
+    let lines = FieldLines::new(path, Format::TrackMate, bytes, b',')?;
     let Some((header, below)) = lines.list.split_first() else {
-        return rejected(1, "nothing", "a header with `TRACK_ID` and `POSITION_X`");
+        return lines.rejected(1, "nothing", "a header with `TRACK_ID` and `POSITION_X`");
     };
     let mut columns = [0; 5];
     let names = ["TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_Z", "FRAME"];
@@ -23,14 +23,14 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             Some(found) => *column = found,
             None => {
                 let allowed = "it: export the spots, not the edges or the tracks";
-                return rejected(header.number, &format!("no column `{name}`"), allowed);
+                return lines.rejected(header.number, &format!("no column `{name}`"), allowed);
             }
         }
     }
     let [track, x, y, z, frame] = columns;
     let time = header.fields().position(|field| field == "POSITION_T");
     // Descriptive names, and units in parentheses.
-    let is_name = |line: &&Line| !line.is_empty() && line.field(x).parse::<f64>().is_err();
+    let is_name = |line: &&FieldLine| !line.is_empty() && line.field(x).parse::<f64>().is_err();
     let named = below.iter().take(3).take_while(is_name).count();
     let units = below[..named].iter().find(|line| line.field(x).starts_with('('));
     let stated =
@@ -42,7 +42,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             Some(lengths) => lengths,
             None => {
                 let line = units.map_or(1, |line| line.number);
-                return rejected(line, &format!("unit ({other})"), "pixel, micron, mm, cm or m");
+                return lines.rejected(
+                    line,
+                    &format!("unit ({other})"),
+                    "pixel, micron, mm, cm or m",
+                );
             }
         },
     };
@@ -51,7 +55,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             let short = stated.strip_suffix("ec").unwrap_or(stated);
             let Some((_, seconds)) = TIMES.iter().find(|(name, _)| *name == short) else {
                 let line = units.map_or(1, |line| line.number);
-                return rejected(line, &format!("time in ({stated})"), "sec, ms, us or frame");
+                return lines.rejected(
+                    line,
+                    &format!("time in ({stated})"),
+                    "sec, ms, us or frame",
+                );
             };
             (Clock::Time(*seconds), time, "POSITION_T")
         }
@@ -62,7 +70,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     for line in below[named..].iter().filter(|line| !line.is_empty()) {
         if line.len() != header.len() {
             let found = format!("{} fields", line.len());
-            return rejected(line.number, &found, &format!("{} as in the header", header.len()));
+            return lines.rejected(
+                line.number,
+                &found,
+                &format!("{} as in the header", header.len()),
+            );
         }
         if ["", "None"].contains(&line.field(track)) {
             continue;
@@ -72,12 +84,17 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             *axis = Some(lines.required_number(line, column, header.field(column))?);
         }
         flat &= position[2] == Some(0.0);
-        let row = Frame { line: line.number, clock: lines.required_number(line, column, name)? };
+        let row =
+            FrameReading { line: line.number, clock: lines.required_number(line, column, name)? };
         detections.add(row, line.field(track), position, None);
     }
-    let (frames, mut markers) = detections.table(&lines, [true, true, !flat], false)?;
+    let mut table = detections.table(&lines, [true, true, !flat], false)?;
     if flat {
-        markers.iter_mut().flat_map(|m| &mut m.positions).for_each(|position| position[2] = None);
+        table
+            .markers
+            .iter_mut()
+            .flat_map(|m| &mut m.positions)
+            .for_each(|position| position[2] = None);
     }
-    Ok(MarkerFile { path: path.into(), format, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

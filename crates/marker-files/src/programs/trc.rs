@@ -4,25 +4,25 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::{Clock, ColumnKind, Layout, Line, Lines, MarkerFile, length_unit};
+use crate::marker_file::{
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, MarkerFile, length_unit,
+};
 use crate::table::delimiter;
 use std::path::Path;
 
 /// Number of columns before the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
+/// Reads an export of the TRC format.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let lines = Lines::of(path, bytes, delimiter(bytes))?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Trc, line, found, allowed))
-    };
-    let starts = |l: &Line, word: &str| l.field(0).to_lowercase().starts_with(word);
+    let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
+    let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);
     let Some(header) = lines.list.iter().position(|l| starts(l, "frame")) else {
-        return rejected(1, "no line that begins with `Frame#`", "it, over the numbers");
+        return lines.rejected(1, "no line that begins with `Frame#`", "it, over the numbers");
     };
     let called = &lines.list[header];
     if !called.field(1).to_lowercase().starts_with("time") {
-        return rejected(
+        return lines.rejected(
             called.number,
             &format!("`{}` beside `Frame#`", called.field(1)),
             "`Time`",
@@ -35,27 +35,27 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     });
     let Some(lengths) = stated.and_then(length_unit) else {
         let found = stated.map_or("no `Units`".into(), |stated| format!("Units `{stated}`"));
-        return rejected(keys.map_or(1, |at| lines.list[at].number), &found, "mm, cm or m");
+        return lines.rejected(keys.map_or(1, |at| lines.list[at].number), &found, "mm, cm or m");
     };
     let names: Vec<&str> = called.fields().skip(BEFORE).filter(|name| !name.is_empty()).collect();
-    let mut layout = Layout::default();
+    let mut layout = ColumnLayout::new(&lines, called.number);
     for (k, name) in names.iter().enumerate() {
         for axis in 0..3 {
             let column = BEFORE + 3 * k + axis;
-            layout.add(&lines, called.number, (column, name, ColumnKind::Axis(axis)))?;
+            layout.add(column, name, ColumnKind::Axis(axis))?;
         }
     }
     if layout.is_empty() {
-        return rejected(called.number, "no marker behind `Time`", "one at least");
+        return lines.rejected(called.number, "no marker behind `Time`", "one at least");
     }
     let rows = lines.list[header + 1..].iter().filter(|l| !l.is_empty());
     // The line `X1 Y1 Z1`, whose indices may be in any order.
     let rows = rows.skip_while(|l| {
         l.field(0).parse::<f64>().is_err() && l.field(BEFORE).parse::<f64>().is_err()
     });
-    let time = |_, line: &Line| lines.required_number(line, 1, "Time");
+    let time = |_, line: &FieldLine| lines.required_number(line, 1, "Time");
     let width = BEFORE + 3 * names.len();
-    let (frames, markers) = layout.read(&lines, (called.number, width), rows, time)?;
+    let table = layout.read(width, rows, time)?;
     let clock = Clock::Time(1.0);
-    Ok(MarkerFile { path: path.into(), format: Format::Trc, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }

@@ -5,7 +5,7 @@
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{
-    Clock, ColumnKind, Layout, LengthUnit, Line, Lines, MarkerFile, length_unit,
+    Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile, length_unit,
 };
 use std::path::Path;
 
@@ -13,20 +13,22 @@ use std::path::Path;
 const SECTIONS: [&str; 6] =
     ["Devices", "Model Outputs", "Joints", "Segments", "Events", "Trajectories"];
 
+/// Reads an export of Vicon.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first lines have no separators.
     let separator = bytes.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',');
-    let lines = Lines::of(path, bytes, *separator)?;
-    let rejected = |line, found: &str, allowed: &str| {
-        Err(lines.format_error(Format::Vicon, line, found, allowed))
-    };
+    let lines = FieldLines::new(path, Format::Vicon, bytes, *separator)?;
     let Some(start) = lines.list.iter().position(|l| l.field(0) == "Trajectories") else {
-        return rejected(1, "no section `Trajectories`", "one: export with `Trajectories` ticked");
+        return lines.rejected(
+            1,
+            "no section `Trajectories`",
+            "one: export with `Trajectories` ticked",
+        );
     };
-    let section: Vec<&Line> =
+    let section: Vec<&FieldLine> =
         lines.list[start + 1..].iter().filter(|l| !l.is_empty()).take(4).collect();
     let [rate, called, names, units] = section[..] else {
-        return rejected(
+        return lines.rejected(
             lines.list[start].number,
             "a section that ends after its name",
             "its rate and columns",
@@ -35,9 +37,10 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let per_second = lines.rate(rate, 0, "the rate below `Trajectories`")?;
     if names.field(0) != "Frame" {
         let found = format!("`{}`", names.field(0));
-        return rejected(names.number, &found, "`Frame` before the names of the columns");
+        return lines.rejected(names.number, &found, "`Frame` before the names of the columns");
     }
-    let (mut layout, mut lengths): (Layout, Option<LengthUnit>) = (Layout::default(), None);
+    let mut layout = ColumnLayout::new(&lines, names.number);
+    let mut lengths: Option<LengthUnit> = None;
     let mut marker = "";
     for column in 2..names.len() {
         if !called.field(column).is_empty() {
@@ -46,28 +49,32 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         // Names of velocities and accelerations have primes.
         let Some(kind) = ColumnKind::axis(names.field(column)) else { continue };
         if marker.is_empty() {
-            return rejected(called.number, "no marker over the first column", "its name");
+            return lines.rejected(called.number, "no marker over the first column", "its name");
         }
-        layout.add(&lines, names.number, (column, marker, kind))?;
+        layout.add(column, marker, kind)?;
         let stated = units.field(column);
         let Some(own) = length_unit(stated) else {
-            return rejected(
+            return lines.rejected(
                 units.number,
                 &format!("unit `{stated}` of `{marker}`"),
                 "mm, cm or m",
             );
         };
         if lengths.replace(own).is_some_and(|before| before != own) {
-            return rejected(units.number, "several units", "one for all markers");
+            return lines.rejected(units.number, "several units", "one for all markers");
         }
     }
     let Some(lengths) = lengths else {
-        return rejected(names.number, "no column X, Y and Z", "those of one marker at least");
+        return lines.rejected(
+            names.number,
+            "no column X, Y and Z",
+            "those of one marker at least",
+        );
     };
     let below = lines.list[start + 1..].iter().skip_while(|l| l.number <= units.number);
     let rows = below.filter(|l| !l.is_empty()).take_while(|l| !SECTIONS.contains(&l.field(0)));
-    let frame = |_, line: &Line| lines.required_number(line, 0, "Frame");
-    let (frames, markers) = layout.read(&lines, (names.number, names.len()), rows, frame)?;
+    let frame = |_, line: &FieldLine| lines.required_number(line, 0, "Frame");
+    let table = layout.read(names.len(), rows, frame)?;
     let clock = Clock::Frames { first: 1.0, rate: Some(per_second) };
-    Ok(MarkerFile { path: path.into(), format: Format::Vicon, clock, lengths, frames, markers })
+    Ok(lines.file(clock, lengths, table))
 }
