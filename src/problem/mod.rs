@@ -460,10 +460,6 @@ impl Problem {
 /// Frames of the rod of a model in plain numbers.
 pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
-/// Rod of a model, and the frames from which its angles are measured.
-pub(crate) type Framed<'a, D, M> =
-    (&'a <M as Model>::Rod<D>, &'a <<M as Model>::Rod<D> as Rod<D>>::Frames);
-
 impl<'a, M: Model> Discretized<'a, M> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
