@@ -1,40 +1,41 @@
-//! Numbers as files write them: lists of a given length, of which TOML's reader ignores what is too many,
-//! and those that JSON has no digits for.
+//! Deserialization of lists of a fixed length, for which the TOML reader ignores excess numbers, and of infinite numbers,
+//! which are null in JSON.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// As many numbers as the key has, no more and no fewer.
+/// Reads exactly `N` numbers.
 pub(crate) fn numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<[T; N], D::Error> {
-    so_many(Vec::deserialize(deserializer)?)
+    exactly(Vec::deserialize(deserializer)?)
 }
 
-/// The same of a key that may be absent, or null.
+/// Reads exactly `N` numbers, or none of a key that is absent or null.
 pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {
-    Option::deserialize(deserializer)?.map(so_many).transpose()
+    Option::deserialize(deserializer)?.map(exactly).transpose()
 }
 
-/// Lists of so many numbers each.
+/// Reads lists of exactly `N` numbers each.
 pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Vec<[T; N]>, D::Error> {
-    Vec::<Vec<T>>::deserialize(deserializer)?.into_iter().map(so_many).collect()
+    Vec::<Vec<T>>::deserialize(deserializer)?.into_iter().map(exactly).collect()
 }
 
-fn so_many<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
+/// Converts a list of exactly `N` values.
+fn exactly<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
     let expected = format!("{N} numbers");
     <[T; N]>::try_from(values).map_err(|values| E::invalid_length(values.len(), &expected.as_str()))
 }
 
-/// A number that JSON writes as null where it is infinite.
+/// Reads a number; null is infinity.
 pub(crate) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
-/// Such numbers.
+/// Reads a list of numbers; null is infinity.
 pub(crate) fn all_or_infinite<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<f64>, D::Error> {

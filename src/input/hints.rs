@@ -8,13 +8,13 @@ use toml::{Table, Value};
 pub(crate) struct FileKind {
     /// Its name, with an article.
     name: &'static str,
-    /// Keys of its own, one of which every file of this kind has.
+    /// Keys of this kind only, of which every file has one.
     marks: &'static [&'static str],
-    /// The commands that take it.
+    /// Commands for such files, for messages.
     commands: &'static str,
     /// Tables that occur once: `[rod]`.
     single: &'static [&'static str],
-    /// Tables that may be repeated: `[[parameter]]`; those within another one after a point.
+    /// Tables that may be repeated: `[[parameter]]`; nested ones by their path.
     repeated: &'static [&'static str],
 }
 
@@ -72,7 +72,7 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
     repeated: &[],
 };
 
-/// The error of a text that is no file of the kind it was `read_as`, with the likely mistake in its place.
+/// Replaces the message of a parse error by the likely mistake in a text that was `read_as` a kind of file, if one is found.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
     let hint = text.parse::<Table>().ok().and_then(|table| {
@@ -81,7 +81,7 @@ pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     Error::Parse { file, message: hint.unwrap_or(message) }
 }
 
-/// That the file is one of another kind.
+/// Message about a file of another kind; none for a file of the kind itself, or of no known kind.
 fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
     if has_marks(read_as) {
@@ -91,7 +91,7 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 
-/// That a table has the brackets of a list, or the other way round.
+/// Message about a table with the brackets of a list, or a list with those of a table; none without such a mistake.
 fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
     let is_list = |value: &Value| {
         value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))
@@ -102,7 +102,7 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
         number.map_or(String::new(), |number| format!("line {}: ", number + 1))
     };
     for path in read_as.single {
-        if at(table, path).is_some_and(is_list) {
+        if value_at(table, path).is_some_and(is_list) {
             return Some(format!(
                 "{}found [[{path}]], allowed: [{path}], once",
                 line(format!("[[{path}]]"))
@@ -110,7 +110,7 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
         }
     }
     for path in read_as.repeated {
-        if at(table, path).is_some_and(Value::is_table) {
+        if value_at(table, path).is_some_and(Value::is_table) {
             return Some(format!(
                 "{}found [{path}], allowed: [[{path}]], with double brackets even if there is only one",
                 line(format!("[{path}]"))
@@ -120,8 +120,8 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
     None
 }
 
-/// The value at a path; of a list of tables its first one is looked into.
-fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+/// Value at a path; of a list of tables the first one is followed.
+fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let (first, rest) =
         path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
     let value = table.get(first)?;
@@ -130,7 +130,7 @@ fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
         Value::Array(list) => list.first()?,
         value => value,
     };
-    at(inner.as_table()?, rest)
+    value_at(inner.as_table()?, rest)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Keys that a file must have and does not, all at once: the reader stops at the first.
+//! Parsing of TOML files with messages that list all missing keys; the TOML reader stops at the first one.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -8,27 +8,27 @@ use toml::{Table, Value};
 /// Names of keys.
 pub(crate) type Keys = &'static [&'static str];
 
-/// What a table of a file must have.
+/// Required keys of a table.
 pub(crate) struct Rule {
-    /// Where the table stands: `rod.shape`; `loads.point[]` is each of a list.
+    /// Path of the table: `rod.shape`; `loads.point[]` is each entry of a list.
     table: &'static str,
-    /// Whether the file must have the table too.
+    /// Whether the table itself is required.
     always: bool,
-    /// What it must have, by what it has.
+    /// Required keys of a given table.
     keys: fn(&Table) -> Keys,
 }
 
-/// Of a table that must be there itself.
+/// Rule of a required table.
 pub(crate) const fn always(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: true, keys }
 }
 
-/// Of a table that need not be there.
+/// Rule of an optional table.
 pub(crate) const fn if_there(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: false, keys }
 }
 
-/// The keys that the file lacks, with their tables.
+/// Paths of the required keys that a file does not have.
 pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
     let mut missing = Vec::new();
     let none = Table::new();
@@ -151,21 +151,21 @@ fn described(error: &toml::de::Error, text: &str) -> String {
     };
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
     let place = format!("line {}, column {column}", line_of(before));
-    // Where the message has the token itself, and where nothing is at fault but what is missing, it is not repeated.
+    // The token is left out if the message contains it, and if the error is a missing key.
     match found.is_empty() || message.contains(found.trim_matches(['"', '\''])) {
         true => format!("{place}: {message}"),
         false => format!("{place}: at `{}{}`: {message}", key_before(before), token(found)),
     }
 }
 
-/// `key = ` where a text ends with it.
+/// The text `key = ` at the end of a text; otherwise empty.
 fn key_before(text: &str) -> String {
     let line = text.rsplit('\n').next().unwrap_or_default().trim_end();
     let key = line.strip_suffix('=').and_then(|line| line.rsplit(['{', ',']).next());
     key.map_or(String::new(), |key| format!("{} = ", column_name(key.trim())))
 }
 
-/// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
+/// Parses TOML. The error message has line, key and expected value, or all missing keys.
 pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     text: &str,
     required: &[Rule],

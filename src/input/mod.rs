@@ -1,4 +1,5 @@
-//! Files as users and their programs write them: lists of numbers, and keys that are missing.
+//! Input and output of text files: lists of numbers, missing keys, likely mistakes, onset of a recorded motion, and
+//! files that are replaced only when complete.
 
 pub(crate) mod arrays;
 pub(crate) mod hints;

@@ -7,9 +7,9 @@
 
 use std::collections::VecDeque;
 
-/// Samples below which no onset is looked for.
+/// MotionSamples below which no onset is looked for.
 const FEWEST_SAMPLES: usize = 8;
-/// Samples at rest below which the recording begins with the motion.
+/// MotionSamples at rest below which the recording begins with the motion.
 const FEWEST_AT_REST: usize = 3;
 /// A rest stays within this part of the whole extent; tremor of a hand is below it.
 const REST_EXTENT: f64 = 0.02;
@@ -22,9 +22,9 @@ const FAST: f64 = 0.5;
 const FAST_EXTENT: f64 = 0.25;
 /// The motion is fitted up to this part of the displacement in the first fast motion: beyond it is no power of time.
 const FITTED_PART: f64 = 0.35;
-/// Samples of the motion that are fitted at the least.
+/// MotionSamples of the motion that are fitted at the least.
 const FEWEST_MOVING: usize = 4;
-/// Samples at rest that are fitted at most: so many, or so many for each of the motion. Long before its onset the point
+/// MotionSamples at rest that are fitted at most: so many, or so many for each of the motion. Long before its onset the point
 /// may drift.
 const FITTED_AT_REST: usize = 100;
 const FITTED_REST: usize = 3;
@@ -70,8 +70,8 @@ impl SlidingRange {
     }
 }
 
-/// Samples of a point that were seen along all of its axes.
-struct Samples {
+/// MotionSamples of a point that were seen along all of its axes.
+struct MotionSamples {
     times: Vec<f64>,
     places: Vec<[f64; 3]>,
 }
@@ -80,7 +80,7 @@ struct Samples {
 /// the motion, or no motion stands out of the noise. A rest may also follow slower motion: a point that is pulled
 /// aside and held before its release.
 pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<f64> {
-    let samples = Samples::of(times, places)?;
+    let samples = MotionSamples::of(times, places)?;
     let extent = samples.extent();
     let [still, noisy] = [REST_EXTENT * extent, NOISE_EXTENT * samples.noise()];
     // Second differences of few frames a swing exceed the noise: then the onset is found without it.
@@ -92,7 +92,7 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
     onsets.reduce(f64::max)
 }
 
-impl Samples {
+impl MotionSamples {
     /// Without axes that were never seen; frames in which another axis was not seen are left out.
     fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
         let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
@@ -177,7 +177,7 @@ impl Samples {
         Some((first.max(last.saturating_sub(fitted_rest)), end))
     }
 
-    /// Samples from one to another, thinned out where they are many.
+    /// MotionSamples from one to another, thinned out where they are many.
     fn window(&self, first: usize, last: usize) -> Self {
         let stride = (last - first) / MOST_FITTED + 1;
         Self {

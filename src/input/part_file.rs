@@ -1,4 +1,4 @@
-//! Files that are written whole: under a temporary name beside theirs, `NAME.XXXXXX.part`, and renamed at the end.
+//! Files that are replaced only when complete: written under a temporary name, `NAME.XXXXXX.part`, and renamed at the end.
 //!
 //! The temporary file is locked as long as its process lives. One without a lock was left by a process that was
 //! killed; the next process that writes the same name removes it. Where the file system has no locks, such files stay.
@@ -9,28 +9,28 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// What temporary names end with.
+/// Extension of temporary names.
 const SUFFIX: &str = ".part";
-/// What the name of a file ends with that could not be written to its end, and is kept.
+/// Extension of an incomplete file that is kept.
 const KEPT_SUFFIX: &str = "kept";
-/// Random letters and digits of a temporary name.
+/// Number of random letters and digits in a temporary name.
 const RANDOM_LENGTH: usize = 6;
-/// Longest name, bytes, that a temporary name begins with; file systems take 255 with what is added.
+/// Longest name, bytes, at the beginning of a temporary name; file systems allow 255 bytes in total.
 const LONGEST_NAME: usize = 200;
-/// How often a file is made anew whose name another process removed before it was locked.
+/// Largest number of attempts to create a file that another process removes before it is locked.
 const MAX_ATTEMPTS: usize = 100;
 
-/// A file while it is written. It is removed when dropped.
+/// File that is being written; removed when dropped.
 #[derive(Debug)]
 pub struct PartFile(NamedTempFile);
 
 impl PartFile {
-    /// A temporary file beside `path`, in a folder that exists. Those of the same name that killed processes left are
-    /// removed.
+    /// Creates a temporary file in the existing folder of `path`, and removes those of the same name that terminated processes
+    /// left.
     ///
     /// # Errors
     ///
-    /// A folder that takes no files.
+    /// A folder in which no file can be created.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let folder = folder_of(path);
         let mut prefix: OsString = path.file_name().unwrap_or_default().into();
@@ -43,30 +43,30 @@ impl PartFile {
         Ok(Self(file))
     }
 
-    /// Where it is now.
+    /// Temporary path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// The file itself.
+    /// The open file.
     pub fn file(&self) -> &File {
         self.0.as_file()
     }
 
-    /// Gives it its name.
+    /// Renames the complete file to `path`.
     ///
     /// # Errors
     ///
-    /// The reason why it cannot have that name, and the file.
+    /// The reason why it cannot be renamed, and the file.
     pub fn persist(self, path: &Path) -> Result<(), (io::Error, Self)> {
         self.0.persist(path).map(drop).map_err(|failed| (failed.error, Self(failed.file)))
     }
 
-    /// Keeps a file that cannot be written to its end, under a name that no other run removes, `NAME.XXXXXX.kept`.
+    /// Keeps an incomplete file under a name that no other run removes, `NAME.XXXXXX.kept`, and returns its path.
     ///
     /// # Errors
     ///
-    /// A file that is gone.
+    /// A file that does not exist any more.
     pub fn keep(self) -> io::Result<PathBuf> {
         let (_, path) = self.0.keep().map_err(|failed| failed.error)?;
         let kept = path.with_extension(KEPT_SUFFIX);
@@ -83,13 +83,13 @@ impl Write for PartFile {
     }
 }
 
-/// A temporary file that is locked by this process.
+/// Creates a temporary file and locks it for this process.
 fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // Less what the user's mask takes, as of any new file.
+        // Permissions of a new file, reduced by the umask.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.prefix(prefix).suffix(SUFFIX).rand_bytes(RANDOM_LENGTH);
@@ -103,7 +103,7 @@ fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     Err(io::Error::other("temporary files are removed by another program"))
 }
 
-/// Removes temporary files of a name that no living process holds. What cannot be removed stays.
+/// Removes temporary files of a name that no process has locked; ignores errors.
 fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name(), prefix)) {
@@ -120,13 +120,14 @@ fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     }
 }
 
+/// Whether a file name is a temporary name with this prefix.
 fn is_temporary(name: &OsStr, prefix: &OsStr) -> bool {
     let random = name.as_encoded_bytes().strip_prefix(prefix.as_encoded_bytes());
     let random = random.and_then(|rest| rest.strip_suffix(SUFFIX.as_bytes()));
     random.is_some_and(|r| r.len() == RANDOM_LENGTH && r.iter().all(u8::is_ascii_alphanumeric))
 }
 
-/// The folder of a file.
+/// Folder of a file; `.` for a file name alone.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),

@@ -3,22 +3,22 @@
 
 use std::borrow::Cow;
 
-/// First characters of what spreadsheets may compute.
+/// First characters of text that spreadsheets may evaluate as a formula.
 const BEGINS_FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// A text as the cell of a table: with a leading apostrophe if a spreadsheet would compute it. Numbers are as they are.
+/// Text for a cell of a table, with a leading apostrophe if a spreadsheet would evaluate it. Numbers are unchanged.
 pub(crate) fn to_cell(text: &str) -> Cow<'_, str> {
     let is_formula = is_guarded(text) && text.parse::<f64>().is_err();
     if is_formula { format!("'{text}").into() } else { text.into() }
 }
 
-/// The text of a cell, without the apostrophe that [`to_cell`] put before it.
+/// Text of a cell without the apostrophe of [`to_cell`].
 pub(crate) fn of_cell(cell: &str) -> &str {
     cell.strip_prefix('\'').filter(|text| is_guarded(text)).unwrap_or(cell)
 }
 
-/// Whether a text begins like a formula, behind any apostrophes of its own: these get one more, so that every text is
-/// read back as it was.
+/// Whether a text begins like a formula after any leading apostrophes. These texts get one more apostrophe, so that every
+/// text is read back unchanged.
 fn is_guarded(text: &str) -> bool {
     text.trim_start_matches('\'').starts_with(BEGINS_FORMULA)
 }

@@ -5,6 +5,7 @@ use crate::numerics::vector::{sub, unit};
 use crate::problem::layout::BESIDE_STRAIGHT;
 use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
+use crate::problem::planarity::leaves_plane_to_first_order;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
 use crate::scene::{End, Parameter, Scheme, Support};
@@ -191,8 +192,13 @@ impl PlanarProblem<'_> {
         setup: &Setup<Dual64, PlanarModel>,
     ) -> Result<(), Error> {
         let Setup { scene, mesh, start, .. } = setup;
-        let Some(key) = self.model.leaves_plane_to_first_order(scene, mesh, start.as_deref())
-        else {
+        let Some(key) = leaves_plane_to_first_order(
+            self.model,
+            &self.model.plane,
+            scene,
+            mesh,
+            start.as_deref(),
+        ) else {
             return Ok(());
         };
         let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);

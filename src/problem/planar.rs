@@ -8,7 +8,7 @@ use crate::problem::model::{
     Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
 use crate::problem::own::find_nonplanar;
-use crate::problem::planarity::{PlanarVectors, rotations_about_rod};
+use crate::problem::planarity::{PlanarVectors, TOLERANCE, rotations_about_rod};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
@@ -37,9 +37,6 @@ pub struct PlanarRest<D> {
     /// Integrated curvature of every joint, rad.
     curvature: Vec<D>,
 }
-
-/// Largest component of a vector out of its plane, or along its normal, relative to its length.
-pub(super) const TOLERANCE: f64 = 1e-9;
 
 impl PlanarModel {
     /// Index, 0 or 1, of the second moment of the section that resists bending in the plane.

@@ -4,13 +4,14 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
 use crate::problem::model::Model;
 use crate::problem::own::find_nonplanar;
-use crate::problem::planar::{PlanarModel, TOLERANCE};
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::prescribed_motion::MotionTime;
-use crate::scene::{Scene, Track};
+use crate::scene::{Plane, Scene, Track};
 use num_dual::Dual64;
 
+/// Largest component of a vector out of its plane, or along its normal, relative to its length.
+pub(super) const TOLERANCE: f64 = 1e-9;
 /// Rate of a vector, relative to its length and to the fastest rate, below which it is a rounding error.
 const ROUNDING: f64 = 1e-10;
 
@@ -88,55 +89,51 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
     twists.chain(motions).collect()
 }
 
-impl PlanarModel {
-    /// Key of the first quantity that leaves the plane to first order along the derivatives of the scene; none if all stay
-    /// in it. `start` are the nodes of the initial shape, m, if that is not the rest shape.
-    pub(super) fn leaves_plane_to_first_order(
-        &self,
-        scene: &Scene<Dual64>,
-        mesh: &Mesh<Dual64>,
-        start: Option<&[Vector<Dual64>]>,
-    ) -> Option<String> {
-        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let rate = |v: Vector<Dual64>| self.components(v).map(|c| c.eps);
-        let PlanarVectors { mut within, mut normal } =
-            PlanarVectors::new(scene, &mesh.nodes, start);
-        let shape = |x: &Vector<Dual64>| KeyedVector { key: "rod.shape".into(), vector: *x };
-        within.extend(mesh.nodes.iter().map(shape));
-        if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
-            let moments = scene.second_moments_along();
-            let [x, y, z] = self.components(up.map(|c| c.re));
-            let (in_plane, out) = (x.hypot(y), z.abs());
-            if moments.iter().any(|[i1, i2]| i1.re != i2.re) {
-                let up = KeyedVector { key: "rod.section.up".into(), vector: up };
-                if in_plane > out { &mut within } else { &mut normal }.push(up);
-            } else if moments.iter().any(|[i1, i2]| i1.eps != i2.eps)
-                && in_plane.min(out) > TOLERANCE
-            {
-                // A square has no principal axes until its second moments differ.
-                return Some("rod.section".into());
-            }
+/// Key of the first quantity that leaves the plane to first order along the derivatives of the scene; none if all stay
+/// in it. `model` has the axes of the `plane`, and `start` are the nodes of the initial shape, m, if that is not the rest shape.
+pub(super) fn leaves_plane_to_first_order(
+    model: &impl Model,
+    plane: &Plane,
+    scene: &Scene<Dual64>,
+    mesh: &Mesh<Dual64>,
+    start: Option<&[Vector<Dual64>]>,
+) -> Option<String> {
+    let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let rate = |v: Vector<Dual64>| model.components(v).map(|c| c.eps);
+    let PlanarVectors { mut within, mut normal } = PlanarVectors::new(scene, &mesh.nodes, start);
+    let shape = |x: &Vector<Dual64>| KeyedVector { key: "rod.shape".into(), vector: *x };
+    within.extend(mesh.nodes.iter().map(shape));
+    if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
+        let moments = scene.second_moments_along();
+        let [x, y, z] = model.components(up.map(|c| c.re));
+        let (in_plane, out) = (x.hypot(y), z.abs());
+        if moments.iter().any(|[i1, i2]| i1.re != i2.re) {
+            let up = KeyedVector { key: "rod.section.up".into(), vector: up };
+            if in_plane > out { &mut within } else { &mut normal }.push(up);
+        } else if moments.iter().any(|[i1, i2]| i1.eps != i2.eps) && in_plane.min(out) > TOLERANCE {
+            // A square has no principal axes until its second moments differ.
+            return Some("rod.section".into());
         }
-        // Rate relative to the length; a vector of length zero has no rounding errors.
-        let relative = |v: &KeyedVector<Dual64>| match size(&v.vector.map(|c| c.re)) {
-            0.0 => None,
-            length => Some(size(&rate(v.vector)) / length),
-        };
-        let fastest = within.iter().chain(&normal).filter_map(relative).fold(0.0, f64::max);
-        let changes = |v: &KeyedVector<Dual64>| relative(v).is_none_or(|r| r > ROUNDING * fastest);
-        let leaves = |v: &KeyedVector<Dual64>| {
-            let rate = rate(v.vector);
-            rate[2].abs() > TOLERANCE * size(&rate) && changes(v)
-        };
-        let tilts = |v: &KeyedVector<Dual64>| {
-            let rate = rate(v.vector);
-            size(&rate[..2]) > TOLERANCE * size(&rate) && changes(v)
-        };
-        // User-defined energies are evaluated at displaced values.
-        let displaced = |v: &Dual64| v.re + v.eps * (1.0 + v.re.abs());
-        let energy = find_nonplanar(&scene.energies, displaced, self.normal(), self.plane.origin);
-        let rotation = || rotations_about_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
-        let vector = || within.into_iter().find(leaves).or(normal.into_iter().find(tilts));
-        energy.or_else(|| vector().map(|v| v.key)).or_else(|| rotation().map(|(key, _)| key))
     }
+    // Rate relative to the length; a vector of length zero has no rounding errors.
+    let relative = |v: &KeyedVector<Dual64>| match size(&v.vector.map(|c| c.re)) {
+        0.0 => None,
+        length => Some(size(&rate(v.vector)) / length),
+    };
+    let fastest = within.iter().chain(&normal).filter_map(relative).fold(0.0, f64::max);
+    let changes = |v: &KeyedVector<Dual64>| relative(v).is_none_or(|r| r > ROUNDING * fastest);
+    let leaves = |v: &KeyedVector<Dual64>| {
+        let rate = rate(v.vector);
+        rate[2].abs() > TOLERANCE * size(&rate) && changes(v)
+    };
+    let tilts = |v: &KeyedVector<Dual64>| {
+        let rate = rate(v.vector);
+        size(&rate[..2]) > TOLERANCE * size(&rate) && changes(v)
+    };
+    // User-defined energies are evaluated at displaced values.
+    let displaced = |v: &Dual64| v.re + v.eps * (1.0 + v.re.abs());
+    let energy = find_nonplanar(&scene.energies, displaced, plane.x.cross(&plane.y), plane.origin);
+    let rotation = || rotations_about_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
+    let vector = || within.into_iter().find(leaves).or(normal.into_iter().find(tilts));
+    energy.or_else(|| vector().map(|v| v.key)).or_else(|| rotation().map(|(key, _)| key))
 }

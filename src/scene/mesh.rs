@@ -1,4 +1,4 @@
-//! The nodes of a rest shape.
+//! Mesh of a rest shape: nodes, arc lengths and turning angles.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;
@@ -14,21 +14,21 @@ pub struct Mesh<D = f64> {
     pub length: D,
     /// Length of the curve along every edge, m; estimated for a polyline.
     pub arcs: Vec<D>,
-    /// Arc lengths of the nodes that the scene names by their index, where its mesh is another, m.
+    /// Arc lengths of the nodes of the scene's own mesh, m, to which node indices refer; none if this is that mesh.
     pub named: Option<Vec<D>>,
 }
 
-/// Arc lengths that differ by less than this part of the rod's length are equal.
+/// Difference of arc lengths, as a fraction of the rod length, below which they are equal.
 const ROUNDING: f64 = 1e-9;
 
 impl<D: Scalar> Mesh<D> {
-    /// Whether the last node is behind the wall of a clamp, so that the rod ends between two nodes.
+    /// Whether the last node is behind a wall, so that the rod ends between two nodes.
     pub(crate) fn is_clamped_at_end(&self) -> bool {
         let last = self.arc_length.last().map_or(0.0, D::value);
         last > self.length.value() * (1.0 + ROUNDING)
     }
 
-    /// Whether a place, by arc length from the wall, m, lies in an edge that reaches behind the wall of a clamp.
+    /// Whether an arc length from the wall, m, is within an edge that extends behind a wall.
     pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
         let place = |i: usize| self.arc_length[i].value();
         let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());
@@ -36,19 +36,19 @@ impl<D: Scalar> Mesh<D> {
         at_start || self.is_clamped_at_end() && s >= place(last - 1) - tolerance
     }
 
-    /// Where the nodes are, as parts of the length.
+    /// Positions of the nodes as fractions of the rod length.
     pub(crate) fn places(&self) -> Vec<f64> {
         self.arc_length.iter().map(|s| s.value() / self.length.value()).collect()
     }
 }
 
 impl Mesh {
-    /// How far the edges turn from end to end, rad.
+    /// Sum of the turning angles of all joints, rad.
     pub(crate) fn turning(&self) -> f64 {
         self.turns().sum()
     }
 
-    /// Whether no joint turns, but for rounding errors.
+    /// Whether all turning angles are rounding errors.
     pub(crate) fn is_straight(&self) -> bool {
         self.turns().all(|turn| turn < 1e-9)
     }
@@ -61,7 +61,7 @@ impl Mesh {
         })
     }
 
-    /// The mesh in another size.
+    /// The mesh with all lengths times a scale.
     pub(super) fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
         let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
         Mesh {
@@ -74,7 +74,7 @@ impl Mesh {
     }
 }
 
-/// Between two vectors, rad, small ones to the last digit.
+/// Angle between two vectors, rad, accurate for small angles.
 pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

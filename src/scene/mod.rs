@@ -70,7 +70,6 @@ pub use track::Track;
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::number::{NumberVisitor, Quantity};
-use crate::scene::scheme_support::UnsupportedTerm;
 use crate::scene::table::{NumberTree, TABLE, table};
 use std::path::PathBuf;
 
@@ -275,9 +274,8 @@ impl Scene {
         self.check_recorded_start()?;
         if let Some(time) = &self.time {
             time.check(self.supports.path.is_some())?;
-            if let Some(unsupported) = self.unsupported_by(time.scheme).into_iter().next() {
-                let UnsupportedTerm { key, found, allowed } = unsupported;
-                return Err(Error::invalid(key, found, allowed));
+            if let Some(term) = self.unsupported_by(time.scheme).into_iter().next() {
+                return Err(Error::invalid(term.key, term.found, term.allowed));
             }
         }
         Ok(())

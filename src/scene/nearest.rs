@@ -1,8 +1,8 @@
-//! What somebody may have meant who wrote a name that is none.
+//! Suggestions for unknown names: the most similar known names, and the quantities of common symbols.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
-/// What books write for some of them.
+/// Symbols of textbooks with their parameters.
 const SYMBOLS: [(&str, &str); 6] = [
     ("E", "youngs_modulus"),
     ("G", "shear_modulus"),
@@ -11,13 +11,13 @@ const SYMBOLS: [(&str, &str); 6] = [
     ("r", "rod.section.radius"),
     ("rho", "material.density"),
 ];
-/// Longer names are no slips of the pen.
+/// Longest name, in bytes, for which suggestions are searched.
 pub const LONGEST_NAME: usize = 200;
 
-/// The three names most like one.
+/// The three known names that are most similar to a name (Jaro-Winkler), or the parameter of a symbol.
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let likeness = |other: &str| {
-        // Short names and last parts are what people remember.
+        // Short names and last parts of paths are the most likely inputs.
         let end = other.rsplit_once('.').map_or(other, |(_, end)| end);
         strsim::jaro_winkler(name, other).max(strsim::jaro_winkler(name, end))
     };

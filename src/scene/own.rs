@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::parameter::Parameter;
-use crate::scene::table::{NumberTree, Table};
+use crate::scene::table::{NumberTree, TableKind};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
@@ -172,13 +172,13 @@ impl Attached {
 
 /// The numbers of an energy under its name.
 impl NumberTree for Attached {
-    type Kind = Table;
+    type Kind = TableKind;
     type Over<D> = Attached<D>;
 
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
-        _: Table,
+        _: TableKind,
         visitor: &mut NumberVisitor<'_, D>,
     ) -> Attached<D> {
         let declared = self.code.as_ref().map_or(&[][..], |code| code.parameters());
@@ -193,7 +193,7 @@ impl NumberTree for Attached {
     }
 
     /// The limits of the code are checked with the energy.
-    fn check_numbers(&self, _: &str, _: Table) -> Result<(), Error> {
+    fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
 

@@ -1,5 +1,5 @@
-//! The parameters a trajectory can be differentiated by and identified from: the physical
-//! [numbers](crate::scene::number) of a scene, named by their place in the file.
+//! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file. Trajectories are
+//! differentiated by parameters, and fits identify them.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -26,8 +26,8 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// A physical number of a scene, by its place in the file: `rod.shape.length`,
-/// `loads.point.0.force.y`. Numbers that are asked for often have short names too, `radius`.
+/// A physical number of a scene, by its path in the file: `rod.shape.length`,
+/// `loads.point.0.force.y`. Common numbers also have short names, `radius`.
 ///
 /// ```
 /// use rodfit::Parameter;
@@ -38,12 +38,12 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 /// assert_eq!(modulus.path(), "material.youngs_modulus");
 /// # Ok::<(), rodfit::Error>(())
 /// ```
-/// It is shown and written under the name that it was asked for by; two names of a place are the same
-/// parameter.
+/// It is displayed and written under the name by which it was constructed. Two names of one path are the same parameter.
 #[derive(Clone, Copy)]
 pub struct Parameter {
-    /// Where it stands.
+    /// Path in the scene file.
     path: &'static str,
+    /// Path or short name by which it was constructed.
     name: &'static str,
 }
 
@@ -61,7 +61,7 @@ impl Hash for Parameter {
     }
 }
 
-/// Short names of places.
+/// Declares constants and short names of paths.
 macro_rules! short_names {
     ($($(#[$doc:meta])* $constant:ident = $name:literal: $path:literal;)*) => {
         #[allow(non_upper_case_globals)]
@@ -73,7 +73,7 @@ macro_rules! short_names {
 }
 
 short_names! {
-    /// Young's modulus E, Pa. A fit of it holds the shear modulus or Poisson's ratio, whichever the scene gives.
+    /// Young's modulus E, Pa. A fit of it keeps the shear modulus or Poisson's ratio, whichever the scene gives.
     YoungsModulus = "youngs_modulus": "material.youngs_modulus";
     /// Shear modulus G, Pa.
     ShearModulus = "shear_modulus": "material.shear_modulus";
@@ -89,21 +89,21 @@ short_names! {
     Height = "height": "rod.section.height";
     /// Factor on the curvature of the rest shape.
     NaturalCurvature = "natural_curvature": "rod.natural_curvature";
-    /// Twist per length that the rod has when nothing acts on it, rad/m.
+    /// Stress-free twist per length, rad/m.
     NaturalTwist = "natural_twist": "rod.natural_twist";
-    /// The number beta of the Newmark-beta scheme.
+    /// Parameter beta of the Newmark-beta scheme.
     Beta = "beta": "time.beta";
     /// Mass-proportional damping, 1/s.
     DampingMass = "damping.mass": "loads.damping.mass";
     /// Kelvin-Voigt time, s.
     DampingStiffness = "damping.stiffness": "loads.damping.stiffness";
-    /// Kelvin-Voigt time of bending alone, besides, s.
+    /// Additional Kelvin-Voigt time of bending, s.
     DampingBending = "damping.bending": "loads.damping.bending";
-    /// Of twisting alone, s.
+    /// Additional Kelvin-Voigt time of twist, s.
     DampingTwisting = "damping.twisting": "loads.damping.twisting";
-    /// Of stretching alone, s.
+    /// Additional Kelvin-Voigt time of stretch, s.
     DampingStretching = "damping.stretching": "loads.damping.stretching";
-    /// By how much the rod as a whole is turned about its first node in its plane, rad.
+    /// Rotation of the whole rod about its first node in its plane, rad.
     ClampAngle = "clamp_angle": "supports.angle";
     /// Velocity of the rod at t = 0 along x, m/s.
     InitialVelocityX = "initial.velocity.x": "initial.velocity.x";
@@ -117,13 +117,13 @@ short_names! {
     InitialAngularVelocityY = "initial.angular_velocity.y": "initial.angular_velocity.y";
     /// Its component about z.
     InitialAngularVelocityZ = "initial.angular_velocity.z": "initial.angular_velocity.z";
-    /// What the recording's clock shows when the motion starts, s.
+    /// Reading of the recording's clock when the motion starts, s.
     TimeOffset = "time_offset": "camera.time_offset";
-    /// Recorded lengths over real ones.
+    /// Ratio of recorded lengths to real lengths.
     PixelScale = "pixel_scale": "camera.pixel_scale";
-    /// Turn of the camera about the normal of the scene's plane, rad.
+    /// Rotation of the camera about the normal of the scene's plane, rad.
     InPlaneRotation = "in_plane_rotation": "camera.in_plane_rotation";
-    /// Where the clamp is recorded, less where it is in the scene, along x, m.
+    /// Recorded position of the clamp minus its position in the scene, along x, m.
     ClampPositionX = "clamp_position.x": "camera.clamp_position.x";
     /// Its component along y.
     ClampPositionY = "clamp_position.y": "camera.clamp_position.y";
@@ -131,24 +131,24 @@ short_names! {
     ClampPositionZ = "clamp_position.z": "camera.clamp_position.z";
 }
 
-/// Lists along the rod, whose short names count from 1.
+/// Lists along the rod, whose short names are numbered from 1.
 const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// The parameter that stands at a place of a scene.
+    /// The parameter at a path of a scene.
     pub(crate) fn at(path: &str) -> Self {
-        let path = kept(path);
+        let path = intern(path);
         Self { path, name: path }
     }
 
-    /// Says what kind of number stands at a place that only code knows. What was said first stays: a
-    /// scene that has it otherwise is refused.
+    /// Declares the quantity at a path of a user-defined energy. The first declaration is kept; a scene with another one is
+    /// rejected.
     pub(crate) fn declare(path: &str, quantity: Quantity) {
-        let mut own = own_quantities().lock().unwrap_or_else(PoisonError::into_inner);
+        let mut own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
         own.entry(path.into()).or_insert(quantity);
     }
 
-    /// The parameter of a name: a place in the scene's file, or a short name of one.
+    /// The parameter of a name: a path in the scene file, or a short name; none for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
             return Some(*parameter);
@@ -157,15 +157,16 @@ impl Parameter {
             let part =
                 name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
             if let Some(part) = part.and_then(|part: usize| part.checked_sub(1)) {
-                let path = kept(&format!("rod.{list}.{part}"));
-                return Some(Self { path, name: kept(name) });
+                let path = intern(&format!("rod.{list}.{part}"));
+                return Some(Self { path, name: intern(name) });
             }
         }
-        let known = |name: &str| quantities().contains_key(&pattern(name)) || is_of_own(name);
+        let known =
+            |name: &str| quantities().contains_key(&general_path(name)) || is_of_user_energy(name);
         (name.len() <= LONGEST_NAME && known(name)).then(|| Self::at(name))
     }
 
-    /// The numbers that a scene has.
+    /// All parameters of a scene.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let mut all = Vec::new();
         scene.map_numbers(|path, value, _| {
@@ -175,44 +176,44 @@ impl Parameter {
         all
     }
 
-    /// Its short names.
+    /// Short names.
     pub fn aliases(self) -> Vec<&'static str> {
         Vec::from_iter(self.short_name())
     }
 
-    /// What it was asked for by: a place in the scene's file, or a short name of one.
+    /// Name by which it was constructed: path or short name.
     pub fn name(self) -> &'static str {
         self.name
     }
 
-    /// Its short name, if it has one.
+    /// Short name, if it has one.
     fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
             return Some(short);
         }
         let part = |list: &&str| {
             let part = self.path.strip_prefix("rod.")?.strip_prefix(*list)?.strip_prefix('.')?;
-            Some(kept(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
+            Some(intern(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
         };
         LISTS.iter().find_map(part)
     }
 
-    /// Its place in the scene's file.
+    /// Path in the scene file.
     pub fn path(self) -> &'static str {
         self.path
     }
 
-    /// What kind of number it is.
+    /// Unit, limits and search range.
     pub fn quantity(self) -> Quantity {
         let own = || {
-            let own = own_quantities().lock().unwrap_or_else(PoisonError::into_inner);
+            let own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
             own.get(self.path).copied()
         };
-        let known = quantities().get(&pattern(self.path)).copied();
+        let known = quantities().get(&general_path(self.path)).copied();
         known.or_else(own).unwrap_or(Quantity::signed(""))
     }
 
-    /// The unit, empty for pure numbers.
+    /// Unit; empty for pure numbers.
     pub fn unit(self) -> &'static str {
         self.quantity().unit
     }
@@ -227,23 +228,23 @@ impl Parameter {
         self.quantity().is_of_the_camera
     }
 
-    /// Whether it is a moment on a node.
+    /// Whether it is a component of a moment on a node.
     pub(crate) fn is_moment(self) -> bool {
         self.path.contains(".moment.")
     }
 
-    /// Whether it is a time of Kelvin-Voigt damping.
+    /// Whether it is a Kelvin-Voigt time.
     pub(crate) fn is_of_kelvin_voigt(self) -> bool {
         let own = self.path.strip_prefix("loads.damping.");
         own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
     }
 
-    /// Smallest and largest value the parameter may take at all.
+    /// Smallest and largest allowed value.
     pub fn limits(self) -> [f64; 2] {
         self.quantity().limits
     }
 
-    /// The parameter's value in a scene, if the scene has one.
+    /// Value in a scene; none if the scene does not have the parameter.
     pub fn of(self, scene: &Scene) -> Option<f64> {
         let mut found = None;
         scene.map_numbers(|path, value, _| {
@@ -255,13 +256,13 @@ impl Parameter {
         found
     }
 
-    /// Puts a value into a scene.
+    /// Replaces the value in a scene.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
         *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
     }
 
-    /// A scene with other values, the last of each parameter.
+    /// The scene with other values of some parameters; of several values of one parameter the last.
     pub(crate) fn set_all(
         scene: &Scene,
         values: impl IntoIterator<Item = (Self, f64)>,
@@ -281,11 +282,11 @@ impl Parameter {
         }
     }
 
-    /// The numbers of a list of a scene along the rod, from its start: `rod.natural_curvature` or its short name, and
-    /// pairs by their components, `rod.natural_bending.d1`.
+    /// Parameters of a list of a scene along the rod, from its start: `rod.natural_curvature` or its short name; of pairs one
+    /// component, `rod.natural_bending.d1`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for what is no list of the scene.
+    /// [`Error::Invalid`] for names that are not lists of the scene.
     pub fn list(scene: &Scene, name: &str) -> Result<Vec<Self>, Error> {
         let place = if LISTS.contains(&name) { format!("rod.{name}") } else { name.to_string() };
         let (list, component) = match place.rsplit_once('.') {
@@ -311,7 +312,7 @@ impl Parameter {
         }
     }
 
-    /// The error for a parameter that a scene does not have.
+    /// The error for a parameter that a scene does not have, with similar ones.
     pub fn absent(self, scene: &Scene) -> Error {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
@@ -324,7 +325,7 @@ impl Parameter {
             "rod.natural_curvature" | "rod.natural_twist" => {
                 "with one number there, not a list, whose parts are counted, .1, .2, .."
             }
-            _ if is_of_own(self.path) => {
+            _ if is_of_user_energy(self.path) => {
                 "with an energy of one's own of that name and parameter, which is attached in code"
             }
             _ => match place {
@@ -361,7 +362,7 @@ impl schemars::JsonSchema for Parameter {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        // Those that have a place in every scene that has them; lists and energies of one's own have more.
+        // Paths without list indices; lists and user-defined energies have more.
         let places = quantities().keys().filter(|place| !place.contains('#')).cloned();
         let names = SHORT_NAMES.iter().map(|(short, _)| short.to_string()).chain(places);
         schemars::json_schema!({
@@ -411,14 +412,14 @@ impl fmt::Debug for Parameter {
 }
 
 impl Scene {
-    /// The scene over another scalar; `seed` makes its numbers of the parameters.
+    /// The scene over another number type; `seed` returns the number of a parameter and its value.
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.map_numbers(|path, value, _| seed(Parameter::at(path), value))
     }
 }
 
-/// A name that is kept as long as the program runs. There are as many as numbers in its scenes.
-fn kept(name: &str) -> &'static str {
+/// Interned copy of a name, which lives as long as the program. Their number is that of the parameters in use.
+fn intern(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(name) = names.get(name) {
@@ -429,8 +430,8 @@ fn kept(name: &str) -> &'static str {
     name
 }
 
-/// A place with every number in a list as `#`.
-fn pattern(path: &str) -> String {
+/// Path with `#` in place of list indices.
+fn general_path(path: &str) -> String {
     let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
         true => "#".to_string(),
         false => part.to_string(),
@@ -438,28 +439,28 @@ fn pattern(path: &str) -> String {
     path.split('.').map(general).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a name is that of a parameter of an energy of one's own, `energy.magnet.moment`.
-fn is_of_own(name: &str) -> bool {
+/// Whether a name is that of a parameter of a user-defined energy, `energy.magnet.moment`.
+fn is_of_user_energy(name: &str) -> bool {
     let mut parts = name.split('.');
     parts.next() == Some("energy")
         && parts.clone().count() == 2
         && parts.all(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
-/// What kinds of numbers the parameters of energies of one's own are.
-fn own_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
+/// Quantities of the parameters of user-defined energies by their path.
+fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     static QUANTITIES: Mutex<BTreeMap<String, Quantity>> = Mutex::new(BTreeMap::new());
     &QUANTITIES
 }
 
-/// What kinds of numbers stand where, in scenes of all kinds.
+/// Quantities of all built-in parameters by their general path.
 fn quantities() -> &'static BTreeMap<String, Quantity> {
     static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
     QUANTITIES.get_or_init(|| {
         let mut quantities = BTreeMap::new();
-        for scene in specimens() {
+        for scene in catalog_scenes() {
             scene.map_numbers(|path, value, quantity| {
-                quantities.insert(pattern(path), quantity);
+                quantities.insert(general_path(path), quantity);
                 value
             });
         }
@@ -467,8 +468,8 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
     })
 }
 
-/// Scenes that have every number there is between them.
-fn specimens() -> [Scene; 6] {
+/// Scenes that together contain every built-in parameter.
+fn catalog_scenes() -> [Scene; 6] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };
     let rectangle = Section::Rectangle { width: 1.0, height: 1.0, up };
@@ -502,7 +503,7 @@ fn specimens() -> [Scene; 6] {
                 (*natural_curvature, *natural_twist) = (along.clone(), along.clone());
             }
         }
-        // Whatever the section: these are only looked at for the kinds of their numbers.
+        // Not valid for every section: these scenes only list quantities.
         scene.rod.taper = Taper::uniform(&along);
         let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
         scene.supports = Supports { motion: vec![motion], ..Supports::default() };
@@ -529,7 +530,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn short_names_stand_for_places_that_there_are() {
+    fn short_name_is_an_alias_of_an_existing_path() {
         for (short, parameter) in SHORT_NAMES {
             assert!(quantities().contains_key(parameter.path), "{parameter}");
             assert_eq!(Parameter::named(short), Some(*parameter));
@@ -540,8 +541,8 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_set_where_its_name_says() {
-        for mut scene in specimens() {
+    fn set_value_is_read_back_under_the_same_name() {
+        for mut scene in catalog_scenes() {
             for (i, parameter) in Parameter::all(&scene).into_iter().enumerate() {
                 let value = 17.0 + i as f64;
                 parameter.set(&mut scene, value).unwrap();
@@ -550,9 +551,9 @@ mod tests {
         }
     }
 
-    /// Fits say of these how large they may be at most where data show none of them.
+    /// Fits report an upper bound of damping that the data do not show, which requires that it may be zero.
     #[test]
-    fn what_damps_may_be_zero() {
+    fn damping_parameters_may_be_zero() {
         let zero = |of: &[&str]| {
             of.iter().all(|name| name.parse::<Parameter>().unwrap().quantity().may_vanish)
         };
@@ -563,10 +564,14 @@ mod tests {
     }
 
     #[test]
-    fn unknown_names_are_answered_with_the_nearest() {
-        let told = |name: &str| name.parse::<Parameter>().unwrap_err().to_string();
-        assert!(told("youngs_moduls").contains("youngs_modulus"), "{}", told("youngs_moduls"));
-        assert!(told("lenght").contains("rod.shape.length"), "{}", told("lenght"));
+    fn error_of_an_unknown_name_contains_the_nearest_one() {
+        let message = |name: &str| name.parse::<Parameter>().unwrap_err().to_string();
+        assert!(
+            message("youngs_moduls").contains("youngs_modulus"),
+            "{}",
+            message("youngs_moduls")
+        );
+        assert!(message("lenght").contains("rod.shape.length"), "{}", message("lenght"));
         let second: Parameter = "natural_curvature.2".parse().unwrap();
         assert_eq!(
             (second.path(), second.name()),

@@ -5,12 +5,12 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{add, scale};
 use crate::scene::mesh::Mesh;
 use crate::scene::number::{NumberVisitor, Quantity};
-use crate::scene::table::{NumberTree, Table};
+use crate::scene::table::{NumberTree, TableKind};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Arc lengths this far beyond an end, over the length of the rod, are the end: sums and unit conversions leave rounding
-/// errors of some 1e-16, and printed numbers have far fewer digits than 9.
+/// Distance beyond an end, as a fraction of the rod length, at which an arc length is that of the end: sums and unit
+/// conversions have rounding errors of some 1e-16, and printed numbers fewer than 9 digits.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// A point of the rod: `"tip"`, the index of a node, or an arc length.
@@ -28,13 +28,13 @@ pub enum Point<D = f64> {
     /// The end of the rod: its last node, or the wall that holds this end between two nodes.
     #[default]
     Tip,
-    /// A node by its index, 0 at the start. It goes along when the rod gets longer.
+    /// A node by its index, 0 at the start. It moves with the mesh when the rod length changes.
     Node(usize),
-    /// Arc length from the wall, m. It stays where it is when the rod gets longer.
+    /// Arc length from the wall, m, independent of the rod length.
     ArcLength(D),
 }
 
-/// How a point is written in files.
+/// Form of a point in files.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
@@ -89,13 +89,13 @@ impl<D> From<Point<D>> for PointForm<D> {
 
 /// The number of an arc length under `key.arc_length`. Its range is checked against the mesh.
 impl NumberTree for Point {
-    type Kind = Table;
+    type Kind = TableKind;
     type Over<D> = Point<D>;
 
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
-        _: Table,
+        _: TableKind,
         visitor: &mut NumberVisitor<'_, D>,
     ) -> Point<D> {
         match *self {
@@ -109,13 +109,13 @@ impl NumberTree for Point {
         }
     }
 
-    fn check_numbers(&self, _: &str, _: Table) -> Result<(), Error> {
+    fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
 }
 
 impl Point {
-    /// The same point over another scalar, without derivatives of its own.
+    /// The point over another number type, with an arc length without derivatives.
     pub(crate) fn fixed<D: Scalar>(self) -> Point<D> {
         match self {
             Self::Tip => Point::Tip,
@@ -126,7 +126,7 @@ impl Point {
 }
 
 impl<D: Scalar> Point<D> {
-    /// The nodes and weights whose sum is the point, on a mesh whose lengths may carry derivatives.
+    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length
@@ -134,14 +134,14 @@ impl<D: Scalar> Point<D> {
     pub fn stencil(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
-            // A clamp keeps the edge in it straight.
+            // The edge within a clamp is straight.
             Err(s) if mesh.is_in_clamped_edge(s.value()) => Ok(Stencil::lever(&mesh.arc_length, s)),
             Err(s) => Ok(Stencil::between(&mesh.arc_length, s)),
         }
     }
 
-    /// The nodes that share a mass at the point, and the part of each: the two next to it, by the
-    /// lever. A cubic's parts may be negative, and so might the mass of a node then.
+    /// The two nodes next to the point with their shares of a mass there, by the lever rule. The weights of a cubic may be
+    /// negative, which masses must not be.
     pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -149,7 +149,7 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// The nodes that the point may be a sum of, at this length of the rod and at others near it.
+    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(node..node + 1),
@@ -157,12 +157,12 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Its arc length, m.
+    /// Arc length of the point, m.
     pub(crate) fn place(self, mesh: &Mesh<D>) -> Result<D, Error> {
         Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
     }
 
-    /// The node that the point is, or else its arc length.
+    /// The node at the point, or its arc length, m, between nodes.
     fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
         let last = mesh.nodes.len() - 1;
@@ -187,7 +187,7 @@ impl<D: Scalar> Point<D> {
     }
 }
 
-/// A point as a weighted sum of nodes.
+/// Point as a weighted sum of nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stencil<D = f64> {
     /// Node and weight; the weights sum to one.
@@ -195,19 +195,19 @@ pub struct Stencil<D = f64> {
 }
 
 impl<D: Scalar> Stencil<D> {
-    /// The place of the point, m, where nodes have these positions, m.
+    /// Position of the point, m, for nodes at `position(i)`, m.
     pub(crate) fn place(&self, position: impl Fn(usize) -> [D; 3]) -> [D; 3] {
         let zero = [D::from(0.0); 3];
         self.nodes.iter().fold(zero, |sum, (i, weight)| add(sum, scale(position(*i), *weight)))
     }
 
-    /// One node.
+    /// Stencil of node `i`.
     pub fn node(i: usize) -> Self {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// The four nodes next to an arc length. A node that is there but for rounding counts as behind it, whichever way
-    /// its own arc length was rounded.
+    /// Range of the four nodes around the arc length `s`, m. A node at `s` within rounding errors is taken as behind it, for
+    /// any rounding of its own arc length.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let [first, last] =
@@ -218,7 +218,7 @@ impl<D: Scalar> Stencil<D> {
         first..(first + 4).min(n)
     }
 
-    /// The two nodes next to an arc length, by the lever.
+    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule).
     fn lever(arc_length: &[D], s: D) -> Self {
         let right = arc_length.partition_point(|a| a.value() < s.value());
         let right = right.clamp(1, arc_length.len() - 1);
@@ -227,8 +227,8 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
-    /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so
-    /// that the error is of a higher order than the mesh's own.
+    /// Cubic interpolation at the arc length `s`, m, through the four nearest nodes, whose error is of a higher order than that
+    /// of the mesh.
     pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {
@@ -237,7 +237,7 @@ impl<D: Scalar> Stencil<D> {
         let nodes = Self::around(arc_length, s.value());
         let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]).value();
         let near = |i: &usize| (arc_length[*i] - s).value().abs() <= tolerance;
-        // With derivatives the point slides off its node when the rod gets longer.
+        // The derivative by the rod length moves the point relative to its node.
         if let Some(i) = nodes.clone().find(near).filter(|_| D::ORDER == 0) {
             return Self::node(i);
         }
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stencils_reproduce_a_cubic_and_hit_nodes() {
+    fn stencil_reproduces_a_cubic_and_equals_a_node_at_nodes() {
         let s: Vec<f64> = (0..8).map(|i| (i as f64 - 0.5) * 0.1).collect();
         let f = |s: f64| 1.0 + s * (2.0 + s * (3.0 + 4.0 * s));
         for at in [0.0, 0.02, 0.05, 0.33, 0.61, 0.649] {
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_moves_no_point_to_other_nodes() {
+    fn rounding_of_arc_lengths_does_not_change_the_stencil() {
         for n in [10, 12, 24, 50] {
             let by_sums: Vec<f64> =
                 std::iter::successors(Some(0.0), |s| Some(s + 0.513 / n as f64))

@@ -1,8 +1,8 @@
-//! What a scene file must have.
+//! Required keys of a scene file.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
-/// What a scene file must have.
+/// Required keys of every table of a scene file.
 pub(crate) const REQUIRED: [Rule; 11] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
@@ -17,6 +17,7 @@ pub(crate) const REQUIRED: [Rule; 11] = [
     if_there("supports.path", |_| &["file"]),
 ];
 
+/// Required keys of a shape, by its kind.
 fn shape_keys(shape: &toml::Table) -> Keys {
     match shape.get("kind").and_then(toml::Value::as_str) {
         Some("straight") => &["length", "direction"],
@@ -28,6 +29,7 @@ fn shape_keys(shape: &toml::Table) -> Keys {
     }
 }
 
+/// Required keys of a section, by its kind.
 fn section_keys(section: &toml::Table) -> Keys {
     match section.get("kind").and_then(toml::Value::as_str) {
         Some("circle") => &["radius"],

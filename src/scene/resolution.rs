@@ -1,17 +1,17 @@
-//! What a scene may leave to the program: mesh, step and scheme.
+//! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::scene::{Scene, Scheme, Shape, StepTolerance};
 use serde::{Deserialize, Serialize};
 
-/// The accuracy of a scene that asks for none, over the length.
+/// Default accuracy, a fraction of the rod length.
 const ACCURACY: f64 = 1e-3;
-/// What may be asked for.
+/// Allowed accuracies.
 const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
-/// The number of generalised-alpha where the program chooses it. Of those tried (`cargo run --release --example chosen_numerics --
+/// Spectral radius of generalised-alpha where the program chooses the scheme. Of those tried (`cargo run --release --example chosen_numerics --
 /// schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 whatever the damping, and takes steps at which
-/// that one fails or, with stiff damping, is off by a part of the length; 0 does not take large first steps.
+/// that one fails or, with stiff damping, has errors of the order of the length; 0 does not allow large first steps.
 const RHO_INF: f64 = 0.8;
 
 /// Numerical settings that the program chose.
@@ -28,7 +28,7 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Whether anything was.
+    /// Whether the program chose mesh or step.
     pub fn any(self) -> bool {
         self.segments || self.step
     }
@@ -75,12 +75,12 @@ pub enum Bound {
 }
 
 impl Resolution {
-    /// In words what was chosen, and the error that it leaves.
+    /// Text with the chosen settings and the estimated error.
     pub fn words(&self) -> String {
         self.words_over("the length")
     }
 
-    /// The same with the error as a part of another quantity than the length, such as a frequency.
+    /// [`words`](Self::words) with the error as a fraction of another quantity than the length, such as a frequency.
     pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         let mut parts = Vec::new();
@@ -93,28 +93,28 @@ impl Resolution {
         if let (Some(scheme), true) = (scheme, chosen.scheme) {
             parts.push(scheme.name().into());
         }
-        let what = match parts.is_empty() {
+        let settings = match parts.is_empty() {
             true => "mesh and step as given".into(),
             false => format!("chosen: {}", parts.join(", ")),
         };
         let asked = self.accuracy;
         match (self.error, self.bound) {
             (Some(error), _) => {
-                format!("{what}; estimated error {error:.1e} of {whole}, requested {asked:.0e}")
+                format!("{settings}; estimated error {error:.1e} of {whole}, requested {asked:.0e}")
             }
             (None, Some(_)) => {
-                format!("{what}; error not estimated, requested {asked:.0e} of {whole}")
+                format!("{settings}; error not estimated, requested {asked:.0e} of {whole}")
             }
-            (None, None) => what,
+            (None, None) => settings,
         }
     }
 
-    /// What speaks against it.
+    /// Warning of an accuracy that was not reached; none if it was.
     pub fn warning(&self) -> Option<(Code, String)> {
         self.warning_over("the length")
     }
 
-    /// The same with the error as a part of another quantity than the length.
+    /// [`warning`](Self::warning) with the error as a fraction of another quantity than the length.
     pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
         let error = match error {
@@ -148,7 +148,7 @@ impl Resolution {
 }
 
 impl<D> Scene<D> {
-    /// What is left for the program to choose. The mesh of a polyline comes with its points.
+    /// Settings that the scene leaves to the program. The mesh of a polyline is given by its points.
     pub(crate) fn left_open(&self) -> Chosen {
         let given = matches!(self.rod.shape, Shape::Polyline { .. });
         let step = self.time.as_ref().is_some_and(|time| time.step.is_none());
@@ -159,19 +159,19 @@ impl<D> Scene<D> {
         }
     }
 
-    /// What the program chose of it.
+    /// Settings that the program chose.
     pub(crate) fn chosen(&self) -> Chosen {
         self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
     }
 }
 
 impl Scene {
-    /// The accuracy that is asked for, over the length.
+    /// Requested accuracy, a fraction of the rod length.
     pub(crate) fn asked(&self) -> f64 {
         self.accuracy.unwrap_or(ACCURACY)
     }
 
-    /// The same scene with other numerics where it leaves them open, or the program chose them before.
+    /// The scene with this number of edges and this step, s, where it leaves them open or the program chose them before.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
         let chosen = Chosen {
@@ -183,13 +183,13 @@ impl Scene {
         if open.segments {
             scene.rod.segments = Some(segments);
         } else if before.segments {
-            // What was named by the index of a node stays where it is.
+            // Points that are named by a node index keep their arc length.
             scene.remeshed = Some(segments);
         }
         if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
             time.step = Some(step);
             if chosen.scheme {
-                // Whoever simulates may solve a step less exactly than who takes derivatives.
+                // Simulations allow a larger Newton error than derivatives.
                 (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
                 (time.tolerance, time.scheme_left_open) = (StepTolerance::default(), false);
             }
@@ -212,7 +212,7 @@ impl Scene {
         scene
     }
 
-    /// The same scene with another scheme, where the program chose it.
+    /// The scene with another scheme, if the program chose the scheme.
     pub(crate) fn by(mut self, scheme: Scheme) -> Scene {
         if self.chosen().scheme {
             self.time.iter_mut().for_each(|time| time.scheme = scheme);
@@ -221,7 +221,7 @@ impl Scene {
         self
     }
 
-    /// The scene with what the program chose left open again.
+    /// The scene without the settings that the program chose.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();
         let mut scene = Scene { resolution: None, ..self.clone() };
@@ -238,6 +238,7 @@ impl Scene {
         scene
     }
 
+    /// Rejects accuracies outside the allowed range, and open meshes with points that are named by a node index.
     pub(super) fn check_accuracy(&self) -> Result<(), Error> {
         if let Some(accuracy) = self.accuracy.filter(|a| !ALLOWED.contains(a)) {
             let allowed = "1e-8 .. 0.1, the largest error over the rod's length";

@@ -1,4 +1,4 @@
-//! What may hold an end of the rod.
+//! Kinds of supports, positions of walls, and the ends of the rod.
 
 use serde::{Deserialize, Serialize};
 

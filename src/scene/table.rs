@@ -33,10 +33,10 @@ pub(crate) trait NumberTree {
 
 /// Kind of a field that is a table.
 #[derive(Clone, Copy)]
-pub(crate) struct Table;
+pub(crate) struct TableKind;
 
 /// Kind of a field that is a table, or a list of tables.
-pub(crate) const TABLE: Table = Table;
+pub(crate) const TABLE: TableKind = TableKind;
 
 impl NumberTree for f64 {
     type Kind = Quantity;
@@ -181,13 +181,13 @@ macro_rules! table {
     };
     (@tree $name:ident, $self:ident, $visitor:ident, $key:ident, $map:block, $check:block) => {
         impl crate::scene::table::NumberTree for $name {
-            type Kind = crate::scene::table::Table;
+            type Kind = crate::scene::table::TableKind;
             type Over<D> = $name<D>;
 
             fn map_numbers<D: From<f64>>(
                 &$self,
                 $key: &str,
-                _: crate::scene::table::Table,
+                _: crate::scene::table::TableKind,
                 $visitor: &mut crate::scene::number::NumberVisitor<'_, D>,
             ) -> $name<D> {
                 let outer_length = $visitor.enter($key);
@@ -196,7 +196,7 @@ macro_rules! table {
                 mapped
             }
 
-            fn check_numbers(&$self, $key: &str, _: crate::scene::table::Table) -> Result<(), crate::error::Error> {
+            fn check_numbers(&$self, $key: &str, _: crate::scene::table::TableKind) -> Result<(), crate::error::Error> {
                 $check
                 Ok(())
             }

@@ -10,7 +10,7 @@ use std::fmt;
 ///
 /// The error is predicted from the decrease of Newton's corrections. With the default, `3e-14`, trajectories
 /// stay within `1e-10` of the rod's length a second of those solved to rounding
-/// (`cargo test --release --test physics left_by_newton -- --nocapture`), orders of magnitude below
+/// (`cargo test --release --test physics newton_error_stays -- --nocapture`), orders of magnitude below
 /// what steps and mesh leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepTolerance {

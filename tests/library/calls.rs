@@ -26,7 +26,7 @@ pub fn refused<T>(result: Result<T, Error>) -> [String; 3] {
 
 /// What a graphical program or a server hands to another thread.
 #[test]
-fn fits_and_their_results_go_to_other_threads() {
+fn fit_and_its_result_are_send_and_sync() {
     fn is_send<T: Send>() {}
     fn is_shared<T: Send + Sync>() {}
     is_shared::<Fit>();
@@ -42,7 +42,7 @@ fn fits_and_their_results_go_to_other_threads() {
 }
 
 #[test]
-fn vectors_of_another_length_are_refused() {
+fn vector_of_another_length_is_rejected() {
     let problem = short().problem().unwrap();
     let run = problem.simulate().unwrap();
     let fit = Fit::new(&problem)
@@ -68,7 +68,7 @@ fn vectors_of_another_length_are_refused() {
 }
 
 #[test]
-fn a_trajectory_is_of_one_run_of_its_problem() {
+fn trajectory_contains_one_run_of_its_problem() {
     let problem = short().problem().unwrap();
     let steps = problem.time().unwrap().steps();
     let none = |_: &dyn rodfit::Snapshot| {};
@@ -92,7 +92,7 @@ fn a_trajectory_is_of_one_run_of_its_problem() {
 }
 
 #[test]
-fn nodes_may_be_tracked_in_any_order() {
+fn order_of_tracked_nodes_does_not_change_the_run() {
     let problem = short().problem().unwrap();
     let outside = refused(Trajectory::new(&problem, &[3, 13], &[]).map(|_| ()));
     assert_eq!(outside, ["node", "13", "0 .. 12"]);
@@ -113,7 +113,7 @@ fn nodes_may_be_tracked_in_any_order() {
 }
 
 #[test]
-fn odd_calls_are_refused() {
+fn invalid_call_is_rejected() {
     let problem = short().problem().unwrap();
     let modes = refused(Frequencies::hz(&[1.0, 2.0], 0.1).of_modes(&[1]).map(|_| ()));
     assert_eq!(modes, ["modes", "1 modes", "2, one per frequency"]);

@@ -1,10 +1,10 @@
-//! The rooms of `src` import names in one direction, and no two files import each other in a circle.
+//! Modules of `src` import names in one direction, and no two files import each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Every room may import from those before it.
-const ROOMS: [&str; 18] = [
+/// Modules in the order of imports: each may import from those before it.
+const ORDER: [&str; 18] = [
     "code",
     "error",
     "summary",
@@ -65,33 +65,35 @@ fn imports() -> BTreeMap<String, BTreeSet<String>> {
     files.iter().map(of).collect()
 }
 
-fn room(module: &str) -> usize {
+/// Position of the top-level module of a module in the order of imports.
+fn position(module: &str) -> usize {
     let name = module.split("::").next().unwrap();
-    ROOMS.iter().position(|room| *room == name).unwrap_or_else(|| panic!("{name}: which room?"))
+    let position = ORDER.iter().position(|other| *other == name);
+    position.unwrap_or_else(|| panic!("{name} is not in the order of imports"))
 }
 
 #[test]
-fn rooms_import_in_one_direction() {
+fn modules_import_in_one_direction() {
     let imports = imports();
     assert!(imports.len() > 100 && imports["dynamics::trajectory"].contains("problem"));
     for (module, others) in &imports {
         for other in others {
-            assert!(room(other) <= room(module), "{module} imports from {other}");
+            assert!(position(other) <= position(module), "{module} imports from {other}");
         }
     }
 }
 
 #[test]
-fn no_circle_of_imports() {
+fn files_do_not_import_each_other_in_a_circle() {
     let mut left = imports();
-    // Files that import nothing of what is left go, until only circles and what needs them is left.
+    // Remove files without imports from the remaining ones, until only circles and the files that import from them remain.
     while let Some(module) =
         left.iter().find(|(_, others)| others.is_empty()).map(|(module, _)| module.clone())
     {
         left.remove(&module);
         left.values_mut().for_each(|others| others.retain(|other| *other != module));
     }
-    // Files that nothing in the rest imports only import from a circle.
+    // Remove files that no remaining file imports: they only import from a circle.
     while let Some(module) =
         left.keys().find(|m| !left.values().any(|others| others.contains(*m))).cloned()
     {

@@ -19,7 +19,7 @@ where
 }
 
 #[test]
-fn reports_are_read_back() {
+fn report_is_equal_after_reading_its_json() {
     let mut scene = short();
     scene.material.poisson_ratio = Some(0.4);
     let problem = scene.problem().unwrap();
@@ -71,7 +71,7 @@ fn reports_are_read_back() {
 
 /// What could not be simulated in a scan has an infinite misfit, which JSON calls null.
 #[test]
-fn what_is_infinite_is_read_back() {
+fn infinite_numbers_are_equal_after_reading_json() {
     let text = r#"{"name":"density","label":"density","values":[1.0,2.0],"misfit":[0.5,null]}"#;
     let landscape: rodfit::fit::Landscape = serde_json::from_str(text).unwrap();
     assert_eq!(landscape.misfit, [0.5, f64::INFINITY]);
@@ -83,7 +83,7 @@ fn what_is_infinite_is_read_back() {
 
 /// Scenes and fits that stand in memory, with their data in a folder.
 #[test]
-fn files_are_read_from_memory() {
+fn files_are_read_from_text() {
     let folder = tempfile::tempdir().unwrap();
     let scene = short().to_toml().unwrap();
     std::fs::write(folder.path().join("rod.toml"), &scene).unwrap();
@@ -127,7 +127,7 @@ fn files_are_read_from_memory() {
 
 /// Lists have as many numbers as their keys, those within lists too.
 #[test]
-fn lists_have_as_many_numbers_as_their_keys() {
+fn list_of_wrong_length_is_rejected() {
     let own = "[rod]\nshape = { kind = \"polyline\", points = POINTS }\n\
                section = { kind = \"circle\", radius = 0.004 }\nnatural_bending = PAIRS\n\
                [material]\ndensity = 1100\nyoungs_modulus = 1e7\npoisson_ratio = 0.4\n";
@@ -147,9 +147,9 @@ fn lists_have_as_many_numbers_as_their_keys() {
     }
 }
 
-/// Tables of a fit file by themselves say what the file says, and are refused as it is.
+/// Tables of a fit file that are read separately are equal to those of the file, and rejected alike.
 #[test]
-fn tables_of_a_fit_file_are_read_by_themselves() {
+fn tables_of_a_fit_file_are_read_separately() {
     let folder = tempfile::tempdir().unwrap();
     let problem = short().problem().unwrap();
     let mut table = String::from("t,x,y\n");
@@ -186,7 +186,7 @@ fn tables_of_a_fit_file_are_read_by_themselves() {
 
 /// A search goes on until the next step would be below the tolerance, and ends there.
 #[test]
-fn searches_end_at_their_tolerance() {
+fn search_ends_at_its_tolerance() {
     let problem = short().problem().unwrap();
     let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
     let mut motion = record(&problem.simulate().unwrap(), 20);
@@ -204,7 +204,7 @@ fn searches_end_at_their_tolerance() {
         fit.clone().analyse(analysis).solve()
     };
     let residuals = fit.residuals().unwrap();
-    // What is left of a Gauss-Newton step, in standard errors.
+    // Remaining Gauss-Newton step, in standard errors.
     let left = |tolerance: f64| {
         let x = [solved(tolerance).unwrap().parameters[0].value.unwrap().ln()];
         let (rows, r) = (residuals.jacobian_at(&x).unwrap(), residuals.residuals(&x).unwrap());
@@ -223,7 +223,7 @@ fn searches_end_at_their_tolerance() {
 
 /// A shape from points in memory is saved with its points, and is the shape of a file of them.
 #[test]
-fn shapes_are_made_of_points() {
+fn shape_through_points_is_saved_with_its_points() {
     let points = (0..=20).map(|i| {
         let s = f64::from(i) / 20.0;
         [0.4 * s, 0.1 * s * s, 0.0]
@@ -258,7 +258,7 @@ fn shapes_are_made_of_points() {
 
 /// What the documents show of files can be read: their scenes are scenes.
 #[test]
-fn the_documents_files_can_be_read() {
+fn files_in_the_documents_are_valid() {
     let blocks = |text: &str| -> Vec<String> {
         let parts = text.split("```toml\n").skip(1);
         parts.map(|part| part.split("```").next().unwrap().to_string()).collect()

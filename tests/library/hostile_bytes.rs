@@ -67,7 +67,7 @@ fn taken(
 }
 
 #[test]
-fn files_of_the_corpus_are_accepted() {
+fn file_of_the_corpus_is_accepted() {
     let scratch = scratch();
     for (name, target) in TARGETS {
         for (path, bytes) in corpus(name) {
@@ -79,7 +79,7 @@ fn files_of_the_corpus_are_accepted() {
 
 /// A mesh that the program chooses is one that can be made.
 #[test]
-fn shapes_of_a_billion_turns_are_refused() {
+fn shape_of_a_billion_turns_is_rejected() {
     let text = std::fs::read_to_string(folder().join("cantilever.toml")).unwrap();
     let shape = text.lines().find(|line| line.starts_with("shape")).unwrap();
     let arc = "shape = { kind = \"arc\", length = 0.5, angle = 1e12 }";
@@ -91,7 +91,7 @@ fn shapes_of_a_billion_turns_are_refused() {
 
 /// Some of these times the eight edges of a span are nought again.
 #[test]
-fn more_held_markers_than_numbers_go_are_refused() {
+fn number_of_held_markers_beyond_range_is_rejected() {
     let text =
         std::fs::read_to_string(folder().join("../fuzz/corpus/scene/recorded.toml")).unwrap();
     for held in [(1 << 61) + 1, (1 << 62) + 1, i64::MAX] {
@@ -104,7 +104,7 @@ fn more_held_markers_than_numbers_go_are_refused() {
 
 /// What takes time with the square of the columns takes for ever with a hundred thousand.
 #[test]
-fn wide_files_are_read_in_time() {
+fn file_with_many_columns_is_read_in_linear_time() {
     const MARKERS: usize = 25_000;
     let each = |of: &dyn Fn(usize) -> String| (0..MARKERS).map(of).collect::<String>();
     let scratch = scratch();
@@ -140,7 +140,7 @@ fn wide_files_are_read_in_time() {
 }
 
 #[test]
-fn mutated_files_are_read_or_refused() {
+fn mutated_file_is_read_or_rejected_without_panic() {
     for (name, target) in TARGETS {
         let most = if matches!(target, Target::Markers(_)) { 600 } else { 300 };
         let (count, accepted) = taken((name, target), 1, |count| count < most);

@@ -1,4 +1,4 @@
-//! The library as somebody uses it who has not read its source.
+//! Public interface of the library, names and import directions of its modules.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -9,5 +9,6 @@ mod energies;
 mod files;
 mod hostile_bytes;
 mod measurements;
+mod names;
 mod own_energy;
 mod runs;

@@ -72,7 +72,7 @@ fn gauges(problem: &Problem) -> [Gauge; 3] {
 }
 
 #[test]
-fn a_measurement_of_ones_own_has_exact_derivatives() {
+fn derivatives_of_user_defined_measurement_are_exact() {
     let problem = short().problem().unwrap();
     let [angle, moment, rest] = gauges(&problem);
     let fit = Fit::new(&problem)
@@ -83,7 +83,7 @@ fn a_measurement_of_ones_own_has_exact_derivatives() {
         .identify(Parameter::Density);
     let residuals = fit.residuals().unwrap();
     let truth = [1e8_f64.ln(), 1273.52_f64.ln()];
-    // The finite difference behind the velocity is what is left.
+    // The remaining error is that of the finite difference of the velocity.
     assert!(residuals.residuals(&truth).unwrap().iter().all(|r| r.abs() < 1e-3));
     let x = [truth[0] + 0.1, truth[1] - 0.05];
     let jacobian = residuals.jacobian_at(&x).unwrap();
@@ -119,7 +119,7 @@ fn a_measurement_of_ones_own_has_exact_derivatives() {
 }
 
 #[test]
-fn a_measurement_of_ones_own_joins_a_fit() {
+fn user_defined_measurement_is_fitted_with_others() {
     let problem = short().problem().unwrap();
     let [angle, moment, rest] = gauges(&problem);
     let report = Fit::new(&problem)

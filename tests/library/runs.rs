@@ -29,7 +29,7 @@ fn masses(problem: &Problem) -> Vec<f64> {
 
 /// At rest the supports balance the weight of what is not inside of a wall, and its moment.
 #[test]
-fn reactions_at_rest_balance_the_weight() {
+fn reactions_of_equilibrium_balance_the_weight() {
     let mut helix = helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     helix.material.poisson_ratio = Some(0.4);
     helix.loads.gravity = [1.0, 2.0, -9.0];
@@ -75,7 +75,7 @@ fn reactions_at_rest_balance_the_weight() {
 
 /// A wall that turns one end of a straight rod about itself feels the torque of its twist.
 #[test]
-fn a_twisted_rod_turns_its_walls() {
+fn twisted_rod_exerts_moments_on_its_walls() {
     let mut scene = short();
     scene.loads.gravity = [0.0; 3];
     scene.material.shear_modulus = Some(4e7);
@@ -93,7 +93,7 @@ fn a_twisted_rod_turns_its_walls() {
 /// as the scheme sums them; kinetic energy is that of the velocities; energy of an undamped rod
 /// stays.
 #[test]
-fn reactions_velocities_and_energies_of_a_run_hang_together() {
+fn reactions_velocities_and_energies_of_a_run_are_consistent() {
     let mut damped = short();
     damped.loads.damping.mass = 3.0;
     damped.loads.damping.stiffness = 2e-3;

@@ -77,7 +77,7 @@ fn decay(scene: &Scene, kind: Kind) -> f64 {
 /// Vibrations of bending, twisting and stretching decay as exp(-eta w^2 t/2) with the time of their
 /// kind and that of all strains, and feel no other.
 #[test]
-fn every_kind_of_strain_has_its_own_time() {
+fn kelvin_voigt_time_of_each_strain_damps_that_strain() {
     let kinds = [Kind::Bending, Kind::Twisting, Kind::Stretching];
     for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha, Scheme::AverageVectorField] {
         for kind in kinds {
@@ -133,7 +133,7 @@ fn oscillator(maxwell: Maxwell, scheme: Scheme, turns: f64, steps: u32) -> [f64;
 /// `g w tau/(1 + (1 + g) w^2 tau^2)`, at second order in the step; where the branch relaxes at once there is
 /// nothing of it, and where it never does the rod is stiffer by `1 + g`.
 #[test]
-fn a_maxwell_branch_makes_a_standard_linear_solid() {
+fn maxwell_branch_equals_the_standard_linear_solid() {
     for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
         for tau in [0.2, 1.0, 5.0] {
             let branch = Maxwell { stiffness: 0.8, time: tau };
@@ -157,7 +157,7 @@ fn a_maxwell_branch_makes_a_standard_linear_solid() {
 
 /// A rod that relaxes loses the same energy at every step, to second order, and never gains any.
 #[test]
-fn relaxation_takes_energy() {
+fn relaxation_dissipates_energy() {
     for (name, mut scene) in
         [("plane", cantilever()), ("space", helix_with(0.5, 1e-3, 0.3, Clamp::MidEdge))]
     {
@@ -191,7 +191,7 @@ fn relaxation_takes_energy() {
 /// Where springs of internal friction begin to slip and stick again, what Newton's method leaves is as far below
 /// any other error as elsewhere, and takes fewer tangents than to solve to rounding.
 #[test]
-fn what_is_left_where_springs_slip() {
+fn residual_curvature_of_slipping_springs_equals_theory() {
     let scenes = [
         ("cantilever", cantilever_with(0.5, 2e-3, 0.5, Clamp::MidEdge), Scheme::NewmarkBeta),
         ("cantilever", cantilever_with(0.5, 5e-3, 0.5, Clamp::MidEdge), Scheme::GeneralisedAlpha),
@@ -219,7 +219,7 @@ fn what_is_left_where_springs_slip() {
 
 /// In the plane springs slip when they do in space, though the section resists bending more one way than the other.
 #[test]
-fn friction_of_a_flat_rod_is_the_same_in_the_plane_and_in_space() {
+fn friction_of_a_flat_rod_is_equal_in_both_models() {
     for up in [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
         let section = Section::Rectangle { width: 0.012, height: 0.006, up };
         let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e7) };

@@ -100,7 +100,7 @@ fn smooth(mut scene: Scene, segments: usize) -> Scene {
 }
 
 #[test]
-fn orders_in_the_step() {
+fn order_in_the_step_equals_that_of_the_scheme() {
     let (cantilever, helix) = (cantilever(), helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge));
     for (name, scene) in [("plane", smooth(cantilever, 6)), ("space", smooth(helix, 12))] {
         for (scheme, end, h, order) in

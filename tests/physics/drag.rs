@@ -50,7 +50,7 @@ fn velocities(scene: &Scene) -> Vec<[f64; 3]> {
 /// A rod that falls comes to the velocity at which drag carries its weight, broadside and end-on, and one that
 /// floats goes with the fluid.
 #[test]
-fn a_falling_rod_has_a_terminal_velocity() {
+fn falling_rod_reaches_its_terminal_velocity() {
     let across = Drag { linear_normal: 0.5, linear_tangential: 90.0, ..Drag::default() };
     let along = Drag { linear_normal: 90.0, linear_tangential: 0.7, ..Drag::default() };
     let square = Drag { quadratic_normal: 0.4, quadratic_tangential: 90.0, ..Drag::default() };
@@ -98,7 +98,7 @@ fn a_falling_rod_has_a_terminal_velocity() {
 
 /// Without weight a rod slows down as 1/(1 + k t) in quadratic drag, at second order in the step.
 #[test]
-fn quadratic_drag_slows_as_one_over_time() {
+fn velocity_under_quadratic_drag_decreases_as_inverse_time() {
     for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
         for (direction, normal) in [([1.0, 0.0, 0.0], true), ([0.0, 1.0, 0.0], false)] {
             let (k, speed) = (0.3, 1.5);
@@ -122,7 +122,7 @@ fn quadratic_drag_slows_as_one_over_time() {
 
 /// The tangents of a rod that turns are where they belong to second order in the step.
 #[test]
-fn drag_of_a_rod_that_turns_is_of_second_order() {
+fn drag_of_a_rotating_rod_is_of_second_order() {
     for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
         for planar in [true, false] {
             let at = |step: f64| {
@@ -182,7 +182,7 @@ fn swing(drag: Drag, speed: f64, step: f64, times: &[f64]) -> Vec<f64> {
 /// Linear drag across a rod takes down its amplitude as `exp(-c t/(2 rho A))`; mass of the fluid that moves along
 /// lowers frequencies by `sqrt(m/(m + ma))`.
 #[test]
-fn drag_and_added_mass_of_a_cantilever() {
+fn drag_and_added_mass_of_a_cantilever_equal_theory() {
     let frequency = |added_mass: f64| {
         let mut scene = cantilever();
         scene.loads.drag = Some(Drag { added_mass, ..Drag::default() });
@@ -204,7 +204,7 @@ fn drag_and_added_mass_of_a_cantilever() {
 /// The amplitude of small swings in quadratic drag goes as `1/(1 + k a t)` with
 /// `k = 4 b w I3/(3 pi rho A I2)`, where `I2` and `I3` are the means of the mode's square and cube.
 #[test]
-fn quadratic_drag_of_a_cantilever_goes_with_its_amplitude() {
+fn quadratic_drag_of_a_cantilever_is_proportional_to_its_amplitude() {
     let wave = (1e8_f64 / DENSITY).sqrt();
     let w = 1.875104068711961_f64.powi(2) * wave * 0.0025 / LENGTH.powi(2);
     let period = std::f64::consts::TAU / w;
@@ -226,7 +226,7 @@ fn quadratic_drag_of_a_cantilever_goes_with_its_amplitude() {
 
 /// Schemes that do not take drag say so, with those that do; what flows out of the plane makes a rod of space.
 #[test]
-fn drag_is_refused_where_it_cannot_be() {
+fn drag_with_unsupported_scheme_is_rejected() {
     let mut scene = cantilever();
     scene.loads.drag = Some(Drag { linear_normal: 0.1, ..Drag::default() });
     scene.time.as_mut().unwrap().scheme = Scheme::Rodas4;
@@ -243,7 +243,7 @@ fn drag_is_refused_where_it_cannot_be() {
 
 /// What holds a rod in a stream holds all of the stream's force, that on the held nodes too.
 #[test]
-fn a_wall_holds_the_force_of_a_stream() {
+fn reaction_of_a_wall_balances_the_force_of_a_stream() {
     for planar in [true, false] {
         let mut scene = free([1.0, 0.0, 0.0], planar, Scheme::GeneralisedAlpha);
         scene.supports.start = Support::Clamped;

@@ -28,7 +28,7 @@ fn drift(scene: &Scene) -> f64 {
 }
 
 #[test]
-fn beta_half_keeps_the_energy() {
+fn newmark_with_beta_one_half_conserves_energy() {
     for clamp in [Clamp::Nodes, Clamp::MidEdge] {
         let drift = drift(&cantilever_with(0.5, 1e-3, 5.0, clamp));
         println!("{clamp:?}: energy changes by {drift:.2e} of the largest kinetic energy in 5 s");
@@ -38,7 +38,7 @@ fn beta_half_keeps_the_energy() {
 
 /// Where beta = 0.5 dies the average vector field keeps the energy.
 #[test]
-fn the_average_vector_field_keeps_the_energy_for_good() {
+fn average_vector_field_conserves_energy() {
     let mut halved = false;
     for (clamp, step, end) in
         [(Clamp::MidEdge, 1e-2, 100.0), (Clamp::Nodes, 1e-2, 20.0), (Clamp::MidEdge, 5e-3, 20.0)]
@@ -103,7 +103,7 @@ fn a_million_steps_without_drift() {
 
 /// A free flying, bending rod keeps its momentum: no support, no load.
 #[test]
-fn a_free_rod_keeps_its_momentum() {
+fn free_rod_conserves_momentum() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
     scene.supports.start = rodfit::scene::Support::Free;
     scene.loads.gravity = [0.0; 3];
@@ -177,7 +177,7 @@ fn orders(scene: &Scene, parameter: f64, scheme: Scheme) -> [f64; 2] {
 }
 
 #[test]
-fn orders_in_the_step() {
+fn order_in_the_step_equals_that_of_the_scheme() {
     let plain = cantilever();
     let mut damped = cantilever();
     damped.loads.damping.mass = 20.0;
@@ -203,7 +203,7 @@ fn orders_in_the_step() {
 /// Small vibrations decay as exp(-damping.mass t/2), and as exp(-damping.stiffness w^2 t/2) under
 /// Kelvin-Voigt damping; their frequency is the beam's.
 #[test]
-fn damping_and_frequency_are_those_of_a_beam() {
+fn damping_and_frequency_equal_those_of_a_beam() {
     let w =
         1.875104068711961_f64.powi(2) * (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt() / 0.25;
     let period = std::f64::consts::TAU / w;
@@ -238,7 +238,7 @@ fn damping_and_frequency_are_those_of_a_beam() {
 
 /// Every kind of support and both walls: the held unknowns stay, the rest moves, energy is kept.
 #[test]
-fn every_support_holds_what_it_says() {
+fn every_support_fixes_its_coordinates() {
     use rodfit::scene::Support::{Clamped, Free, Pinned, Roller};
     for start in [Free, Pinned, Clamped, Roller] {
         for end in [Free, Pinned, Clamped, Roller] {
@@ -285,7 +285,7 @@ fn every_support_holds_what_it_says() {
 
 /// Work is part of the contract: a slower Newton or a lost reuse of factors fails here.
 #[test]
-fn work_per_step_stays_what_it_is() {
+fn work_per_step_does_not_increase() {
     for (step, tangents, corrections) in
         [(1e-4, 1.01, 2.02), (1e-3, 1.02, 3.01), (5e-3, 2.2, 3.2), (1e-2, 3.0, 3.8)]
     {
@@ -305,7 +305,7 @@ fn work_per_step_stays_what_it_is() {
 /// A cord that hardly stretches swings in large steps: tangents under the tensions that are expected do with half of
 /// the corrections, instead of 6.6, 5.9 and 4.9 a step, and with the same motion.
 #[test]
-fn a_cord_takes_few_corrections() {
+fn cord_converges_in_few_corrections() {
     for (step, damping, tangents, corrections) in
         [(1e-2, 0.0, 3.1, 3.1), (1e-2, 1e-2, 3.1, 3.1), (5e-3, 0.0, 2.8, 2.9)]
     {
@@ -338,7 +338,7 @@ fn a_cord_takes_few_corrections() {
 
 /// What Newton's method leaves is far below any other error.
 #[test]
-fn what_is_left_by_newton() {
+fn newton_error_stays_below_1e_10_of_length() {
     let scenes = [
         ("cantilever", cantilever_with(0.5, 1e-3, 1.0, Clamp::Nodes)),
         ("cantilever", cantilever_with(1.0, 5e-3, 1.0, Clamp::Nodes)),
@@ -374,7 +374,7 @@ fn what_is_left_by_newton() {
             left(&usual),
             left(&rough)
         );
-        // Rounding errors of many edges are larger than what is left, and did not hide more.
+        // Rounding errors of many edges exceed the Newton error.
         assert!(name != "fine" || left(&usual) < 2e-12);
         assert!(left(&usual) < 1e-10 && left(&rough) < 1e-6 && left(&rough) > left(&usual));
     }
@@ -403,7 +403,7 @@ fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
 /// sound takes along an edge: nothing but damping takes energy, and it takes the same at every step
 /// and in both schemes that know it.
 #[test]
-fn kelvin_voigt_damping_of_a_stiff_wire() {
+fn kelvin_voigt_damping_of_a_stiff_wire_equals_theory() {
     let shape = Shape::Straight { length: 0.35, direction: [1.0, 0.0, 0.0] };
     let mut scene =
         Scene::new(50, shape, Section::Circle { radius: 5e-4 }, Material::new(6450.0, 6.2e10));
@@ -437,7 +437,7 @@ fn kelvin_voigt_damping_of_a_stiff_wire() {
 /// A swinging cable whose strands slip: friction takes the same energy at every step, to second order,
 /// and never gives any.
 #[test]
-fn friction_takes_energy() {
+fn friction_dissipates_energy() {
     for (name, mut scene) in
         [("plane", cantilever()), ("space", helix_with(0.5, 1e-3, 0.3, Clamp::MidEdge))]
     {
@@ -472,7 +472,7 @@ fn friction_takes_energy() {
 /// Arcs sprung into another shape, and thrown, at steps that have many solutions: above beta = 1/2
 /// too the energy does not come out of nothing.
 #[test]
-fn no_energy_out_of_nothing() {
+fn energy_does_not_increase_without_a_source() {
     let arc = |length, angle| Shape::Arc { length, angle };
     let mut sprung = Scene::new(
         10,
@@ -510,7 +510,7 @@ fn no_energy_out_of_nothing() {
 /// A dead moment spins a rod about its hinge, beyond half turns and whole ones: its work is `M phi`,
 /// and `phi = M t^2/(2 I)`.
 #[test]
-fn a_dead_moment_spins_a_hinged_rod() {
+fn dead_moment_accelerates_a_hinged_rod() {
     let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
     let mut scene =
         Scene::new(12, shape, Section::Circle { radius: 0.01 }, Material::new(1273.52, 1e9));
@@ -549,7 +549,7 @@ fn a_dead_moment_spins_a_hinged_rod() {
 /// A rod at rest without loads has no energy to compare rounding errors with: it stays, and no run
 /// is refused for them.
 #[test]
-fn a_rod_at_rest_stays_at_rest() {
+fn rod_in_equilibrium_stays_in_equilibrium() {
     let mut helix = helix_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
     helix.supports.end = Support::Clamped;
     let mut plane = cantilever_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
@@ -576,7 +576,7 @@ fn a_rod_at_rest_stays_at_rest() {
 
 /// What a summary says of the energy: an error is a change that nothing explains.
 #[test]
-fn energy_in_words() {
+fn energy_is_displayed_in_joules() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
     let words = |scene: &Scene| run(scene).0.energy_in_words();
     let kept = words(&scene);

@@ -7,7 +7,7 @@ use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
 
 /// At rho = 1 generalised-alpha takes the steps of Newmark's scheme at beta = 1/2, damped or not.
 #[test]
-fn generalised_alpha_without_dissipation_is_newmarks() {
+fn generalised_alpha_without_dissipation_equals_newmark() {
     for (mass, stiffness) in [(0.0, 0.0), (2.0, 3e-4)] {
         for mut scene in [cantilever(), helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge)] {
             scene.loads.damping = Damping { mass, stiffness, ..Damping::default() };
@@ -30,7 +30,7 @@ fn generalised_alpha_without_dissipation_is_newmarks() {
 /// What is far too fast for the step goes down by rho with every step: a rod let go stretched, in steps
 /// of many of its axial periods.
 #[test]
-fn generalised_alpha_damps_what_is_too_fast() {
+fn generalised_alpha_damps_unresolved_vibrations() {
     for rho_inf in [0.8, 0.6, 0.5, 0.4] {
         let mut scene = cantilever_with(0.5, 2e-2, 0.4, Clamp::MidEdge);
         scene.material.youngs_modulus = 1e10;

@@ -49,7 +49,7 @@ fn tongs(speed: f64, step: f64, scheme: (Scheme, f64), spatial: bool) -> Scene {
 /// for that is refused; it never comes out on the other side. With steps small enough all schemes
 /// rebound.
 #[test]
-fn a_strike_through_a_fold_is_refused() {
+fn strike_through_a_fold_is_rejected() {
     for spatial in [false, true] {
         for scheme in SCHEMES {
             for (step, must_finish) in [(1e-4, true), (1e-2, false), (0.1, false), (0.4, false)] {
@@ -116,7 +116,7 @@ fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<()
 
 /// A joint folded to 179.999 degrees springs open: energy never grows under implicit Euler.
 #[test]
-fn a_fold_springs_open() {
+fn folded_rod_springs_open() {
     for degrees in [179.0_f64, 179.9, 179.99, 179.999] {
         let mut scene = tongs(1.0, 1e-3, (Scheme::NewmarkBeta, 1.0), false);
         scene.initial.velocity = [0.0; 3];
@@ -137,7 +137,7 @@ fn a_fold_springs_open() {
 /// A shallow arch between hinges snaps through under a load above its limit and not below it; a
 /// finer mesh has the same limit, and damped motion ends where the creeping rod does.
 #[test]
-fn a_shallow_arch_snaps_through() {
+fn shallow_arch_snaps_through() {
     let arch = |segments: usize, load: f64| {
         let shape = Shape::Arc { length: 1.0, angle: 0.8 };
         let modulus = 4.0 / (PI * 1e-8);
@@ -195,7 +195,7 @@ fn a_shallow_arch_snaps_through() {
 
 /// A cantilever a hundred times as slender (EA L^2/EI = 4e10) moves as the paper's does.
 #[test]
-fn a_hair_moves_as_a_rod_does() {
+fn scaled_hair_moves_as_the_rod() {
     let tip = |slenderness: f64| {
         let mut scene = cantilever();
         scene.rod.section = Section::Circle { radius: 0.5 * slenderness };
@@ -213,7 +213,7 @@ fn a_hair_moves_as_a_rod_does() {
 /// From limp to stiff, over steps of 1 and 100 ms: implicit Euler and the average vector field get
 /// through, every scheme either does or says why not, and what was computed is finite.
 #[test]
-fn stiff_and_soft_rods_in_large_steps() {
+fn stiff_and_soft_rods_are_stable_in_large_steps() {
     for modulus in [1e3, 1e5, 1e8, 1e10, 1e12] {
         for step in [1e-3, 0.1] {
             for scheme in SCHEMES {
@@ -242,7 +242,7 @@ fn stiff_and_soft_rods_in_large_steps() {
 /// its first edges, whether a step resolves the shaking well or badly; one that does not see it is
 /// refused.
 #[test]
-fn a_wall_shaken_at_high_frequency() {
+fn rod_on_a_wall_shaken_at_high_frequency_follows_theory() {
     for step in [2.5e-5, 1e-4, 1e-3] {
         let mut scene = cantilever();
         scene.loads.gravity = [0.0; 3];
@@ -271,7 +271,7 @@ fn a_wall_shaken_at_high_frequency() {
 /// A hundred thousand nodes: the work of a step is that of fifty nodes. Rounding errors grow with
 /// the fourth power of the mesh, to 0.3 % of this motion, where 10,000 nodes still give six digits.
 #[test]
-fn a_hundred_thousand_nodes() {
+fn rod_of_a_hundred_thousand_nodes_is_simulated() {
     let run = |segments: usize| {
         let mut scene = cantilever();
         scene.rod.segments = Some(segments);
@@ -289,7 +289,7 @@ fn a_hundred_thousand_nodes() {
 /// A rod that untwists turns by a radian in a step. That hides from Newton's method how curved its other equations are, and the
 /// tip must still be where the tolerance says.
 #[test]
-fn newton_is_not_deceived_by_a_rod_that_turns_quickly() {
+fn newton_converges_for_a_rapidly_rotating_rod() {
     let circle = Section::Circle { radius: 2e-3 };
     let up = [0.0, 1.0, 0.5];
     let flat = Section::Rectangle { width: 4e-3, height: 3.5e-3, up };

@@ -24,7 +24,7 @@ fn extension(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
 
 /// Independent values of the first maximum and minimum of the extension, walls at the nodes.
 #[test]
-fn the_helix_moves_as_published() {
+fn helix_moves_as_published() {
     for (segments, beta, step, maximum, minimum) in [
         (50, 0.5, 1e-4, Some(0.127335), 0.012742),
         (50, 1.0, 1e-3, None, 0.018793),
@@ -46,7 +46,7 @@ fn the_helix_moves_as_published() {
 
 /// At beta = 0.5 energy stays, and no step needs more than a few iterations.
 #[test]
-fn the_helix_keeps_its_energy() {
+fn helix_conserves_its_energy() {
     let problem = helix_with(0.5, 1e-3, 5.0, Clamp::Nodes).problem().unwrap();
     let mut report = rodfit::dynamics::SimulationReport::new(&problem);
     let mut trajectory = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
@@ -163,7 +163,7 @@ impl Rod<f64> for PublishedRod {
 
 /// Newton's method with the exact tangent against the published one, for the same equations.
 #[test]
-fn the_exact_tangent_saves_iterations() {
+fn exact_tangent_reduces_iterations() {
     let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
     let discretized = problem.spatial().unwrap();
     let mut exact = discretized.simulation().unwrap();

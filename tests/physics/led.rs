@@ -12,7 +12,7 @@ use crate::common::recordings::{MARKERS, cable, recorded};
 /// A hand that leads a marker as it went anyway changes nothing: the cable between two hands moves on as it did, with
 /// one marker led, with all that are free but one, and by every scheme.
 #[test]
-fn what_is_led_as_it_goes_anyway_goes_on() {
+fn prescribed_motion_equal_to_the_free_one_does_not_change_the_run() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         for dimension in [Dimension::Auto, Dimension::Spatial] {
             let run = |track: Track, inner: &[&str]| {
@@ -87,7 +87,7 @@ fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
 /// An end that turns freely bears no torque. Between two of them a rod spins on. A hand that holds an end stops it with
 /// the torque of a wave, `GJ w/c`, until the wave is back from the end that turns, or meets that of the other hand.
 #[test]
-fn a_rod_between_hands_that_let_it_turn_spins_on() {
+fn rod_between_grippers_with_free_twist_keeps_spinning() {
     let polar = PI * RADIUS.powi(4) / 2.0;
     let (inertia, rigidity) = (DENSITY * polar, MODULUS / 3.0 * polar);
     let speed = (rigidity / inertia).sqrt();
@@ -124,7 +124,7 @@ fn a_rod_between_hands_that_let_it_turn_spins_on() {
 
 /// What leads the rod must be there, and between what is held anyway.
 #[test]
-fn what_cannot_be_led_is_refused() {
+fn invalid_prescribed_motion_is_rejected() {
     let error = |change: &dyn Fn(&mut Scene)| {
         let mut scene = cable(recorded(1, 10, 0.0, |_| {}));
         scene.rod.dimension = Dimension::Spatial;
@@ -190,7 +190,7 @@ fn what_cannot_be_led_is_refused() {
 /// Markers seen in a plane leave a long rod no way to another side of the line between them but out of the plane, where nothing
 /// leads it. It finds the same shape as one whose markers stand in a plane askew, which rounding errors lead out.
 #[test]
-fn a_long_rod_finds_its_shape_in_a_plane_of_the_axes_too() {
+fn long_rod_in_an_axis_plane_has_recorded_start() {
     // Along, up, and how far out of the plane the nodes start.
     let start = |seed: u64, turn: f64, (longer, segments): (f64, usize), inner: &[&str]| {
         let flat = recorded(seed, 12, 0.0, |_| {});

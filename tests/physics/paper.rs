@@ -31,7 +31,7 @@ fn first_maximum_and_minimum_of_the_released_cantilever() {
 
 /// "At h = 5 ms, the amplitude reduces to one-third of the initial amplitude within 5 s."
 #[test]
-fn implicit_euler_dissipates_as_the_paper_says() {
+fn dissipation_of_implicit_euler_equals_the_published_one() {
     let scene = cantilever_with(1.0, 5e-3, 5.0, Clamp::Nodes);
     let trajectory = simulate(&scene);
     let (times, sag) = (trajectory.times(), sag(&trajectory));
@@ -94,7 +94,7 @@ fn determinant([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 /// The printed Eq. (6a) neither dissipates at any beta nor agrees with "at beta = 1 it reduces to
 /// Eq. (4)"; the corrected form dissipates above 1/2 and is neutral at 1/2.
 #[test]
-fn the_printed_scheme_never_dissipates() {
+fn published_scheme_does_not_dissipate() {
     for beta in [0.5, 0.6, 0.75, 0.9, 1.0] {
         for hw in [0.01, 0.3, 1.0, 2.5, 30.0] {
             let printed = amplification(beta, hw, beta * (1.0 - beta), beta * beta);
@@ -180,7 +180,7 @@ fn beta_one_is_implicit_euler() {
 
 /// On the cantilever the printed form blows up at the paper's steps where the corrected one runs.
 #[test]
-fn the_printed_scheme_explodes_on_the_cantilever() {
+fn published_scheme_is_unstable_on_the_cantilever() {
     for (beta, h) in [(0.75, 5e-3), (0.75, 1e-3), (0.9, 5e-3)] {
         let h2 = h * h;
         let mut printed = ByHand::new(beta, h, [h2 * beta * (1.0 - beta), h2 * beta * beta]);

@@ -63,7 +63,7 @@ fn run(track: Track, modulus: f64, longer: f64) -> Trajectory {
 }
 
 /// In steps of the frames Newton's method finds roots there that are not the motion: the rod struck
-/// through itself within a frame. The supports do work, so the energy does not tell; how far edges turn does.
+/// through itself within a frame. The supports do work, so that the energy is no criterion; the rotation of the edges is.
 #[test]
 fn a_whip_between_two_hands_finds_no_other_root() {
     for modulus in [1e7, 5e7] {
@@ -84,7 +84,7 @@ fn a_whip_between_two_hands_finds_no_other_root() {
     }
 }
 
-/// What is seen of a run from a frame on, nine frames of it.
+/// Nine recorded frames of a run, from a frame on.
 fn seen(run: &Trajectory, from: usize) -> Track {
     let frames = from..from + 9;
     let marker = |j: usize| frames.clone().map(|k| Some(run.node(j, k))).collect();
@@ -92,7 +92,7 @@ fn seen(run: &Trajectory, from: usize) -> Track {
     Track::new((0..9).map(|k| 0.01 * f64::from(k)).collect(), markers).unwrap()
 }
 
-/// A cable that is whipped between two hands, and a little longer than what is seen of it between the markers that
+/// A cable that is whipped between two grippers, and slightly longer than its recorded part between the markers that
 /// are held, goes on from two frames of its markers as it did: in the middle between them it has the mean velocity,
 /// and its acceleration takes that to where it starts.
 #[test]
@@ -216,7 +216,7 @@ fn led_strip(axes: [Vector3<f64>; 3], moved: [f64; 3], dimension: Dimension) -> 
     scene
 }
 
-/// The markers of a straight strip do not tell how it lies about itself; `up` of its section does: the strip sags by its
+/// The markers of a straight strip do not determine its rotation about itself; `up` of its section does: the strip sags by its
 /// thin side however the axes of the world lie, and as far as in its plane.
 #[test]
 fn a_straight_strip_lies_as_its_section_says() {

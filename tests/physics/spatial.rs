@@ -76,7 +76,7 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
 /// A straight rod turned about its axis and let go: the lowest torsional frequency of a clamped
 /// rod is `pi/(2 L) sqrt(G J/(rho (I1 + I2)))`, and nothing else moves.
 #[test]
-fn torsional_vibration() {
+fn frequency_of_torsional_vibration_equals_theory() {
     for (section, moments) in [
         (Section::Circle { radius: 0.005 }, circle(0.005)),
         (
@@ -133,7 +133,7 @@ fn torsional_vibration() {
 
 /// Fifty turns of the end of a rod, in increments: twist counts on.
 #[test]
-fn twist_counts_fifty_turns() {
+fn twist_of_fifty_turns_is_counted() {
     let mut scene = cantilever();
     (scene.rod.dimension, scene.material.poisson_ratio) = (Dimension::Spatial, Some(0.3));
     scene.rod.segments = Some(11);
@@ -204,7 +204,7 @@ fn moving_helix() -> (rodfit::Problem, Vec<f64>, Frames<f64>) {
 /// Turned as a rigid body, in one go or in steps, the rod keeps its elastic energy. The angles
 /// change by what parallel transport along the way turns the directors against the body.
 #[test]
-fn rigid_motion_costs_nothing() {
+fn energy_is_invariant_under_rigid_motion() {
     let (problem, q, frames) = moving_helix();
     let rod = problem.spatial().unwrap().rod();
     let elastic = |q: &[f64], frames: &Frames<f64>| {
@@ -253,7 +253,7 @@ fn rigid_motion_costs_nothing() {
 
 /// Moving the reference changes no energy.
 #[test]
-fn rebasing_changes_no_energy() {
+fn rebasing_frames_does_not_change_the_energy() {
     let (problem, q, frames) = moving_helix();
     let rod = problem.spatial().unwrap().rod();
     let mut moved = frames.clone();
@@ -265,7 +265,7 @@ fn rebasing_changes_no_energy() {
 }
 
 #[test]
-fn assembly_adds_every_element_once() {
+fn assembly_counts_every_element_once() {
     let (problem, q, frames) = moving_helix();
     let rod = problem.spatial().unwrap().rod();
     assembled(&rod, &q, &frames, 1e-7);
@@ -274,7 +274,7 @@ fn assembly_adds_every_element_once() {
 /// A rod that hangs from where it stood up in its rest shape, so that edges have turned by half a turn, and is let go
 /// with a velocity: both models move alike.
 #[test]
-fn rods_that_start_turned_right_round_move_as_in_the_plane() {
+fn rod_that_starts_rotated_by_half_a_turn_moves_as_in_the_plane() {
     let mut scene = cantilever_with(0.5, 2e-3, 0.04, Clamp::Nodes);
     scene.rod.segments = Some(11);
     scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.7 };

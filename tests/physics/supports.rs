@@ -12,7 +12,7 @@ use crate::common::{at_tip, rest, simulate, unit_rod};
 /// A constant moment of 2 pi EI/L at its end rolls a cantilever into a circle, and half of it into
 /// a half circle; a potential of -M phi counts the whole turn.
 #[test]
-fn a_moment_rolls_a_rod_into_a_circle() {
+fn moment_bends_a_rod_into_a_circle() {
     for (turn, exact) in [(PI, [0.0, 2.0 / PI]), (2.0 * PI, [0.0, 0.0]), (4.0 * PI, [0.0, 0.0])] {
         let errors = [50, 100, 200].map(|segments| {
             let mut scene = unit_rod(segments, 1e-3);
@@ -36,7 +36,7 @@ fn a_moment_rolls_a_rod_into_a_circle() {
 
 /// A moment on an inner node and one against it: only what lies between them bends.
 #[test]
-fn moments_act_where_they_stand() {
+fn moment_acts_at_its_node() {
     let mut scene = unit_rod(40, 1e-3);
     scene.supports.clamp = rodfit::scene::Clamp::Nodes;
     let at =
@@ -70,7 +70,7 @@ fn elliptic(modulus: f64) -> [f64; 2] {
 /// A hinged column on a roller: P = (2 K)^2 EI/L^2 where its ends turn by alpha, its ends come
 /// together by 2 (1 - E/K) L and it bows by 2 k/K L/2... in whatever direction the roller lies.
 #[test]
-fn post_buckled_between_hinges() {
+fn post_buckled_rod_between_hinges_equals_the_elastica() {
     for (rolling, direction) in
         [(End::End, [1.0, 0.0, 0.0]), (End::Start, [1.0, 0.0, 0.0]), (End::End, [0.6, 0.8, 0.0])]
     {
@@ -116,7 +116,7 @@ fn post_buckled_between_hinges() {
 
 /// A roller in space: a hinged column on it buckles at pi^2 EI/L^2 in either direction across.
 #[test]
-fn a_roller_in_space() {
+fn roller_in_space_moves_along_its_line() {
     let mut scene = unit_rod(100, 1e-3);
     scene.rod.shape = Shape::Straight { length: 1.0, direction: [1.0, 2.0, 2.0] };
     scene.rod.dimension = rodfit::scene::Dimension::Spatial;
@@ -134,7 +134,7 @@ fn a_roller_in_space() {
 
 /// A cantilever whose wall shakes it: the steady swing of its tip against linear theory.
 #[test]
-fn a_shaken_wall() {
+fn cantilever_on_a_shaken_wall_follows_theory() {
     let (frequency, drag) = (1.5, 3.0);
     let mut scene = unit_rod(50, 1e-3);
     // Without the inertia of turning sections, EI/(rho A) = 1.
@@ -199,7 +199,7 @@ impl Complex {
 /// and by more than half a turn a joint: the twist spreads evenly and its energy counts every turn.
 /// The tension of 4e4 keeps it straight: M^2/(4 EI) is 1.5e4.
 #[test]
-fn end_twist() {
+fn twisted_end_has_the_torque_of_theory() {
     for (segments, turns) in [(50, 50.0), (5, 20.0)] {
         let mut scene = unit_rod(segments, 1e-3);
         scene.material.poisson_ratio = Some(0.3);
@@ -227,7 +227,7 @@ fn end_twist() {
 
 /// Moved slowly, a wall carries its rod along and turns it as a rigid body.
 #[test]
-fn a_turned_wall_carries_its_rod() {
+fn rotated_wall_carries_its_rod() {
     let mut scene = unit_rod(20, 1e-2);
     scene.rod.shape = Shape::Helix {
         length: 1.0,
@@ -260,7 +260,7 @@ fn a_turned_wall_carries_its_rod() {
 
 /// A rod thrown and spinning keeps its momentum and spin; its centre flies straight.
 #[test]
-fn thrown_and_spinning() {
+fn thrown_and_spinning_rod_follows_rigid_motion() {
     for spatial in [false, true] {
         let mut scene = unit_rod(20, 1e-2);
         scene.material.density = 1e3;
@@ -295,7 +295,7 @@ fn thrown_and_spinning() {
 /// A straight rod let go from a coil of two turns: the energy is that of the coil, EI (4 pi)^2/2L,
 /// and stays; with damping it ends straight.
 #[test]
-fn release_from_a_coil() {
+fn rod_released_from_a_coil_conserves_energy() {
     let mut scene = unit_rod(60, 1e-2);
     scene.initial = Initial {
         state: InitialState::Shape,
@@ -334,7 +334,7 @@ fn release_from_a_coil() {
 
 /// Starts with a velocity have exact derivatives, damping included.
 #[test]
-fn derivatives_of_a_thrown_rod() {
+fn derivatives_of_a_thrown_rod_equal_differences() {
     let mut scene = unit_rod(12, 1e-2);
     scene.material.density = 1.0 / (PI * 1e-4);
     scene.loads.damping.mass = 0.7;
@@ -373,7 +373,7 @@ fn derivatives_of_a_thrown_rod() {
 /// A straight ribbon twisted by nature lies still only when so twisted; its end has turned by the
 /// whole of it, more than a turn.
 #[test]
-fn natural_twist() {
+fn natural_twist_is_stress_free() {
     let mut scene = unit_rod(30, 1e-2);
     let up = [0.0, 0.0, 1.0];
     scene.rod.section = Section::Rectangle { width: 0.03, height: 0.01, up };
@@ -391,7 +391,7 @@ fn natural_twist() {
 /// A wall that shakes faster than the steps can see stands still for them: refused by name, with the
 /// step it needs; where they see it badly, said.
 #[test]
-fn walls_faster_than_the_step() {
+fn wall_motion_that_the_step_does_not_resolve_is_rejected() {
     let scene = |motion: Motion, step: f64| {
         let mut scene = unit_rod(10, 1e-3);
         scene.material.density = 1.0 / (PI * 1e-6);
@@ -435,7 +435,7 @@ fn walls_faster_than_the_step() {
 /// A fit to a rod on a shaken wall takes no coarse step that does not see the wall move, and passes
 /// the warning on.
 #[test]
-fn fits_on_shaken_walls() {
+fn fit_on_a_shaken_wall_recovers_the_modulus() {
     for (frequency, warned) in [(10.0, true), (5.0, false)] {
         let mut scene = unit_rod(10, 1e-3);
         scene.material.density = 1.0 / (PI * 1e-6);
@@ -456,7 +456,7 @@ fn fits_on_shaken_walls() {
 
 /// A wall stays where it is and points where it did when the other end of the rod is moved away.
 #[test]
-fn walls_that_are_not_moved_stay() {
+fn wall_without_motion_stays_in_place() {
     let shape = Shape::Arc { length: 0.6, angle: 1.2 };
     let section = Section::Circle { radius: 0.004 };
     let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 1e8));

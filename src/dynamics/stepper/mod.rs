@@ -46,7 +46,7 @@
 //!
 //! The sudden release excites vibrations that no large step resolves: here every implicit scheme
 //! falls short of its order, which it has on smooth motion
-//! (`cargo test --release --test physics orders_in_the_step -- --nocapture`). In space an implicit
+//! (`cargo test --release --test physics order_in_the_step -- --nocapture`). In space an implicit
 //! step measures the angles from the frames at its start, which adds an error of first order as
 //! small as the edges' rotational inertia: below 1e-9 m on the helix at 1 ms.
 

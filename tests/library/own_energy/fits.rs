@@ -20,7 +20,7 @@ fn seen(scene: &Scene) -> Observation {
 }
 
 #[test]
-fn moments_come_back() {
+fn magnetic_moment_is_identified() {
     for (name, scene, field) in
         [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
     {
@@ -51,7 +51,7 @@ fn moments_come_back() {
 
 /// Other meshes have the springs where they were: the error they leave is about what it is.
 #[test]
-fn the_error_of_mesh_and_step_is_known() {
+fn discretization_error_of_user_defined_energy_is_estimated() {
     let springs = |segments: usize| {
         let mut scene = straight(segments);
         scene.time = Some(Time::new(0.1, 1e-3));

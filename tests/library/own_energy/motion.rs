@@ -24,7 +24,7 @@ fn apart(a: &Trajectory, b: &Trajectory) -> f64 {
 }
 
 #[test]
-fn dual_numbers_and_hands_agree() {
+fn dual_numbers_and_hand_derived_formulas_agree() {
     for scheme in schemes() {
         for (name, scene, field) in
             [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
@@ -50,7 +50,7 @@ fn dual_numbers_and_hands_agree() {
 /// The average vector field keeps the energy, the explicit schemes keep it in bounds, and it is not
 /// the rod's alone that is kept.
 #[test]
-fn energy_is_kept() {
+fn energy_with_user_defined_energy_is_conserved() {
     for (scheme, allowed) in [
         (Scheme::AverageVectorField, 1e-9),
         (Scheme::Verlet, 1e-2),
@@ -79,7 +79,7 @@ fn energy_is_kept() {
 /// A floor that the rod falls on has no third derivative where it is touched: the quadrature of the
 /// average vector field is not exact there, and the run goes on all the same.
 #[test]
-fn floors_stop_no_scheme() {
+fn contact_with_a_floor_does_not_stop_any_scheme() {
     for scheme in schemes() {
         let mut scene = in_scheme(straight(20), scheme);
         if let Some(time) = &mut scene.time {
@@ -97,7 +97,7 @@ fn floors_stop_no_scheme() {
 
 /// An energy that keeps a tilted plane moves the planar rod as it does the spatial one.
 #[test]
-fn planes_and_space_agree() {
+fn planar_and_spatial_models_of_user_defined_energy_agree() {
     let directions = [[0.6, 0.0, 0.8], [0.48, 0.64, 0.6]];
     let up = [[0.0, 1.0, 0.0], [-0.8, 0.6, 0.0]];
     let sections = [
@@ -137,7 +137,7 @@ fn planes_and_space_agree() {
 
 /// The rod's own energy once more is a rod of twice the stiffness.
 #[test]
-fn the_rods_own_energy_doubles_its_stiffness() {
+fn second_bending_energy_doubles_the_stiffness() {
     let area = PI * RADIUS * RADIUS;
     let ei = |youngs: f64, moment: f64| youngs * moment;
     for (name, shape, section) in [
@@ -174,7 +174,7 @@ fn the_rods_own_energy_doubles_its_stiffness() {
 
 /// Stiff springs lower the largest step of the explicit schemes, as theory has it.
 #[test]
-fn explicit_steps_know_the_springs() {
+fn stability_limit_of_explicit_schemes_includes_user_defined_energy() {
     for scheme in [Scheme::Verlet, Scheme::Pefrl] {
         let scene = in_scheme(straight(12), scheme);
         let largest = |scene: &Scene| {

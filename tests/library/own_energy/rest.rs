@@ -20,7 +20,7 @@ fn springs() -> Foundation {
 
 /// A beam on springs: `omega_n^2 = omega_0n^2 + k/(rho A)`, on every mesh, in the plane and across.
 #[test]
-fn springs_raise_all_frequencies() {
+fn elastic_foundation_raises_all_frequencies() {
     let k = 5.0;
     for (start, end) in [
         (Support::Clamped, Support::Free),
@@ -55,7 +55,7 @@ fn springs_raise_all_frequencies() {
 /// A force at the end of a long rod on springs: `w(0) = 2 F b/k`, `b = (k/(4 EI))^(1/4)`, at second
 /// order in the mesh.
 #[test]
-fn a_beam_on_springs_bends_as_in_theory() {
+fn beam_on_elastic_foundation_bends_as_in_theory() {
     let (k, force) = (2e3, 1e-3);
     let mut errors = Vec::new();
     for segments in [40, 80, 160] {
@@ -101,7 +101,7 @@ fn reactions_balance() {
 
 /// A magnet against the field lets go of the straight rod at `m B = EI/L`, and holds it beside it.
 #[test]
-fn a_magnet_against_the_field_buckles_the_rod() {
+fn magnet_against_the_field_buckles_the_rod() {
     let scene = weightless(40);
     let ei = 2e7 * PI * RADIUS.powi(4) / 4.0;
     // The joints' length is half an edge short of the rod's.
@@ -118,7 +118,7 @@ fn a_magnet_against_the_field_buckles_the_rod() {
 
 /// Long rods are solved by their nodes, where something knows of absolute places.
 #[test]
-fn long_rods_rest_on_springs() {
+fn long_rod_on_elastic_foundation_has_equilibrium() {
     let mut scene = weightless(2500);
     scene.loads.gravity = [0.0, -9.8, 0.0];
     let (k, weight) = (50.0, 1200.0 * PI * RADIUS * RADIUS * 9.8);

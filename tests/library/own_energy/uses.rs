@@ -9,7 +9,7 @@ use rodfit::numerics::vector::{cross, unit};
 use rodfit::scene::{Dimension, Scene, Shape};
 use rodfit::{Error, Parameter};
 
-fn told<T>(result: Result<T, Error>) -> String {
+fn message<T>(result: Result<T, Error>) -> String {
     result.map(|_| ()).unwrap_err().to_string()
 }
 
@@ -18,7 +18,7 @@ fn with_magnet(field: [f64; 3]) -> Scene {
 }
 
 #[test]
-fn parameters_have_names() {
+fn parameters_of_user_defined_energies_have_names() {
     let scene = with_both(straight(8), true, [0.0, 0.05, 0.0]);
     let all: Vec<String> = Parameter::all(&scene).iter().map(Parameter::to_string).collect();
     for name in ["energy.magnet.moment", "energy.springs.k", "energy.springs.k3"] {
@@ -30,25 +30,25 @@ fn parameters_have_names() {
     assert_eq!(moment.of(&scene), Some(2e-3));
     let other = scene.problem().unwrap().with([(moment, 3e-3)]).unwrap();
     assert_eq!(moment.of(other.scene()), Some(3e-3));
-    let absent = told(other.check_parameter(named("energy.magnet.momentum")).map(|_| ()));
+    let absent = message(other.check_parameter(named("energy.magnet.momentum")).map(|_| ()));
     assert!(
         absent.contains("attached in code") && absent.contains("energy.magnet.moment"),
         "{absent}"
     );
-    let refused = told(scene.problem().unwrap().with([(moment, -1.0)]));
+    let refused = message(scene.problem().unwrap().with([(moment, -1.0)]));
     assert!(refused.contains("energy.magnet.moment"), "{refused}");
 }
 
 /// A file names the energies and their numbers, and is no scene without their code.
 #[test]
-fn files_name_what_they_cannot_hold() {
+fn file_with_energy_without_code_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     let scene = with_both(straight(8), true, [0.0, 0.05, 0.0]);
     let text = scene.to_toml().unwrap();
     assert!(text.contains("[energy.magnet]") && text.contains("moment = 0.002"), "{text}");
     std::fs::write(&path, text.replace("moment = 0.002", "moment = 0.003")).unwrap();
-    let error = told(Scene::load(&path));
+    let error = message(Scene::load(&path));
     assert!(error.contains("scene.toml") && error.contains("energy.magnet"), "{error}");
     let loaded = Scene::load_with(&path, |scene| {
         scene.give_energy("magnet", Magnet { field: [0.0, 0.05, 0.0], by_hand: true })?;
@@ -60,11 +60,11 @@ fn files_name_what_they_cannot_hold() {
     let tip = |scene: &Scene| scene.problem().unwrap().equilibrium().unwrap().tip;
     let same = loaded.problem().unwrap().with([(named("energy.magnet.moment"), 2e-3)]).unwrap();
     assert_eq!(same.equilibrium().unwrap().tip, tip(&scene));
-    let wrong = told(Scene::load_with(&path, |scene| {
+    let wrong = message(Scene::load_with(&path, |scene| {
         scene.give_energy("magnet", Foundation { by_hand: true })
     }));
     assert!(wrong.contains("moment") && wrong.contains("k, k3"), "{wrong}");
-    let none = told(Scene::load_with(&path, |scene| {
+    let none = message(Scene::load_with(&path, |scene| {
         scene.give_energy("spring", Foundation { by_hand: true })
     }));
     assert!(none.contains("magnet, springs"), "{none}");
@@ -73,11 +73,11 @@ fn files_name_what_they_cannot_hold() {
     let json = serde_json::to_string(&report).unwrap();
     let back: SimulationReport = serde_json::from_str(&json).unwrap();
     assert_eq!(back.scene.energies[0].name(), "magnet");
-    assert!(told(back.scene.problem()).contains("load_with"));
+    assert!(message(back.scene.problem()).contains("load_with"));
 }
 
 #[test]
-fn scenes_that_make_no_sense_are_refused() {
+fn scene_with_invalid_energy_is_rejected() {
     let springs = || Foundation { by_hand: true };
     for (at, part) in [
         (At::ArcLength(0.31), "0.3 m"),
@@ -85,7 +85,8 @@ fn scenes_that_make_no_sense_are_refused() {
         (At::Interval(0.2, 0.1), "order"),
         (At::Interval(-0.1, 0.1), "0.3 m"),
     ] {
-        let error = told(straight(8).with_energy("springs", at, springs(), [1.0, 0.0]).problem());
+        let error =
+            message(straight(8).with_energy("springs", at, springs(), [1.0, 0.0]).problem());
         assert!(error.contains("energy.springs.at") && error.contains(part), "{error}");
     }
     for (name, values, part) in [
@@ -94,35 +95,35 @@ fn scenes_that_make_no_sense_are_refused() {
         ("1", [1.0, 0.0], "a letter"),
         ("a.b", [1.0, 0.0], "a letter"),
     ] {
-        let error = told(straight(8).with_energy(name, At::Whole, springs(), values).problem());
+        let error = message(straight(8).with_energy(name, At::Whole, springs(), values).problem());
         assert!(error.contains(part), "{error}");
     }
     let twice = with_magnet([0.0; 3]).with_energy("magnet", At::Whole, springs(), [1.0, 0.0]);
-    assert!(told(twice.problem()).contains("two of this name"));
+    assert!(message(twice.problem()).contains("two of this name"));
     // A name means one kind of number.
     let floor = Floor { height: 0.0, bottom: -1.0 };
     let one = straight(8).with_energy("here", At::Whole, floor, [1.0]);
     one.problem().unwrap();
     let scene =
         straight(8).with_energy("nowhere", At::Whole, Floor { height: 1.0, bottom: 0.5 }, [1.0]);
-    let error = told(scene.problem());
+    let error = message(scene.problem());
     assert!(error.contains("energy.nowhere") && error.contains("no finite number"), "{error}");
 }
 
 /// An energy that becomes no number while the rod moves is named.
 #[test]
-fn no_numbers_end_a_run() {
+fn energy_that_is_not_finite_ends_the_run() {
     for scheme in crate::own_energy::scenes::schemes() {
         let floor = Floor { height: -1.0, bottom: -0.003 };
         let scene = crate::own_energy::scenes::in_scheme(straight(8), scheme);
         let problem = scene.with_energy("floor", At::End, floor, [1.0]).problem().unwrap();
-        let error = told(problem.simulate());
+        let error = message(problem.simulate());
         assert!(error.contains("energy.floor, 0.3 m"), "{scheme:?}: {error}");
     }
 }
 
 #[test]
-fn energies_say_whether_they_keep_a_plane() {
+fn energy_out_of_the_plane_requires_spatial_model() {
     let plane = with_magnet([0.01, 0.05, 0.0]).problem().unwrap();
     assert_eq!(plane.model().0, "planar");
     let mut scene = with_magnet([0.0, 0.05, 0.01]);
@@ -132,12 +133,12 @@ fn energies_say_whether_they_keep_a_plane() {
     let rest = space.equilibrium().unwrap();
     assert!(rest.tip[2].abs() > 1e-3, "{rest}");
     scene.rod.dimension = Dimension::Planar;
-    let error = told(scene.problem());
+    let error = message(scene.problem());
     assert!(error.contains("rod.dimension") && error.contains("energy.magnet"), "{error}");
 }
 
 #[test]
-fn checks_find_wrong_derivatives() {
+fn check_finds_wrong_derivative() {
     let both = with_both(straight(8), true, [0.0, 0.05, 0.0]);
     let bent = both.clone().with_energy(
         "bend",
@@ -163,7 +164,7 @@ fn checks_find_wrong_derivatives() {
 /// A round rod has its directors anywhere: what bends otherwise to either leaves the plane, whatever
 /// it says.
 #[test]
-fn checks_find_what_leaves_the_plane() {
+fn check_finds_force_out_of_the_plane() {
     let mut scene = straight(8);
     scene.rod.shape = Shape::Straight { length: 0.3, direction: [0.48, 0.64, 0.6] };
     scene.loads.gravity = [8.0, -6.0, 0.0];
@@ -180,7 +181,7 @@ fn checks_find_what_leaves_the_plane() {
 
 /// An energy by itself, at any directors.
 #[test]
-fn energies_are_checked_by_themselves() {
+fn energy_without_a_scene_is_checked() {
     let directors = |a: [f64; 3], b: [f64; 3]| {
         let tangent = unit(a);
         let first = unit(cross(tangent, b));
