@@ -5,184 +5,118 @@ use std::path::{Path, PathBuf};
 
 /// Type names that occur more than once, each with the reason. The number of types with a repeated name is at most 20.
 const REPEATED_TYPES: &[(&str, &str)] = &[
-    ("About", "planar and spatial, or several modules: campaign/plan.rs, campaign/store.rs"),
-    ("Advice", "planar and spatial, or several modules: fit/design/report.rs, study.rs"),
+    ("About", "different topics, not renamed yet: campaign/plan, campaign/store"),
+    ("Advice", "different topics, not renamed yet: fit/design/report, study"),
     (
         "Along",
-        "planar and spatial, or several modules: dynamics/sensitivity/mod.rs, rod/planar/sweep.rs, rod/spatial/sweep.rs, scene/along.rs",
+        "different topics, not renamed yet: dynamics/sensitivity/mod, rod/planar/sweep, rod/spatial/sweep, scene/along",
     ),
     (
         "At",
-        "planar and spatial, or several modules: numerics/simd.rs, rod/layout.rs, rod/planar/sweep.rs, rod/spatial/sweep.rs, scene/own.rs",
+        "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
     ),
-    ("Below", "planar and spatial, or several modules: rod/edges.rs, rod/planar/edges.rs"),
-    (
-        "Bent",
-        "planar and spatial, or several modules: energy/planar_bend.rs, rod/spatial/geometry.rs",
-    ),
+    ("Below", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
+    ("Bent", "different topics, not renamed yet: energy/planar_bend, rod/spatial/geometry"),
     (
         "Block",
-        "planar and spatial, or several modules: energy/own.rs, fit/design/candidate_designs.rs, summary/mod.rs",
+        "different topics, not renamed yet: energy/own, fit/design/candidate_designs, summary/mod",
     ),
     (
         "Bootstrap",
-        "planar and spatial, or several modules: campaign/form.rs, fit/uncertainty/resampling/bootstrap.rs",
+        "different topics, not renamed yet: campaign/form, fit/uncertainty/resampling/bootstrap",
     ),
-    ("ByEdge", "planar and spatial, or several modules: energy/joint.rs, rod/planar/edges.rs"),
-    ("Chart", "planar and spatial, or several modules: energy/adapter.rs, page/chart.rs"),
-    (
-        "Columns",
-        "planar and spatial, or several modules: numerics/banded/elimination.rs, rod/edges.rs, rod/planar/edges.rs",
-    ),
-    ("Edge", "planar and spatial, or several modules: energy/joint.rs, rod/planar/geometry.rs"),
+    ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
+    ("Chart", "different topics, not renamed yet: energy/adapter, page/chart"),
+    ("Columns", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
+    ("Edge", "different topics, not renamed yet: energy/joint, rod/planar/geometry"),
     (
         "Elements",
-        "planar and spatial, or several modules: rod/layout.rs, rod/planar/sweep.rs, rod/spatial/sweep.rs",
+        "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
     ),
-    ("Energy", "planar and spatial, or several modules: energy/adapter.rs, energy/mod.rs"),
-    (
-        "Estimate",
-        "planar and spatial, or several modules: command/limits.rs, fit/uncertainty/estimate.rs",
-    ),
-    ("Field", "planar and spatial, or several modules: fit/field/space.rs, fit/search/starts.rs"),
-    (
-        "Forces",
-        "planar and spatial, or several modules: rod/planar/sweep.rs, rod/spatial/forces.rs",
-    ),
-    ("Form", "planar and spatial, or several modules: campaign/form.rs, fit/file.rs"),
+    ("Energy", "different topics, not renamed yet: energy/adapter, energy/mod"),
+    ("Estimate", "different topics, not renamed yet: command/limits, fit/uncertainty/estimate"),
+    ("Field", "different topics, not renamed yet: fit/field/space, fit/search/starts"),
+    ("Forces", "counterparts in the plane and in space: rod/planar/sweep, rod/spatial/forces"),
+    ("Form", "different topics, not renamed yet: campaign/form, fit/file"),
     (
         "Geometry",
-        "planar and spatial, or several modules: rod/planar/geometry.rs, rod/spatial/geometry.rs",
+        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
     ),
-    ("Grid", "planar and spatial, or several modules: fit/search/grid.rs, page/player.rs"),
+    ("Grid", "different topics, not renamed yet: fit/search/grid, page/player"),
     (
         "Group",
-        "planar and spatial, or several modules: dynamics/sensitivity/mod.rs, fit/design/contributions.rs, fit/validation_errors/compute.rs",
+        "different topics, not renamed yet: dynamics/sensitivity/mod, fit/design/contributions, fit/validation_errors/compute",
     ),
     (
         "Kind",
-        "planar and spatial, or several modules: dynamics/sensitivity/mod.rs, fit/design/candidate_designs.rs",
+        "different topics, not renamed yet: dynamics/sensitivity/mod, fit/design/candidate_designs",
     ),
-    ("Led", "planar and spatial, or several modules: dynamics/run.rs, fit/observation_form.rs"),
-    (
-        "List",
-        "planar and spatial, or several modules: dynamics/adjoint/lists.rs, fit/field/space.rs",
-    ),
-    ("Local", "planar and spatial, or several modules: energy/adapter.rs, energy/mod.rs"),
-    ("Markers", "planar and spatial, or several modules: dynamics/run.rs, fit/observation_form.rs"),
-    ("Measured", "planar and spatial, or several modules: fit/report/plot_data.rs, rod/sweeps.rs"),
-    (
-        "Motion",
-        "planar and spatial, or several modules: dynamics/record.rs, scene/prescribed_motion.rs",
-    ),
-    (
-        "Motions",
-        "planar and spatial, or several modules: dynamics/record.rs, dynamics/trajectory.rs",
-    ),
-    (
-        "Moved",
-        "planar and spatial, or several modules: dynamics/adjoint/supports.rs, rod/spatial/moving.rs",
-    ),
-    (
-        "Moving",
-        "planar and spatial, or several modules: fit/measurement/quantity.rs, rod/spatial/moving.rs",
-    ),
+    ("Led", "different topics, not renamed yet: dynamics/run, fit/observation_form"),
+    ("List", "different topics, not renamed yet: dynamics/adjoint/lists, fit/field/space"),
+    ("Local", "different topics, not renamed yet: energy/adapter, energy/mod"),
+    ("Markers", "different topics, not renamed yet: dynamics/run, fit/observation_form"),
+    ("Measured", "different topics, not renamed yet: fit/report/plot_data, rod/sweeps"),
+    ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
+    ("Motions", "different topics, not renamed yet: dynamics/record, dynamics/trajectory"),
+    ("Moved", "different topics, not renamed yet: dynamics/adjoint/supports, rod/spatial/moving"),
+    ("Moving", "different topics, not renamed yet: fit/measurement/quantity, rod/spatial/moving"),
     (
         "Numbers",
-        "planar and spatial, or several modules: dynamics/adjoint/numbers.rs, dynamics/sensitivity/viscous.rs",
+        "different topics, not renamed yet: dynamics/adjoint/numbers, dynamics/sensitivity/viscous",
     ),
-    ("Of", "planar and spatial, or several modules: command/schema.rs, dynamics/adjoint/start.rs"),
-    (
-        "Options",
-        "planar and spatial, or several modules: command/bench.rs, command/check.rs, command/design.rs, command/explain.rs, command/fit.rs, command/init/mod.rs, command/inspect.rs, command/modes.rs, command/parameters.rs, command/predict.rs, command/rest.rs, command/schema.rs, command/simulate.rs, command/study.rs",
-    ),
+    ("Of", "different topics, not renamed yet: command/schema, dynamics/adjoint/start"),
+    ("Options", "options of each command"),
     (
         "Pairs",
-        "planar and spatial, or several modules: rod/planar/sweep.rs, rod/spatial/moving.rs, rod/spatial/sweep.rs",
+        "counterparts in the plane and in space: rod/planar/sweep, rod/spatial/moving, rod/spatial/sweep",
     ),
-    (
-        "Part",
-        "planar and spatial, or several modules: campaign/fit_pattern.rs, command/campaign.rs",
-    ),
-    ("Plan", "planar and spatial, or several modules: campaign/plan.rs, fit/design/plan.rs"),
-    ("Plane", "planar and spatial, or several modules: rod/layout.rs, scene/plane.rs"),
-    ("Pull", "planar and spatial, or several modules: energy/adapter.rs, energy/joint.rs"),
-    (
-        "Quantity",
-        "planar and spatial, or several modules: fit/measurement/quantity.rs, scene/number.rs",
-    ),
+    ("Part", "different topics, not renamed yet: campaign/fit_pattern, command/campaign"),
+    ("Plan", "different topics, not renamed yet: campaign/plan, fit/design/plan"),
+    ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
+    ("Pull", "different topics, not renamed yet: energy/adapter, energy/joint"),
+    ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
     (
         "Record",
-        "planar and spatial, or several modules: campaign/store.rs, dynamics/record.rs, fit/duplicates.rs",
+        "different topics, not renamed yet: campaign/store, dynamics/record, fit/duplicates",
     ),
     (
         "Recorded",
-        "planar and spatial, or several modules: command/simulate.rs, dynamics/record.rs, scene/path.rs",
+        "different topics, not renamed yet: command/simulate, dynamics/record, scene/path",
     ),
-    ("Report", "planar and spatial, or several modules: campaign/sheet.rs, command/bench.rs"),
+    ("Report", "different topics, not renamed yet: campaign/sheet, command/bench"),
     (
         "Room",
-        "planar and spatial, or several modules: dynamics/adjoint/backward.rs, dynamics/adjoint/course.rs, rod/blocks.rs",
+        "different topics, not renamed yet: dynamics/adjoint/backward, dynamics/adjoint/course, rod/blocks",
     ),
-    (
-        "Rosenbrock",
-        "planar and spatial, or several modules: dynamics/stepper/rosenbrock.rs, numerics/levenberg_marquardt/tests.rs",
-    ),
-    (
-        "Row",
-        "planar and spatial, or several modules: campaign/row.rs, campaign/sheet.rs, page/table.rs, study.rs",
-    ),
+    ("Row", "different topics, not renamed yet: campaign/row, campaign/sheet, page/table, study"),
     (
         "Run",
-        "planar and spatial, or several modules: command/fit.rs, fit/misfit/observed_experiment.rs, study.rs",
+        "different topics, not renamed yet: command/fit, fit/misfit/observed_experiment, study",
     ),
-    ("Running", "planar and spatial, or several modules: dynamics/follower.rs, dynamics/run.rs"),
-    ("Said", "planar and spatial, or several modules: campaign/sheet.rs, command/inspect.rs"),
-    (
-        "Sample",
-        "planar and spatial, or several modules: dynamics/film.rs, fit/measurement/motion.rs",
-    ),
-    ("Search", "planar and spatial, or several modules: fit/field/search.rs, fit/search/mod.rs"),
-    ("Section", "planar and spatial, or several modules: scene/section.rs, summary/mod.rs"),
-    ("Seen", "planar and spatial, or several modules: command/init/made_up.rs, dynamics/run.rs"),
+    ("Running", "different topics, not renamed yet: dynamics/follower, dynamics/run"),
+    ("Said", "different topics, not renamed yet: campaign/sheet, command/inspect"),
+    ("Sample", "different topics, not renamed yet: dynamics/film, fit/measurement/motion"),
+    ("Search", "different topics, not renamed yet: fit/field/search, fit/search/mod"),
+    ("Section", "different topics, not renamed yet: scene/section, summary/mod"),
+    ("Seen", "different topics, not renamed yet: command/init/made_up, dynamics/run"),
     (
         "Series",
-        "planar and spatial, or several modules: fit/misfit/observed_experiment.rs, fit/report/plot_data.rs",
+        "different topics, not renamed yet: fit/misfit/observed_experiment, fit/report/plot_data",
     ),
-    (
-        "Simulated",
-        "planar and spatial, or several modules: dynamics/run.rs, fit/measurement/simulated.rs",
-    ),
-    ("Slopes", "planar and spatial, or several modules: dynamics/adjoint/mod.rs, energy/own.rs"),
-    ("Space", "planar and spatial, or several modules: fit/field/space.rs, rod/layout.rs"),
-    (
-        "Stage",
-        "planar and spatial, or several modules: dynamics/coefficients.rs, fit/search/journal.rs",
-    ),
-    ("State", "planar and spatial, or several modules: rod/state.rs, vibration/modes.rs"),
-    ("Step", "planar and spatial, or several modules: dynamics/step.rs, statics/descent.rs"),
-    (
-        "Stiffness",
-        "planar and spatial, or several modules: energy/stiffness.rs, statics/stability.rs",
-    ),
+    ("Simulated", "different topics, not renamed yet: dynamics/run, fit/measurement/simulated"),
+    ("Slopes", "different topics, not renamed yet: dynamics/adjoint/mod, energy/own"),
+    ("Space", "different topics, not renamed yet: fit/field/space, rod/layout"),
+    ("Stage", "different topics, not renamed yet: dynamics/coefficients, fit/search/journal"),
     (
         "Straight",
-        "planar and spatial, or several modules: rod/planar/geometry.rs, rod/spatial/geometry.rs",
+        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
     ),
-    ("Sum", "planar and spatial, or several modules: energy/joint.rs, numerics/banded/ldlt.rs"),
-    ("Tangent", "planar and spatial, or several modules: energy/joint.rs, numerics/tangent.rs"),
-    (
-        "Task",
-        "planar and spatial, or several modules: campaign/plan.rs, dynamics/run.rs, fit/search/mod.rs",
-    ),
-    ("ToEdges", "planar and spatial, or several modules: rod/edges.rs, rod/planar/edges.rs"),
-    ("ToNodes", "planar and spatial, or several modules: rod/edges.rs, rod/planar/edges.rs"),
-    ("Tone", "planar and spatial, or several modules: page/card.rs, summary/mod.rs"),
-    (
-        "Trial",
-        "planar and spatial, or several modules: fit/field/search.rs, numerics/levenberg_marquardt.rs",
-    ),
-    ("Work", "planar and spatial, or several modules: dynamics/step.rs, fit/misfit/work.rs"),
+    ("Tangent", "different topics, not renamed yet: energy/joint, numerics/tangent"),
+    ("Task", "different topics, not renamed yet: campaign/plan, dynamics/run, fit/search/mod"),
+    ("ToEdges", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
+    ("ToNodes", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
+    ("Tone", "different topics, not renamed yet: page/card, summary/mod"),
+    ("Work", "different topics, not renamed yet: dynamics/step, fit/misfit/work"),
 ];
 
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its
@@ -195,22 +129,23 @@ coefficients collect combinations combined command comparison compute constant_a
 coordinate_series correlation course covariance coverage_factor csv curved_joints damping data data_precheck
 dataset dead_load dead_moment descent design determined_groups difference discrepancy discrete discretization
 displacement_driven display drag dragging drawing duplicates dynamics edge_coordinates edges effects
-elimination energy energy_balance entries equilibrium error errors estimate estimate_table experiment explain
-extend extra extrapolation fault faults field figure file film findings finite_difference fit fit_pattern
-fit_statistics fit_summary fitted follower foot_point forces form former_results frame free_run frequencies
-frequencies_form friction gauge gauss_newton geometry grade grid guess hash hermite hessian hints html
-identifiability implicit init initial initial_sigmas input input_changes input_directions input_errors
-input_sensitivities inspect inspection inspection_summary joint joint_law journal known lanczos lanes
-largest_step layout ldlt levenberg_marquardt limit limits linearization linearized lists loads local_analysis
-local_minima loss lowest made made_up marker mass material measurement measures mesh minimum
-minimum_comparison misfit missing_keys mode_numbers model model_with_setup modes moments motion motion_rate
-moving name natural_turn nearest neighbors newton noise noise_scale number numbers numerics observation_form
-observation_row observed_experiment observed_information omitted_effects one_sided_bound onset optimum
-out_of_line outcome outlying_experiments output own page parameter parameter_form parameters part_file path
-pencil perturbation phi_function place plan planar planar_bend planarity plane platform plausibility player
-plot_data plotted point points polyline predict prediction prescribed_dofs prescribed_motion prior problem
-profile profile_likelihood quantity quoted random_states ranking rates reaction record recorded_motion
-recorded_point recorded_start recordings refined_residuals refinement remesh renamed_keys repeated_frames
+elimination energy energy_balance entries equilibrium equilibrium_derivatives error errors estimate
+estimate_table experiment explain extend extra extrapolation fault faults field figure file film
+find_equilibrium findings finite_difference fit fit_pattern fit_statistics fit_summary fitted follower
+foot_point forces form former_results frame free_run frequencies frequencies_form friction gauge gauss_newton
+geometry grade grid guess hash hermite hessian hints html identifiability implicit init initial initial_sigmas
+input input_changes input_directions input_errors input_sensitivities inspect inspection inspection_summary
+joint joint_law journal known lanczos lanes largest_step layout ldlt levenberg_marquardt limit limits
+linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues made made_up marker
+mass material measurement measures mesh minimum minimum_comparison misfit missing_keys mode_numbers model
+model_with_setup modes moments motion motion_rate moving name natural_turn nearest neighbors
+neutral_equilibrium newton noise noise_scale number numbers numerics observation_form observation_row
+observed_experiment observed_information omitted_effects one_sided_bound onset operators optimum out_of_line
+outcome outlying_experiments output own page parameter parameter_form parameters part_file path pencil
+perturbation phi_function place plan planar planar_bend planarity plane platform plausibility player plot_data
+plotted point points polyline predict prediction prescribed_dofs prescribed_motion prior problem profile
+profile_likelihood quantity quoted random_states ranking rates reaction record recorded_motion recorded_point
+recorded_start recordings reference_stiffness refined_residuals refinement remesh renamed_keys repeated_frames
 replay report required resampling residual_acceptance residual_noise residual_tests residuals resolution
 resolved rest rest_line rod rod_sizes rodas4 rosenbrock rounding row run samples scalar scaled scan scene
 scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
