@@ -1,10 +1,9 @@
-//! Between an [energy of one's own](super::own), which is written over any scalar, and the rods,
-//! which call it by a pointer: its derivatives by a rod's unknowns, for every scalar that rods run
-//! in.
+//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar of
+//! rods.
 //!
 //! With derivatives by hand, `g` and `H` by nodes and directors `y`, the chain rule gives those by
 //! the unknowns `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes are linear in the unknowns; `J` of the
-//! directors, and the second derivatives of `g.y` at a `g` that is held, are found in dual numbers.
+//! directors, and the second derivatives of `g.y` at a constant `g`, are computed in dual numbers.
 
 use crate::energy::Derivatives;
 use crate::energy::by_unknowns::{self, Function};
@@ -22,14 +21,14 @@ use num_dual::{Dual, Dual64, DualSVec64, HyperDual64};
 
 /// Most unknowns of an element.
 pub const MOST: usize = 11;
-/// Gradient and lower triangle of the Hessian of an element, as far as it has unknowns.
+/// Gradient and lower triangle of the Hessian of an element; entries beyond its unknowns have no meaning.
 pub type Local<D> = ([D; MOST], [[D; MOST]; MOST]);
 /// Components of the directors of the two edges there may be.
 const OF_EDGES: usize = 18;
-/// Most numbers an energy is given.
+/// The largest number of arguments of an energy: components of nodes and directors.
 const INPUTS: usize = 3 * MOST_NODES + OF_EDGES;
 
-/// How a rod's unknowns are places and directors of the world.
+/// The map from a rod's unknowns to positions and directors in the world.
 #[derive(Clone, Debug)]
 pub enum Chart<D> {
     /// Two unknowns a node.
@@ -49,13 +48,13 @@ pub enum Chart<D> {
     },
 }
 
-/// A direction by a number.
+/// A direction times a number.
 #[inline]
 fn scaled<D: Scalar>(axis: &[f64; 3], factor: D) -> Vector<D> {
     [factor * axis[0], factor * axis[1], factor * axis[2]]
 }
 
-/// A vector with these components along some axes.
+/// The vector with these components along the axes.
 #[inline]
 fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vector<D> {
     let mut sum = scaled(&axes[0], along[0]);
@@ -82,7 +81,7 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// What a component of a node's place does in the world.
+    /// The derivative of a node's position in the world by one of its unknowns.
     pub fn axis(&self, component: usize) -> [f64; 3] {
         match self {
             Self::Plane { axes, .. } => axes[component],
@@ -91,8 +90,8 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// Places of the nodes and directors of the edges of an element with unknowns `q`; `over` makes
-    /// the scalar of `q` of the chart's own.
+    /// Positions of the nodes, m, and directors of the edges of an element with unknowns `q`; `over` converts the numbers
+    /// of the chart to the scalar of `q`.
     #[inline]
     pub fn world<D: Scalar, const N: usize>(
         &self,
@@ -142,7 +141,7 @@ impl<B: Scalar> Chart<B> {
     }
 }
 
-/// Where an energy is evaluated.
+/// The place of an element at which an energy is evaluated, with the energy's parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Site<'a, D> {
     pub chart: &'a Chart<D>,
@@ -156,24 +155,24 @@ pub struct Site<'a, D> {
     pub weight: Option<D>,
 }
 
-/// An energy of one's own over the unknowns `q` of an element, in one scalar.
+/// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
 pub trait Over<D> {
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut Local<D>);
 }
 
-/// An energy of one's own behind a pointer.
+/// A user-defined energy behind a pointer.
 pub trait AnyEnergy:
     Over<f64> + Over<Dual64> + Over<HyperDual64> + Over<DualSVec64<2>> + Send + Sync
 {
-    /// How many nodes it is over.
+    /// The number of nodes it depends on.
     fn nodes(&self) -> usize;
     /// Its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
     /// See [`OwnEnergy::keeps_plane`].
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
-    /// How large the terms are that make up its derivatives: see [`Terms`].
+    /// The sizes of the terms in its derivatives: see [`Terms`].
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64>;
 }
 
@@ -205,7 +204,7 @@ macro_rules! by_size {
                 $call
             }};
         }
-        // A constant of the energy and one of the chart: what cannot be is not compiled.
+        // The number of nodes is a constant of the energy: other sizes are not compiled.
         match (N, $q.len()) {
             (1, 2) => sized!(2),
             (1, _) => sized!(3),
@@ -218,7 +217,7 @@ macro_rules! by_size {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
-    /// The energy in a scalar that `over` makes of the site's.
+    /// The energy, J, in the scalar of `q`; `over` converts the numbers of the site.
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
@@ -235,7 +234,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
     }
 
-    /// Something of the energy, with its place and its parameters.
+    /// The result of `of` for the place and the parameters of the site.
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,
@@ -247,7 +246,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
-    /// By hand, where there are derivatives by hand.
+    /// The gradient by the unknowns, from hand-derived slopes; none of an energy without them.
     fn hand_gradient<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -364,7 +363,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     }
 }
 
-/// An energy of one's own as a function of the unknowns.
+/// A user-defined energy as a function of the unknowns.
 struct Energy<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
     site: &'a Site<'a, B>,
@@ -379,7 +378,7 @@ impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
     }
 }
 
-/// The sum of all directors of an element over `N` nodes times their slopes, which are held.
+/// The sum of all directors of an element over `N` nodes times constant slopes.
 struct Pull<'a, B, S, const N: usize> {
     site: &'a Site<'a, B>,
     slope: S,

@@ -1,4 +1,4 @@
-//! How [energies of one's own](crate::energy::own) come to a scene, and from there to its rods.
+//! Attachment of [user-defined energies](crate::energy::own) to a scene.
 
 use crate::energy::adapter::{Adapter, AnyEnergy};
 use crate::energy::own::OwnEnergy;
@@ -8,7 +8,7 @@ use crate::scene::{Scene, number::Quantity};
 use std::any::Any;
 use std::sync::Arc;
 
-/// An energy as a scene keeps it, which knows none.
+/// An energy in the form that a scene stores: the scene module does not depend on energies.
 struct Kept(Arc<dyn AnyEnergy>);
 
 impl Code for Kept {

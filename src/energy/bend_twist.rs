@@ -17,7 +17,7 @@
 //! # Derivatives at any state
 //!
 //! The directors follow the tangents by parallel transport from a stored reference tangent. The
-//! derivatives in the literature (Bergou et al. 2010 and what builds on it) are those at the
+//! derivatives in the literature (Bergou et al. 2010 and later work) are those at the
 //! reference itself, where transport is stationary. Away from it a change `dx` of an edge turns
 //! the transported director by `g.dx` with
 //!
@@ -76,7 +76,7 @@ pub struct BendTwist<D> {
     pub twist: D,
 }
 
-/// Stiffnesses and natural strains of a node: what does not change as the rod moves.
+/// The elastic law of a node: stiffnesses and natural strains.
 #[derive(Clone, Copy, Debug)]
 pub struct JointLaw<D> {
     /// Over the Voronoi length, N m.
@@ -86,14 +86,14 @@ pub struct JointLaw<D> {
 }
 
 impl<D: Scalar> JointLaw<D> {
-    /// A node that nothing bends or twists.
+    /// A node without stiffness.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
         Self { stiffness, natural: [zero; 3] }
     }
 
-    /// As many nodes as there are lanes.
+    /// Nodes in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
@@ -106,7 +106,7 @@ impl<D: Scalar> JointLaw<D> {
         }
     }
 
-    /// The node with a reference.
+    /// The element of a node with its reference frames and reference twist, rad.
     #[inline(always)]
     pub fn at(&self, frames: [EdgeFrame<D>; 2], twist: D) -> BendTwist<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
@@ -120,8 +120,7 @@ impl<D: Scalar> JointLaw<D> {
         [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
     }
 
-    /// First derivatives of the energy between two edges whose frames are where they are, for a twist
-    /// in rad.
+    /// First derivatives of the energy between two edges that are their own references, for a twist in rad.
     #[inline(always)]
     pub(crate) fn pull(&self, e: &Edge<D>, f: &Edge<D>, twist: D) -> Pull<D> {
         let joint = Joint::new(e, f, twist);
@@ -352,8 +351,8 @@ pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> L
     spread(Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 })
 }
 
-/// The element with the derivatives of the literature, which take the state for the reference.
-/// It serves to show what they miss.
+/// The element with the derivatives of the literature, which assume that the state is its own reference. It shows their
+/// error.
 #[derive(Clone, Copy, Debug)]
 pub struct Published(pub BendTwist<f64>);
 

@@ -1,8 +1,8 @@
 //! Derivatives of a function by all its unknowns, in dual numbers.
 //!
-//! Where rods run in plain numbers all derivatives travel together. Where they run in numbers that have derivatives
-//! already, those by one unknown, or two, are found at a time: the function is compiled for two more types of number then,
-//! and not for two with every number of unknowns.
+//! In rods of plain numbers all derivatives are computed at once. In rods of dual numbers they are computed by one
+//! unknown, or two, at a time: the function is compiled for two more scalars then, and not for two with every number of
+//! unknowns.
 
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -10,9 +10,9 @@ use crate::numerics::vector::components;
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, DualSVec, HyperDual};
 
-/// A function of unknowns in any scalar. What else it depends on is in a rod's, `B`.
+/// A function of unknowns in any scalar. Its other arguments are numbers of the rod's scalar `B`.
 pub trait Function<B> {
-    /// The value; `over` makes the scalar of the unknowns of a rod's.
+    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D;
 }
 
@@ -63,7 +63,7 @@ pub fn hessian<B: Nestable, const Q: usize>(
     (gradient, hessian)
 }
 
-/// The derivatives of some numbers by an unknown each: the rows are those of the numbers.
+/// The derivatives of `R` numbers (rows) by all unknowns (columns).
 pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     of: impl Fn(fn(B) -> OutOfLine<Dual<B>>, &[OutOfLine<Dual<B>>]) -> [OutOfLine<Dual<B>>; R],
     q: &[B; Q],
@@ -80,7 +80,7 @@ pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     rows
 }
 
-/// The number, or the unknown that derivatives are by.
+/// The number `q`, with a unit derivative if it is the unknown of the derivatives.
 fn seed<B: Nestable>(mut q: OutOfLine<Dual<B>>, is_unknown: bool) -> OutOfLine<Dual<B>> {
     if is_unknown {
         q.0.eps = B::from(1.0);

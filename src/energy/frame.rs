@@ -4,7 +4,7 @@
 //! another state the director is transported in parallel from the old tangent to the new one, and
 //! the edge's angle `theta` turns it into the material director `m1` (Bergou et al. 2010, section
 //! 4.2). Every inner node keeps the reference twist, the angle between the reference directors of
-//! its two edges that is left when one is transported to the other. It counts on past a half turn.
+//! its two edges after transport of one to the other. It is continuous beyond half a turn.
 //!
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the
 //! reference ([`Frames::rebase`]) without changing that energy.
@@ -77,13 +77,13 @@ pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
 }
 
-/// `a` where `near` is more than `far`, elsewhere `b`: a selection, so that joints can go side by side.
+/// `a` where `near` is more than `far`, elsewhere `b`: a selection, so that joints can be computed in SIMD lanes.
 #[inline(always)]
 fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [far.if_less(near, a[0], b[0]), far.if_less(near, a[1], b[1]), far.if_less(near, a[2], b[2])]
 }
 
-/// Vectors one lane after these.
+/// Vectors shifted by one SIMD lane towards earlier edges; the last lane is the first one of `later`.
 #[inline(always)]
 pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
@@ -105,7 +105,7 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 }
 
 impl<D: Scalar> EdgeFrame<D> {
-    /// As many frames as there are lanes.
+    /// Frames in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
         EdgeFrame {
@@ -122,7 +122,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// The frames after these, which `later` ones come after.
+    /// The frames shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
@@ -134,7 +134,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// Over other numbers.
+    /// Converts every number.
     pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
         let Self { tangent, director } = self;
         EdgeFrame {
@@ -207,7 +207,7 @@ impl<D: Scalar> Frames<D> {
 /// had the twist `before`, rad. It does not jump.
 ///
 /// It is read from the new directors, so that rounding errors do not add up over many moves; the transported
-/// twist only tells which turn it is.
+/// twist only determines the number of turns.
 #[inline(always)]
 pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2], before: D) -> D {
     let angle = to[0].angle_to(to[1]);
@@ -215,8 +215,7 @@ pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2
     angle + ((expected - angle) * TAU.recip()).nearest_whole() * TAU
 }
 
-/// [`transported_twist`] as far as it takes to count turns: zero where it is surely below a half
-/// turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
+/// [`transported_twist`] for the number of turns: zero where it is surely below half a turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
 /// area is below 2 then.
 #[inline(always)]
 fn transport_turns<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {

@@ -19,7 +19,7 @@
 //! tau     -a2,          a1,            -1     b2,        -b1,         1
 //! ```
 //!
-//! [`EdgeState`] makes derivatives by an edge's vector and angle of them, once for the sum of the
+//! [`EdgeState::derivatives`] converts them to derivatives by an edge's vector and angle, once for the sum of the
 //! edge's two joints.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
@@ -27,7 +27,7 @@ use crate::energy::stiffness::Stiffness;
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 
-/// An edge as it is: inverse length, tangent and material directors.
+/// Inverse length, 1/m, unit tangent and material directors of an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge<D> {
     pub inverse_length: D,
@@ -42,27 +42,27 @@ impl<D: Scalar> Edge<D> {
         Self { inverse_length, tangent: frame.tangent, m: frame.turned(angle) }
     }
 
-    /// The derivative by the edge vector of something whose derivatives by `p` and `q` these are.
+    /// The derivative by the edge vector from those by `p` and `q`.
     #[inline(always)]
     pub fn across(&self, [p, q]: [D; 2]) -> Vector<D> {
         scale(combine(p, self.m[0], q, self.m[1]), self.inverse_length)
     }
 
-    /// The same by the edge vector and its angle.
+    /// The derivatives by the edge vector and its angle from those by `p`, `q` and `h`.
     #[inline(always)]
     fn row(&self, p: D, q: D, h: D) -> [D; 4] {
         let [x, y, z] = self.across([p, q]);
         [x, y, z, h]
     }
 
-    /// The directors' parts along a vector.
+    /// The components of `t` along the directors, times `factor`.
     #[inline(always)]
     fn along(&self, t: Vector<D>, factor: D) -> [D; 2] {
         [dot(self.m[0], t) * factor, dot(self.m[1], t) * factor]
     }
 }
 
-/// An edge, and how it has rotated since its reference.
+/// An edge, and its rotation since its reference.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeState<D> {
     pub(crate) edge: Edge<D>,
@@ -73,7 +73,7 @@ pub struct EdgeState<D> {
     pub(crate) turn: [D; 2],
 }
 
-/// Derivatives by an edge: of the energies of its stretching and of both its joints.
+/// Derivatives of the energies of an edge's stretching and of both its joints by the edge.
 #[derive(Clone, Copy, Debug)]
 pub struct ByEdge<D> {
     /// By its vector, N, and by its angle, N m.
@@ -95,7 +95,7 @@ pub(crate) struct Sum<D> {
 }
 
 impl<D: Scalar> Sum<D> {
-    /// The sums one lane before these, of which `earlier` ones go before all.
+    /// The derivatives shifted by one SIMD lane towards later edges; the first lane is the last one of `earlier`.
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
     where
@@ -141,7 +141,7 @@ impl<D: Scalar> EdgeState<D> {
         Self { edge: Edge { inverse_length, tangent, m }, length, squared, turn }
     }
 
-    /// The edges after these, which `later` ones come after.
+    /// The edges shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
@@ -160,14 +160,14 @@ impl<D: Scalar> EdgeState<D> {
         }
     }
 
-    /// The same, as the literature has it: as if the reference were here.
+    /// The edge with its present frame as reference: the assumption of the literature.
     pub(super) fn at_reference(mut self) -> Self {
         self.turn = [D::from(0.0); 2];
         self
     }
 
-    /// The gradient by the edge's vector and angle of what has these derivatives by `p`, `q` and `h`,
-    /// and pulls along the edge with `force`, N.
+    /// The gradient of an energy by the edge's vector and angle, from its derivatives by `p`, `q` and `h` and its axial
+    /// `force`, N.
     #[inline(always)]
     pub(crate) fn gradient(&self, [p, q, h]: [D; 3], force: D) -> [D; 4] {
         let across = self.edge.across([p + h * self.turn[0], q + h * self.turn[1]]);
@@ -175,8 +175,8 @@ impl<D: Scalar> EdgeState<D> {
         [x, y, z, h]
     }
 
-    /// All derivatives by the edge's vector and angle of what has those in `sum`, pulls along the edge
-    /// with `force`, N, and has the `stiffness` along it, N/m.
+    /// All derivatives of an energy by the edge's vector and angle, from those by `p`, `q` and `h` in `sum`. The edge
+    /// has the axial `force`, N, the `tension` in its geometric stiffness, N, and the axial `stiffness`, N/m.
     ///
     /// The director follows the tangent by parallel transport from the reference: `dh -> dh + g.dx`
     /// with the [turn](Self::turn) `g`, and one more block, `(dE/dh) dg/dx`. A tangent that moves by
@@ -229,7 +229,7 @@ impl<D: Scalar> EdgeState<D> {
 /// the first.
 pub type Between<D> = [[D; 4]; 4];
 
-/// Makes them of those by `p`, `q` and `h`.
+/// Derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h`.
 #[inline(always)]
 pub(crate) fn between<D: Scalar>(
     e: &EdgeState<D>,
@@ -258,13 +258,13 @@ pub(crate) fn between<D: Scalar>(
     ]
 }
 
-/// What the stresses make of a derivative of the strains of bending.
+/// The product of the derivatives of both bending strains with their stresses.
 #[inline(always)]
 fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
     w[0] * by[0] + w[1] * by[1]
 }
 
-/// How two edges that meet in a node stand to each other, and the strains there.
+/// Two edges that meet in a node: their angle, in terms of the module's `a` and `b`, and the strains of their joint.
 pub(crate) struct Joint<D> {
     /// 1/(1 + t_e.t_f).
     inverse_chi: D,
@@ -273,13 +273,13 @@ pub(crate) struct Joint<D> {
     pub strains: [D; 3],
 }
 
-/// Derivatives by `p`, `q` and `h` of both edges, as far as first ones go.
+/// First derivatives of an energy by `p`, `q` and `h` of both edges.
 pub(crate) struct Pull<D> {
     pub e: [D; 3],
     pub f: [D; 3],
 }
 
-/// Derivatives by `p`, `q` and `h` of both edges.
+/// First and second derivatives of an energy by `p`, `q` and `h` of both edges.
 pub(crate) struct Tangent<D> {
     pub e: Sum<D>,
     pub f: Sum<D>,
@@ -288,7 +288,7 @@ pub(crate) struct Tangent<D> {
 }
 
 impl<D: Scalar> Joint<D> {
-    /// Two edges and the twist between them, rad.
+    /// The joint of two edges with a `twist` between them, rad.
     #[inline(always)]
     pub fn new(e: &Edge<D>, f: &Edge<D>, twist: D) -> Self {
         let both = add(e.tangent, f.tangent);
@@ -340,7 +340,7 @@ impl<D: Scalar> Joint<D> {
         }
     }
 
-    /// The same with second derivatives, for strains of this stiffness.
+    /// First and second derivatives of the energy, for the `stiffness` and the stresses `w` of the strains.
     #[inline(always)]
     pub fn tangent(
         &self,
@@ -356,7 +356,7 @@ impl<D: Scalar> Joint<D> {
         let u = c + sigma;
         let (aa, bb) = ([a1 * a1, a1 * a2, a2 * a2], [b1 * b1, b1 * b2, b2 * b2]);
 
-        // The strains' derivatives, and what the stresses make of those of bending.
+        // The strains' derivatives, and their products with the stresses of bending.
         let by_e =
             [[-(u + aa[0]), v - aa[1], -a2], [-(v + aa[1]), -(u + aa[2]), a1], [a2, -a1, -one]];
         let by_f = [[u + bb[0], v + bb[1], b2], [bb[1] - v, u + bb[2], -b1], [-b2, b1, one]];
@@ -365,8 +365,8 @@ impl<D: Scalar> Joint<D> {
         let gradient_e = [-(p_e + w3 * a2), w3 * a1 - q_e, h_e - w3];
         let gradient_f = [p_f + w3 * b2, q_f - w3 * b1, h_f + w3];
 
-        // The stresses times the strains' second derivatives, and the stiffness of every strain: one
-        // block after the other, so that little waits.
+        // The stresses times the strains' second derivatives, and the stiffness of every strain: block after block,
+        // so that few operations depend on the one before.
         let kw = w1 * self.strains[0] + w2 * self.strains[1];
         let (around, half) = (-(rho * kw), w3 * 0.5);
         let (w11, w12, w21, w22) = (w1 * a1, w1 * a2, w2 * a1, w2 * a2);

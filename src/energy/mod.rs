@@ -1,9 +1,8 @@
-//! Energies of the rod's small pieces, and their derivatives.
+//! Energies of the elements of a rod, and their derivatives.
 //!
-//! Every element states its energy once, generic over the [`Scalar`], and beside it the gradient
-//! and Hessian derived by hand. [`Derivatives`] chooses which of the two routes the simulation
-//! takes: the hand-derived formulas, or num-dual's differentiation of the energy. They agree to
-//! rounding, and `rodfit check` proves it on any scene.
+//! Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient
+//! and Hessian. [`Derivatives`] chooses the derivatives of a simulation: the hand-derived formulas, or num-dual's
+//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
@@ -62,8 +61,8 @@ pub enum Derivatives {
     /// The hand-derived formulas: fast.
     #[default]
     Hand,
-    /// num-dual's derivatives of the energy: the definition, and the judge of the formulas. Rods in dual numbers
-    /// go by the formulas all the same: they differentiate what was judged.
+    /// num-dual's derivatives of the energy: the definition, with which the formulas are compared. Rods in dual numbers
+    /// use the hand-derived formulas nevertheless.
     Dual,
 }
 
@@ -78,9 +77,8 @@ pub struct Local<D, const N: usize> {
     pub hessian: [[D; N]; N],
 }
 
-/// A piece of the rod with `N` unknowns whose parameters (stiffness, natural strain) are numbers
-/// of type `D`, so that derivatives with respect to parameters come as easily as those with
-/// respect to unknowns.
+/// An element of the rod with `N` unknowns. Its parameters (stiffness, natural strain) are numbers of type `D`: dual
+/// parameters give derivatives along parameters.
 pub trait Element<D: Scalar, const N: usize>: Copy {
     /// Name in reports.
     const NAME: &'static str;

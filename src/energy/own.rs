@@ -1,13 +1,13 @@
-//! Energies of one's own.
+//! User-defined energies.
 //!
-//! What acts on a rod and has a potential, but is not built in, is written once, over any
+//! A potential that acts on a rod and is not built in is written once, over any
 //! [`Scalar`], and attached to a scene by its place: [`Scene::with_energy`]. From then on it is a
 //! part of the rod: in every scheme, at rest, in modes, in derivatives and fits, where its
 //! parameters are `energy.<name>.<parameter>`, and in [`crate::check`].
 //!
 //! An energy is a function of one to three neighbouring nodes and of the material directors of the
-//! edges between them, all in the world. It never sees the angles that the rod counts its directors
-//! with, as what those are counted from moves along with the rod.
+//! edges between them, all in the world. It does not depend on the angles of the rod's edges, because
+//! the reference frames of these angles move with the rod.
 //!
 //! ```
 //! use rodfit::energy::{Directors, OwnEnergy, Place};
@@ -69,7 +69,7 @@ pub(crate) const MOST_NODES: usize = 3;
 /// An energy of one's own over `N` neighbouring nodes, one to three, with `P` parameters. See the
 /// [module](self).
 ///
-/// What it does not depend on but these, such as a field, are fields of the type. It must be smooth
+/// Other numbers, such as an external field, are fields of the type. It must be smooth
 /// enough for two derivatives, and may be attached to any rod. A value that is no finite number
 /// ends a run.
 pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
@@ -77,7 +77,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
     const PARAMETERS: [(&'static str, Quantity); P];
 
     /// The energy, J, of one [place](Place) of the rod, from the positions of its nodes in the world,
-    /// m, and the directors of the `N - 1` edges between them. What is spread along the rod is
+    /// m, and the directors of the `N - 1` edges between them. A density per length is
     /// multiplied by [`Place::length`].
     fn energy<D: Scalar>(
         &self,
@@ -118,7 +118,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
     }
 }
 
-/// What an energy is differentiated by: three numbers each.
+/// An argument of an energy by which it is differentiated: three components each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
     /// The position of a node.
@@ -132,7 +132,7 @@ pub enum By {
 }
 
 impl By {
-    /// Whose it is, and which of that.
+    /// The index of the node or edge, and the kind of argument: 0 position, 1 tangent, 2 first and 3 second director.
     fn place(self) -> [usize; 2] {
         match self {
             Self::Node(i) => [i, 0],
@@ -142,7 +142,7 @@ impl By {
         }
     }
 
-    /// All of an energy over `nodes` nodes, those of nodes first.
+    /// All arguments of an energy over `nodes` nodes, positions first.
     pub(crate) fn all(nodes: usize) -> impl Iterator<Item = Self> {
         let of_edge = |j| [Self::Tangent(j), Self::First(j), Self::Second(j)];
         (0..nodes).map(Self::Node).chain((1..nodes).flat_map(move |j| of_edge(j - 1)))

@@ -1,4 +1,4 @@
-//! Where on the rod an energy of one's own acts.
+//! The elements of the rod on which a user-defined energy acts, and their rest shape.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};
@@ -15,20 +15,20 @@ pub type Directors<D> = [Vector<D>; 3];
 pub struct Spot<D> {
     /// The first node of the element.
     pub first: usize,
-    /// Its part of a point between two elements.
+    /// Its weight in an energy at a point between two elements.
     pub weight: Option<D>,
-    /// What [`Place`] hands out.
+    /// The numbers of its [`Place`].
     pub numbers: Vec<D>,
 }
 
-/// What an energy may know of the rest shape where it acts; all in the world.
+/// The rest shape of an element on which an energy acts, in the world.
 pub struct Place<'a, D> {
     numbers: &'a dyn Fn(usize) -> D,
     nodes: usize,
 }
 
 impl<'a, D: Scalar> Place<'a, D> {
-    /// Of `nodes` nodes, from the numbers of a [`Spot`].
+    /// The place of an element of `nodes` nodes, from the numbers of its [`Spot`].
     pub(crate) fn new(nodes: usize, numbers: &'a dyn Fn(usize) -> D) -> Self {
         Self { numbers, nodes }
     }
@@ -38,7 +38,7 @@ impl<'a, D: Scalar> Place<'a, D> {
         (self.numbers)(0)
     }
 
-    /// How much of the rod's length the element stands for, m: halves of the edges next to a node, or
+    /// The tributary length of the element, m: halves of the edges next to a node, or
     /// the edge, as far as they lie on the rod, beyond its walls, and in the interval. Over an
     /// interval these add up to its length.
     pub fn length(&self) -> D {
@@ -96,7 +96,7 @@ pub(crate) fn spots<D: Scalar>(
         At::Interval(from, to) => [D::from(from), D::from(to)],
         _ => [zero, mesh.length],
     };
-    // What an element stands for, cut at the ends.
+    // The tributary length of an element, cut at the ends.
     let length = |i: usize| {
         let last = arcs.len() - 1;
         let cell = match nodes {

@@ -44,7 +44,7 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let cross = e[0] * f[1] - e[1] * f[0];
     let dot = e[0] * f[0] + e[1] * f[1];
     let lengths = (ee * ff).sqrt();
-    // tan(phi/2), without a cancellation: a selection, so that joints can go side by side.
+    // tan(phi/2), without a cancellation: a selection, so that joints can be computed in SIMD lanes.
     let zero = dot.like(0.0);
     let above = dot.if_less(zero, lengths - dot, cross);
     let below = dot.if_less(zero, cross, lengths + dot);
@@ -71,13 +71,13 @@ fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
 }
 
 impl<D: Scalar> PlanarBend<D> {
-    /// A joint that nothing bends.
+    /// A joint without stiffness.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         Self { stiffness: zero, natural_curvature: zero }
     }
 
-    /// As many joints as there are lanes.
+    /// Joints in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {

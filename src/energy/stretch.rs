@@ -41,13 +41,13 @@ fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
 }
 
 impl<D: Scalar, const M: usize> Stretch<D, M> {
-    /// An edge that nothing stretches.
+    /// An edge without stiffness.
     pub(crate) fn none() -> Self {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         Self { stiffness: zero, rest_length: one, natural_strain: zero }
     }
 
-    /// As many edges as there are lanes.
+    /// Edges in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
@@ -86,7 +86,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         [self.force(squared, length), self.stiffness / self.rest_length]
     }
 
-    /// The axial force, N, to first order where an edge that was `e`, m, has become `now`: a strain of `t.now/l - 1`.
+    /// The axial force, N, to first order in the change of an edge from `e` to `now`, m: at the strain `t.now/l - 1`.
     #[inline(always)]
     pub(crate) fn tension_after(&self, e: &[D; M], now: &[D; M]) -> D {
         let along = e.iter().zip(now).fold(D::from(0.0), |sum, (e, now)| sum + *e * *now);
@@ -94,7 +94,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.stiffness * (strain - self.natural_strain)
     }
 
-    /// What the Hessian by the edge `e` gains where its axial force counts as `tension`, N: `(T - F)/|e| (I - t t')`.
+    /// The change of the Hessian by the edge `e`, m, where `tension`, N, replaces its axial force in the geometric
+    /// stiffness: `(T - F)/|e| (I - t t')`.
     #[inline]
     pub(crate) fn under(&self, e: &[D; M], tension: D) -> [[D; M]; M] {
         let squared = squared(e);

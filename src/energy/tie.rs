@@ -1,7 +1,7 @@
-//! A spring between a node and a place in the world, which acts at the node alone.
+//! A linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`.
 //!
-//! What its unknowns do to a node is a constant, so that its derivatives are two lines, for any scalar; an
-//! [adapter](super::adapter) of an energy of one's own would have them found in dual numbers too.
+//! Positions of nodes are linear in the unknowns, so that its derivatives are two lines for any scalar. The
+//! [adapter](super::adapter) of a user-defined energy would compute them in dual numbers.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
@@ -9,11 +9,11 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::number::Quantity;
 
-/// Where the spring is fixed, m. Its stiffness, N/m, is its parameter.
+/// The fixed point, m. The stiffness, N/m, is the parameter of the energy.
 pub(crate) struct Tie(pub [f64; 3]);
 
 impl Tie {
-    /// How far the node is away, m.
+    /// The vector from the fixed point to the node, m.
     fn way<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
         let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
         components(|c| x[c] - self.0[c])
@@ -52,7 +52,7 @@ impl AnyEnergy for Tie {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
 
-    /// Nobody asks: whether a scene is planar is settled before anything is tied.
+    /// Not used: the model is chosen before springs are added.
     fn keeps_plane(&self, _: &[f64], _: [f64; 3], _: [f64; 3]) -> bool {
         false
     }

@@ -1,4 +1,5 @@
-//! Tangents by nodes, made of derivatives by edges: an edge is its second node less its first.
+//! Gradient and tangent of a spatial rod by nodes or by edges, from the derivatives of its energy by edges. An edge
+//! vector is the position of its second node less that of its first.
 
 use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};
@@ -24,8 +25,8 @@ pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     /// Of the tangent, four columns for each node.
     diagonal: &'a mut [[D; 4]],
     below: &'a mut [Below<D>],
-    /// Of the edges before: the gradient by their vectors, the second derivatives, and those between the
-    /// edges that come and them.
+    /// The first and second derivatives by the vectors of the edges before, and the derivatives between the next edges
+    /// (rows) and them (columns).
     force: [V; 3],
     vector: [[V; 3]; 3],
     between: Between<V>,
@@ -93,7 +94,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V>
             gz.before(self.force[2]) - gz - load[2],
             torque,
         ];
-        // What stands between edges, of the edges before.
+        // The derivatives between the edges before these and these, lane by lane.
         let mut before = *after;
         for r in 0..4 {
             for c in 0..3 {
@@ -202,7 +203,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V>
     }
 }
 
-/// Adds what stands between edges: an angle, its edge, and the same of the next.
+/// Adds the second derivatives by edges, in the order of an angle, its edge vector, and those of the next edge.
 pub(super) struct ToEdges<'a, D> {
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.

@@ -1,4 +1,4 @@
-//! What differs between a rod in the plane and one in space: the unknowns of a node, the strains of a joint, the frames.
+//! The interface of a rod's layout, in the plane or in space: unknowns of a node, strains of a joint, frames, and sweeps.
 
 use crate::energy::frame::EdgeFrame;
 use crate::energy::friction::Springs;

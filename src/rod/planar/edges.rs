@@ -1,4 +1,4 @@
-//! Derivatives by the edges of a planar rod, and where they go.
+//! Gradient and tangent of a planar rod by nodes or by edges, from the derivatives of its energy by edges.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -10,12 +10,12 @@ use crate::rod::layout::{EdgeSink, NodeSink, Plane};
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;
 
-/// Derivatives by an edge's vector: of the energies of its stretching and of both its joints.
+/// Derivatives of the energies of an edge's stretching and of both its joints by the edge's vector.
 #[derive(Clone, Copy)]
 pub struct ByEdge<D> {
-    /// N.
+    /// First derivatives, N.
     pub(super) gradient: [D; 2],
-    /// `xx, yx, yy`, N/m.
+    /// Second derivatives `xx, yx, yy`, N/m.
     pub(super) vector: [D; 3],
 }
 
@@ -37,7 +37,7 @@ pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     /// Of the tangent, two columns for each node.
     diagonal: &'a mut [[D; 2]],
     below: &'a mut [Below<D>],
-    /// Of the edges before, with the derivatives between the edges that come and them.
+    /// The derivatives by the edges before, and those between the next edges (rows) and them (columns).
     before: ByEdge<V>,
     between: [[V; 2]; 2],
 }
@@ -96,7 +96,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
         let [[a00, a01], [a10, a11]] = *after;
-        // The same of the edges before.
+        // The derivatives by the edges before these, lane by lane.
         let (force, vector, between) = (&self.before.gradient, &self.before.vector, &self.between);
         let (px, py) = (gx.before(force[0]), gy.before(force[1]));
         let (pxx, pyx, pyy) = (xx.before(vector[0]), yx.before(vector[1]), yy.before(vector[2]));
@@ -145,7 +145,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
     }
 }
 
-/// Adds what stands between edges.
+/// Adds the second derivatives by edges.
 pub(super) struct ToEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.

@@ -1,8 +1,8 @@
-//! Edges of a planar rod, and how they are strained.
+//! Edges of a planar rod, and the geometry of the rod: strains, and their derivatives.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 
-/// An edge as it is.
+/// Lengths, m, and directions of edges in SIMD lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Edge<D> {
     pub squared: D,
@@ -25,7 +25,7 @@ impl<D: Scalar> Edge<D> {
         Self { squared, length, inverse_length, tangent, normal }
     }
 
-    /// The edges after these, which `later` ones come after.
+    /// The edges shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
     #[inline(always)]
     pub fn after<S>(&self, later: &Self) -> Self
     where
@@ -46,7 +46,7 @@ fn pair_after<S, V: SimdScalar<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
     [own[0].after(later[0]), own[1].after(later[1])]
 }
 
-/// An edge as it is, in plain numbers.
+/// Direction and strain of an edge, in plain numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Straight {
     pub tangent: [f64; 2],
@@ -55,7 +55,7 @@ pub(super) struct Straight {
     pub strain: f64,
 }
 
-/// Edges and joints of a planar rod.
+/// Edges and joints of a planar rod at its unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     pub(super) edges: Vec<Straight>,

@@ -1,4 +1,4 @@
-//! Sweeps over the edges of a planar rod, several side by side.
+//! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient and derivatives by edges.
 
 use crate::energy::friction::Springs;
 use crate::energy::planar_bend::{curvature, curvature_between};
@@ -9,8 +9,8 @@ use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Edge, Geometry, Straight};
 
-/// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
-/// is straight, and what lies beyond has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the curvatures of the joints between. The joint after the last edge
+/// is straight; lanes beyond have no meaning.
 pub struct Pairs<V> {
     /// The number of the first edge.
     first: usize,
@@ -38,12 +38,12 @@ impl<D: Nestable> Elements<'_, D> {
     }
 }
 
-/// A rod at `q` and what its elements are side by side.
+/// The edges of a rod at `q`, block after block.
 pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
-    /// The edges from here on come next.
+    /// The number of the first edge of the next block.
     first: usize,
     edge: Edge<V>,
 }
@@ -186,8 +186,8 @@ fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usiz
     ])
 }
 
-/// The derivatives by an edge that is stretched with a force, N, turns under a tension, N, and has the stiffness `along`
-/// it, N/m, and on which its joints act with the `moment` and the `stiffness` by its angle, N m.
+/// The derivatives by an edge with an axial force, N, a tension in its geometric stiffness, N, and the axial stiffness
+/// `along`, N/m. Its joints have the `moment` and the `stiffness` by its angle, N m.
 #[inline(always)]
 fn by_edge<V: Scalar>(
     [force, tension, along]: [V; 3],
@@ -214,8 +214,8 @@ fn by_edge<V: Scalar>(
 }
 
 /// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
-/// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
-/// them is the gradient there.
+/// of the moments at its ends over its length as shear force. The gradient at a node is the difference of the forces of
+/// its two edges, less its load.
 pub(super) struct Forces<'a, D: Scalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],

@@ -1,4 +1,4 @@
-//! The gradient of a spatial rod alone, edge after edge.
+//! The gradient of a spatial rod, at given frames or with frames that move along, in SIMD lanes.
 
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
@@ -10,11 +10,11 @@ use crate::rod::layout::EdgeBlocks;
 use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
 use crate::rod::spatial::sweep::{Along, At, Elements, Pairs, joints, stretches};
 
-/// Writes a gradient by nodes from that by edges, one after the other.
+/// Writes the gradient by nodes from derivatives by edges, block after block.
 struct Forces<'a, D, V> {
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],
-    /// By the joints before, and by the vectors of the edges before, N.
+    /// Derivatives of the joints before the next edges, and forces of the edges before, N.
     open: [V; 3],
     carried: [V; 3],
 }
@@ -26,7 +26,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
         Self { load, gradient, open: [zero; 3], carried: [zero; 3] }
     }
 
-    /// Edges from `first` on, on which the joints after them pull, and which carry an axial force, N.
+    /// Adds the edges from `first` on with the derivatives of the joints after them and their axial forces, N.
     #[inline(always)]
     fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &Pull<V>, axial: V) {
         let (open, carried) = (&self.open, &self.carried);
@@ -44,7 +44,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
         (self.open, self.carried) = (pull.f, [x, y, z]);
     }
 
-    /// The last node.
+    /// Writes the last node.
     #[inline(always)]
     fn end(self) {
         let edges = self.load.len() - 1;

@@ -1,8 +1,8 @@
-//! Edges and joints of a spatial rod, and how they are strained.
+//! The geometry of a spatial rod: strains of its edges and joints, and their derivatives.
 
 use crate::numerics::vector::Vector;
 
-/// An edge as it is, and how it has rotated since its reference.
+/// Length, m, directions and strain of an edge, and its rotation since its reference.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Straight {
     pub(super) length: f64,
@@ -11,22 +11,22 @@ pub(super) struct Straight {
     pub(super) strain: f64,
     /// Material directors over the length, 1/m.
     pub(super) across: [Vector<f64>; 2],
-    /// How much the directors turn when the edge moves towards them.
+    /// The turn of the directors, rad, per rotation of the tangent towards each of them.
     pub(super) turn: [f64; 2],
-    /// How much they turn when the edge changes, 1/m.
+    /// The turn of the directors per change of the edge vector, 1/m.
     pub(super) follow: Vector<f64>,
     /// 1/(1 + t.t_ref).
     pub(super) by_chi: f64,
 }
 
-/// A joint as it is: strains, and their derivatives (columns) by what both edges can do (rows).
+/// The strains of a joint, and their derivatives (columns) by the rotations `p`, `q` and `h` of both edges (rows).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bent {
     pub(super) strains: [f64; 3],
     pub(super) by: [[[f64; 3]; 3]; 2],
 }
 
-/// Edges and joints of a spatial rod.
+/// Edges and joints of a spatial rod at its unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     pub(super) edges: Vec<Straight>,

@@ -1,4 +1,4 @@
-//! Frames that move with their edges.
+//! Parallel transport of the reference frames of a rod to its edges at other unknowns, in SIMD lanes.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{Edge, EdgeState};
@@ -20,7 +20,7 @@ pub(super) struct Moved<V> {
 }
 
 impl<V: Scalar> Moved<V> {
-    /// The edges as they are: their own references.
+    /// The edges with their present frames as references.
     #[inline(always)]
     pub fn state(&self) -> EdgeState<V> {
         let Self { squared, length, inverse_length, angle, frame, .. } = self;
@@ -28,7 +28,7 @@ impl<V: Scalar> Moved<V> {
         EdgeState { edge, length: *length, squared: *squared, turn: [squared.like(0.0); 2] }
     }
 
-    /// The edges after these, which `later` ones come after.
+    /// The edges shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
     #[inline(always)]
     fn after<S>(&self, later: &Self) -> Self
     where
@@ -45,8 +45,8 @@ impl<V: Scalar> Moved<V> {
     }
 }
 
-/// Edges side by side, those next to them, and how much the joints between are twisted, rad. What comes after the last
-/// edge has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the twists of the joints between, rad. Lanes after the last edge have
+/// no meaning.
 pub(super) struct Pairs<V> {
     /// The number of the first edge.
     pub first: usize,
@@ -61,7 +61,7 @@ pub(super) struct Moving<'a, D, V: SimdScalar<D>> {
     frames: &'a mut [EdgeFrame<D>],
     twist: &'a mut [D],
     level: V::Level,
-    /// The edges from here on come next.
+    /// The number of the first edge of the next block.
     first: usize,
     edges: Moved<V>,
 }
@@ -74,7 +74,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Moving<'a, D, V> {
         Self { q, frames, twist, level, first: 0, edges }
     }
 
-    /// Moves the next ones.
+    /// Moves the frames of the next block.
     #[inline(always)]
     pub fn next(&mut self) -> Option<Pairs<V>> {
         let (first, e) = (self.first, self.edges);
@@ -120,7 +120,7 @@ fn move_edges<D: Nestable, V: SimdScalar<D>>(
     Moved { squared, length, inverse_length, angle, frame, from: before.tangent }
 }
 
-/// Moves the frames alone.
+/// Moves all frames without a gradient.
 pub(super) struct Rebase<'a, D> {
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,

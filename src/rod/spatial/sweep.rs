@@ -1,4 +1,4 @@
-//! Sweeps over the edges of a spatial rod, several side by side.
+//! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies and derivatives by edges.
 
 use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
@@ -30,7 +30,7 @@ impl<D: Nestable> Elements<'_, D> {
     }
 }
 
-/// Edges as they are, with their angles and their references.
+/// Edges in SIMD lanes, with their angles, rad, and their reference frames.
 #[derive(Clone, Copy)]
 struct Edges<V> {
     state: EdgeState<V>,
@@ -38,8 +38,8 @@ struct Edges<V> {
     frame: EdgeFrame<V>,
 }
 
-/// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
-/// stiffness nor stress; what lies beyond has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the joints between. The joint after the last edge has neither
+/// stiffness nor stress; lanes beyond have no meaning.
 pub struct Pairs<V> {
     /// The number of the first edge.
     pub(super) first: usize,
@@ -49,14 +49,14 @@ pub struct Pairs<V> {
     pub(super) bent: Joint<V>,
 }
 
-/// A rod at `q` and what its elements are side by side.
+/// The edges of a rod at `q`, block after block.
 pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
     twist: &'a [D],
     level: V::Level,
-    /// The edges from here on come next.
+    /// The number of the first edge of the next block.
     first: usize,
     edges: Edges<V>,
 }
