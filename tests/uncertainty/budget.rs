@@ -234,8 +234,8 @@ fn all_inputs_have_sensitivities_and_cost_one_run() {
     );
     // A known input is in the budget instead.
     let length = known(&scene, "rod.shape.length", 0.01);
-    let said = fit.clone().known(length).solve().unwrap();
-    assert!(modulus(&said).input_sensitivities.iter().all(|p| p.source != "rod.shape.length"));
+    let stated = fit.clone().known(length).solve().unwrap();
+    assert!(modulus(&stated).input_sensitivities.iter().all(|p| p.source != "rod.shape.length"));
     let quiet = Analysis { sensitivity_analysis: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
     assert!(modulus(&quiet).input_sensitivities.is_empty());
@@ -319,10 +319,10 @@ fn error_of_a_known_input_explains_its_residuals() {
     let [from, to] = e.expanded95.unwrap();
     assert!((from..to).contains(&1e8));
     let report = solved(&nominal, Some(2e-4));
-    let said = |w: &String| {
+    let contradicts = |w: &String| {
         w.contains("contradict the stated rod.shape.length by")
             && w.contains("standard uncertainties")
     };
-    assert!(report.warnings.iter().any(said), "{report}");
+    assert!(report.warnings.iter().any(contradicts), "{report}");
     assert_eq!(report.grade, Grade::ModelDoesNotExplain);
 }

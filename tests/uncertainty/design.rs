@@ -69,17 +69,17 @@ fn spread_of_fits_equals_the_expected_error() {
     let scene = scene();
     let expected = errors(&design(&scene, planned(0.8, RATE)));
     let clean = as_planned(&scene);
-    let (mut found, mut said) = ([Vec::new(), Vec::new()], Vec::new());
+    let (mut found, mut standard_errors) = ([Vec::new(), Vec::new()], Vec::new());
     for seed in 0..120 {
         let report = fit_with(&scene, &noisy(&clean, SIGMA, seed), &BOTH, same_mesh());
         for (k, parameter) in BOTH.iter().enumerate() {
             found[k].push(value(&report, *parameter));
         }
-        said.push(report.estimate(BOTH[0]).unwrap().std_error.unwrap());
+        standard_errors.push(report.estimate(BOTH[0]).unwrap().std_error.unwrap());
     }
     // The median: some fits take white noise for autocorrelated noise by chance.
-    said.sort_by(f64::total_cmp);
-    near(&[Some(said[said.len() / 2])], &expected[..1], 0.02);
+    standard_errors.sort_by(f64::total_cmp);
+    near(&[Some(standard_errors[standard_errors.len() / 2])], &expected[..1], 0.02);
     for (values, expected) in found.iter().zip(expected) {
         let [_, spread] = mean_and_spread(values);
         // The spread of n values has the relative standard error 1/sqrt(2 n).

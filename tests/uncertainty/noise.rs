@@ -150,9 +150,9 @@ fn wrong_models_are_graded_as_inadequate() {
         let mut scene = swinging();
         make(&mut scene);
         let (offset, roll) = (scene.camera.time_offset, scene.camera.in_plane_rotation);
-        let mut seen = observe(&scene, 300);
-        seen.samples.retain(|s| s.time > offset);
-        for sample in &mut seen.samples {
+        let mut observed = observe(&scene, 300);
+        observed.samples.retain(|s| s.time > offset);
+        for sample in &mut observed.samples {
             sample.time -= offset;
             let (sin, cos) = roll.sin_cos();
             if let [Some(x), Some(y), _] = sample.position {
@@ -160,7 +160,7 @@ fn wrong_models_are_graded_as_inadequate() {
             }
         }
         let fit = |seed: u64| {
-            let mut data = seen.clone();
+            let mut data = observed.clone();
             Noise::White.add(&mut data, 1e-3, 0, seed);
             fit_with(&swinging(), &data, &unknowns(), same_mesh())
         };
@@ -196,18 +196,18 @@ fn block_bootstrap_and_profile_agree_with_standard_errors() {
 #[test]
 fn samples_are_weighted_by_their_own_sigmas() {
     let scene = swinging();
-    let mut seen = observe(&scene, 100);
+    let mut observed = observe(&scene, 100);
     let sigmas: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1e-4 } else { 3e-3 }).collect();
-    let mut noisy = seen.clone();
+    let mut noisy = observed.clone();
     Noise::White.add(&mut noisy, 1.0, 0, 5);
-    for ((seen, noisy), sigma) in seen.samples.iter_mut().zip(&noisy.samples).zip(&sigmas) {
-        for (x, noisy) in seen.position.iter_mut().zip(noisy.position) {
+    for ((observed, noisy), sigma) in observed.samples.iter_mut().zip(&noisy.samples).zip(&sigmas) {
+        for (x, noisy) in observed.position.iter_mut().zip(noisy.position) {
             *x = x.zip(noisy).map(|(x, noisy)| x + sigma * (noisy - x));
         }
     }
-    let exact: Vec<_> = seen.samples.iter().copied().step_by(2).collect();
+    let exact: Vec<_> = observed.samples.iter().copied().step_by(2).collect();
     let alone = Observation::new(exact).sigma(1e-4);
-    let report = fit_with(&scene, &seen.sigmas(&sigmas), &unknowns(), same_mesh());
+    let report = fit_with(&scene, &observed.sigmas(&sigmas), &unknowns(), same_mesh());
     assert!(report.grade == Grade::Trustworthy && report.warnings.is_empty(), "{report}");
     assert!(TRUTHS.iter().all(|(p, truth)| covers(&report, *p, *truth)), "{report}");
     // The standard errors are those of the accurate half.

@@ -99,9 +99,12 @@ fn plausible_sizes_of_the_fit_file_are_used() {
     };
     let usual = mass(solved("").unwrap());
     let words = format!("plausible = {{ \"rod.mass.0.mass\" = {:e} }}", 0.5 * usual.plausible_size);
-    let said = mass(solved(&words).unwrap());
-    assert!((said.plausible_size / usual.plausible_size - 0.5).abs() < 1e-12, "{usual:?} {said:?}");
-    assert!(said.size < usual.size && said.change.abs() < usual.change.abs(), "{said:?}");
+    let smaller = mass(solved(&words).unwrap());
+    assert!(
+        (smaller.plausible_size / usual.plausible_size - 0.5).abs() < 1e-12,
+        "{usual:?} {smaller:?}"
+    );
+    assert!(smaller.size < usual.size && smaller.change.abs() < usual.change.abs(), "{smaller:?}");
     for (words, expected) in [
         ("plausible = { \"rod.mass\" = 1.0 }", "rod.mass.0.mass"),
         ("plausible = { \"supports.angle\" = -1.0 }", "-1"),
