@@ -80,7 +80,7 @@ fn white_noise_without_sigma_keeps_its_grade() {
     assert!(reserved <= 6, "{reserved} of 50");
 }
 
-/// AR(1) noise of .8 and .95 leaves what a missing effect might: graded so without sigma, accepted beside it.
+/// AR(1) noise of 0.8 and 0.95 leaves residuals like those of a missing effect: a reservation without sigma, none with it.
 #[test]
 fn autocorrelated_noise_is_separated_from_misfit_by_a_stated_sigma() {
     let clean = observe(&scene(), 200);
