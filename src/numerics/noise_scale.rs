@@ -22,7 +22,7 @@ use crate::numerics::noise_scale::samples::NoiseSamples;
 /// above six select the Nyquist frequency instead of an average over the spectrum.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 const HIGHEST_ORDER: usize = 6;
-/// DifferenceVariance below which the estimate scatters by more than a third.
+/// Number of differences below which the standard deviation of the estimate exceeds a third of it.
 pub const FEWEST_DIFFERENCES: usize = 20;
 /// Share of outliers above which the remaining differences are too few and too contaminated. A tenth is accepted; the
 /// margin is the error of the count in a hundred samples.
@@ -103,10 +103,12 @@ impl NoisySeries<'_> {
             let tried = ORDERS.map(|order| differences(&samples, order, stride));
             tried.filter(|d| d.count >= FEWEST_DIFFERENCES).collect()
         };
+        // The lowest order at which the signal leaks no more than the noise.
         let all = by_order(1);
         let Some(chosen) = sufficient_order(&all) else {
             return Err(NoEstimate::Few(differences(&samples, 2, 1).count));
         };
+        // Autocorrelated noise: a lower estimate than from every second sample.
         if let Some(ratio) = oversampling(&all, &by_order(2)) {
             let lower_bound = all[chosen].variance.sqrt();
             return Err(NoEstimate::Oversampled { ratio, lower_bound });

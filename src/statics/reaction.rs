@@ -85,6 +85,7 @@ impl<M: Model> Discretized<'_, M> {
         let State { q, frames, v, internal, .. } = state;
         let strain_rate = &internal.strain_rate;
         let mut force = vec![0.0; q.len()];
+        // Elastic forces, with the viscous stress of the last strain rates.
         match strain_rate.is_empty() {
             true => rod.gradient(q, frames, self.derivatives(), &mut force),
             false => {
@@ -102,6 +103,7 @@ impl<M: Model> Discretized<'_, M> {
             drag.tangents(q, &mut tangents);
             drag.add_forces(&tangents, v, &mut dragged);
         }
+        // Drag, inertia and mass damping act on nodes outside of walls only.
         for (i, force) in force.iter_mut().enumerate() {
             if self.behind(i / M::STRIDE) == 0.0 {
                 *force += dragged[i];
@@ -109,6 +111,7 @@ impl<M: Model> Discretized<'_, M> {
             }
         }
         let (free, led, last) = (self.free(), self.led(), self.nodes() - 1);
+        // Forces on free unknowns are balanced without a support.
         for i in free.clone().filter(|i| !led.contains(*i)) {
             force[i] = 0.0;
         }

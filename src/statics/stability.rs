@@ -73,6 +73,7 @@ impl<M: Model> Discretized<'_, M> {
         pencil: &Pencil<f64, T>,
         in_model: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Result<Stability, Error> {
+        // Eigenvalues far from zero have certain signs, which the inertia counts.
         let certain = pencil.inertia(-UNCERTAIN_LEVELS)?;
         let possible = pencil.inertia(UNCERTAIN_LEVELS)?;
         let by_inertia = |pencil: &Pencil<f64, T>| -> Result<Stability, Error> {
@@ -81,6 +82,7 @@ impl<M: Model> Discretized<'_, M> {
         if possible <= certain {
             return Ok(Stability { unstable: certain, marginal: 0 });
         }
+        // Many uncertain signs, or a well-conditioned tangent in edge coordinates: the inertia decides.
         if possible - certain > MAX_UNCERTAIN || self.edge_coordinates().is_some() {
             return by_inertia(pencil);
         }
@@ -90,6 +92,7 @@ impl<M: Model> Discretized<'_, M> {
         let motions: Vec<Vec<f64>> =
             found[certain..].iter().map(|mode| in_model(&mode.vector)).collect();
         let mut stability = Stability { unstable: certain, marginal: 0 };
+        // Of the others the second variation decides; motions without stiffness are marginal unless they are rigid or a spin.
         for stiffness in self.stiffnesses(q, frames, &motions) {
             if !stiffness.is_zero() {
                 stability.unstable += usize::from(stiffness.value < 0.0);

@@ -45,7 +45,8 @@ impl<M: Model> Discretized<'_, M> {
             return None;
         }
         let forces = self.nodal_loads(self.rod().mass());
-        // The loads point towards the clamp if their work from there to every node is negative.
+        // The rod stands if the sum of force times position relative to the wall is negative, and the total force points against
+        // the axis from the wall to the tip.
         let wall = self.model.position(q, 0);
         let place = |i: usize| sub(self.model.position(q, i), wall);
         let total = forces.iter().fold([0.0; 3], |sum, force| add(sum, *force));
@@ -60,6 +61,7 @@ impl<M: Model> Discretized<'_, M> {
         if work >= 0.0 || along >= 0.0 || limpness.is_nan() || limpness < LIMP {
             return None;
         }
+        // Steps from slightly above the critical load to the full one; without a side the rod gets a small push.
         let first = FIRST_LOAD / limpness;
         let parts = std::iter::successors(Some(first), |part| Some(part * LOAD_RATIO));
         let has_side =

@@ -288,12 +288,14 @@ fn frequency<D: Nestable, T: Tangent<D>>(
         factors
             .factor_sum(mass, -shift, tangent, D::from(1.0), free.clone())
             .map_err(|_| Error::SingularEquilibrium)?;
+        // One inverse iteration, y = (K - s M)^-1 M x.
         let image: Vec<D> = x.iter().zip(mass).map(|(x, m)| *x * *m).collect();
         x.copy_from_slice(&image);
         factors.solve(&mut x);
         if factors.negative_pivots() > 0 {
             x = refine_solution(x, pencil, shift, &factors, &image);
         }
+        // Rayleigh quotient of the shifted problem, y.Mx / y.My, and normalization of y.
         let mut own = D::from(0.0);
         let mut with_image = D::from(0.0);
         for i in free.clone() {

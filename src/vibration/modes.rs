@@ -149,6 +149,7 @@ impl Problem {
             AnyProblem::Planar(discretized) => {
                 let q = linearization_state(&discretized, about)?.0;
                 all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
+                // Out of the plane the rod vibrates only if a torsional stiffness is given.
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
@@ -163,6 +164,7 @@ impl Problem {
                     VibratingRod::new(&discretized, &q, &frames)?.add_modes(count, &mut modes)?;
             }
         }
+        // Both planes together in ascending order; unstable modes are kept beyond the count.
         modes.sort_by_cached_key(|x| total_order(x.frequency_rad_s));
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
@@ -305,7 +307,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
         let mut found = self.pencil.lowest(count, scale)?;
+        // Near zero, signs of the eigenvalues are rounding errors: they are recomputed from the elements.
         let refined = self.refine(&mut found, zero + scale * self.discretized.tangent_rounding());
+        // Eigenvalues below their rounding error are zero, unless the inertia counts them as unstable.
         let pair = |(k, PencilMode { squared, vector }): (usize, PencilMode)| {
             let is_zero = !refined.contains(&k)
                 && k >= self.stability.unstable
@@ -332,6 +336,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         {
             return 0..0;
         }
+        // Principal stiffnesses in the space of the uncertain modes replace their eigenvalues.
         let vectors: Vec<Vec<f64>> =
             found[places.clone()].iter().map(|mode| mode.vector.clone()).collect();
         let motions: Vec<Vec<f64>> = vectors.iter().map(|x| self.in_model(x)).collect();
@@ -361,6 +366,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
             return ModeKind::Rigid;
         }
+        // Axial modes of a curved rod bend too; lateral modes of a cable stretch too: the motion decides between them.
         let [stretch, bend, twist] = motion.energies;
         match () {
             () if twist > bend.max(stretch) => ModeKind::Torsion,

@@ -116,6 +116,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         let rest = discretized.rest();
         let rest_place = |i: usize| discretized.model.position(&rest, i);
         let mut effect = ThicknessEffect::default();
+        // Edge by edge: rotation of the section per amplitude, tension, transverse shear force, and the two integrands.
         for j in 0..edges {
             let chord = sub(place(j + 1), place(j));
             let length = dot(chord, chord).sqrt();
@@ -135,6 +136,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
             effect.shear += dot(shear, shear) * piece / axial;
             effect.rotary += pair.squared * material.density * inertia * piece;
         }
+        // The denominator, twice the kinetic energy of the mode without the effects.
         ThicknessEffect {
             shear: effect.shear / twice_kinetic,
             rotary: effect.rotary / twice_kinetic,

@@ -1,4 +1,4 @@
-//! What the tests share: scenes, and what is read from their runs. Every program includes it whole
+//! Scenes, fits and recordings that the test programs share. Every program includes the whole module,
 //! and uses a part.
 #![allow(dead_code)]
 

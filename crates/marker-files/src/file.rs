@@ -53,6 +53,7 @@ fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
+/// The bytes of a regular file, or of an open pipe, of at most `most` bytes.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // A pipe without a writer blocks forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {

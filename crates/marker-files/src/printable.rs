@@ -38,6 +38,7 @@ pub fn column_name(name: &str) -> String {
     cut(name, LONGEST_NAME)
 }
 
+/// Printable text, cut to `longest` characters with the number of bytes that are left out.
 fn cut(text: &str, longest: usize) -> String {
     let shown = printable_name(text);
     match shown.char_indices().nth(longest) {
@@ -122,6 +123,7 @@ fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
+/// Text whose control characters and direction marks are escaped, if `is_shown` accepts them.
 fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() || reverses(c)) && is_shown(c);
     if !text.contains(acts) {

@@ -53,6 +53,7 @@ impl Table {
         Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
+    /// Parses a text as a table.
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);

@@ -124,6 +124,7 @@ fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory,
     collect(&file.path, recording, rows.map(row))
 }
 
+/// The trajectory of increasing rows from the start of the motion on, without empty rows; counts the dropped ones.
 fn collect(
     path: &Path,
     recording: &Recording,

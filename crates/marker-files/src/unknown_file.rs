@@ -57,6 +57,7 @@ pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -
     }
 }
 
+/// The error of a file with this description.
 fn unknown(path: &Path, found: &str) -> Error {
     Error::data(path, 1, format!("found {found}, allowed: {}", readable_files()))
 }

@@ -8,12 +8,13 @@ use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// In SI units or those of the header; in pixels if all columns are.
+/// Reads a table of markers, in SI units or those of the header; in pixels if all columns are.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let table = Table::of(path, bytes)?;
     of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
 }
 
+/// The markers of a table.
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
