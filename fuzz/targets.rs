@@ -144,14 +144,14 @@ fn campaign(text: &str, folder: &Path, place: &Path) -> bool {
 }
 
 fn tasks(text: &str, folder: &Path) -> bool {
-    let Ok(plan) = Plan::of_lines(folder, folder, text) else { return false };
+    let Ok(plan) = Plan::from_lines(folder, folder, text) else { return false };
     let all = plan.open_tasks(None).expect("there are no results").0.len();
     // Every task is in one shard; ids that are no numbers are in none.
     let shards = ["0/3", "1/3", "2/3"].map(|shard| shard.parse::<Shard>().expect("a shard"));
     let shares = shards.map(|shard| plan.open_tasks(Some(shard)).expect("no results").0.len());
     assert!(shares.iter().sum::<usize>() <= all && all <= plan.tasks.len());
-    let collected = Collected::of(&plan).expect("there are no results");
-    assert_eq!(Status::of(&collected).left(), all);
+    let collected = Collected::new(&plan).expect("there are no results");
+    assert_eq!(Status::new(&collected).open_tasks(), all);
     !plan.tasks.is_empty()
 }
 
@@ -163,7 +163,7 @@ fn shard(text: &str) -> bool {
         variables.iter().find(|(own, _)| *own == name).map(|(_, value)| value.to_string())
     };
     let of = variable("of").and_then(|of| of.parse().ok());
-    for shard in [read.as_ref().ok().copied(), Shard::of_scheduler(variable, of).ok().flatten()] {
+    for shard in [read.as_ref().ok().copied(), Shard::from_scheduler(variable, of).ok().flatten()] {
         let _ = shard.map(|shard| shard.has("00000000000000000000000000000003"));
     }
     read.is_ok()
@@ -173,16 +173,16 @@ fn shard(text: &str) -> bool {
 fn results(text: &str, folder: &Path) -> bool {
     const TASK: &str = "{\"id\":\"0a\",\"fit\":\"fit.toml\"}";
     let folder = folder.join("results");
-    let plan = Plan::of_lines(&folder, &folder, TASK).expect("a task");
+    let plan = Plan::from_lines(&folder, &folder, TASK).expect("a task");
     let _ = std::fs::remove_dir_all(&folder);
     let store = Store::new(&folder);
     for line in text.lines() {
         let stored = store.add("0a", &Outcome::new(0, line.into()), 0.1);
         stored.expect("a result can be stored");
     }
-    let Ok(collected) = Collected::of(&plan) else { return false };
-    let _ = (Status::of(&collected), collected.write_lines(&mut Vec::new()));
-    collected.sheet().is_ok_and(|sheet| !sheet.is_empty()) && !text.is_empty()
+    let Ok(collected) = Collected::new(&plan) else { return false };
+    let _ = (Status::new(&collected), collected.write_lines(&mut Vec::new()));
+    collected.csv_table().is_ok_and(|sheet| !sheet.is_empty()) && !text.is_empty()
 }
 
 /// Sets a flag when a time is over.

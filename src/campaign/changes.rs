@@ -1,18 +1,18 @@
-//! What a task changes of its fit file and scenes, by the keys that stand in them.
+//! Changes of a task to its fit file and scenes, by the paths of keys: `rod.segments`, `observation.0.file`.
 
 use crate::error::Error;
 use crate::scene::Parameter;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Values by the keys they are put at.
+/// New values by the paths of their keys.
 pub type Changes = BTreeMap<String, Value>;
 
-/// What a scene file begins with.
-const OF_SCENES: [&str; 9] =
+/// First parts of the keys of a scene file.
+const SCENE_TABLES: [&str; 9] =
     ["accuracy", "rod", "material", "supports", "loads", "initial", "time", "camera", "energy"];
-/// What a fit file begins with.
-const OF_FITS: [&str; 8] = [
+/// First parts of the keys of a fit file.
+const FIT_TABLES: [&str; 8] = [
     "scene",
     "observation",
     "shape",
@@ -23,7 +23,7 @@ const OF_FITS: [&str; 8] = [
     "analysis",
 ];
 
-/// Where a value stands.
+/// A key with the file that has it, and its path as a list.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Key {
     /// In the fit file.
@@ -35,41 +35,43 @@ pub(crate) enum Key {
 }
 
 impl Key {
-    /// What a column or the grid names.
+    /// The key of a column of the table or of the grid; an error if neither fit files nor scenes have it.
     pub fn new(name: &str) -> Result<Self, Error> {
         let parts: Vec<String> = name.split('.').map(Into::into).collect();
-        if let [first, which, rest @ ..] = &parts[..]
+        if let [first, experiment, rest @ ..] = &parts[..]
             && first == "experiment"
-            && let Some(place) = of_scene(rest)
+            && let Some(path) = scene_path(rest)
         {
-            return Ok(Self::Scene(which.clone(), place));
+            return Ok(Self::Scene(experiment.clone(), path));
         }
-        if OF_FITS.contains(&&*parts[0]) {
+        if FIT_TABLES.contains(&&*parts[0]) {
             return Ok(Self::Fit(parts));
         }
-        of_scene(&parts).map(Self::Scenes).ok_or_else(|| {
+        scene_path(&parts).map(Self::Scenes).ok_or_else(|| {
             let allowed = "a key of the fit file, as in observation.0.file, of its scene, as in rod.segments, or a \
                            number of the scene by its short name, as in radius";
             Error::invalid(name, "no such key", allowed)
         })
     }
 
-    /// Whether a string there names a file.
+    /// Whether a string at this key is the name of a file.
     pub fn names_a_file(&self) -> bool {
-        let (Self::Fit(place) | Self::Scenes(place) | Self::Scene(_, place)) = self;
-        let last = place.iter().rfind(|part| part.parse::<usize>().is_err());
-        last.is_some_and(|last| is_file(last) || (last == "scene" && matches!(self, Self::Fit(_))))
+        let (Self::Fit(path) | Self::Scenes(path) | Self::Scene(_, path)) = self;
+        let last = path.iter().rfind(|part| part.parse::<usize>().is_err());
+        last.is_some_and(|last| {
+            is_file_key(last) || (last == "scene" && matches!(self, Self::Fit(_)))
+        })
     }
 }
 
-/// Whether what stands at a key is the name of a file, or a list of such.
-pub(crate) fn is_file(key: &str) -> bool {
+/// Whether the values of a key are names of files.
+pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The place of a scene's key, or of a number by its short name.
-fn of_scene(parts: &[String]) -> Option<Vec<String>> {
-    if OF_SCENES.contains(&&**parts.first()?) {
+/// The path of a key of a scene, which may be the short name of a parameter; none if scenes do not have it.
+fn scene_path(parts: &[String]) -> Option<Vec<String>> {
+    if SCENE_TABLES.contains(&&**parts.first()?) {
         return Some(parts.to_vec());
     }
     let path = Parameter::named(&parts.join("."))?.path();
@@ -87,52 +89,40 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
     }
 }
 
-/// Puts a value at a place, and makes the tables on the way that are missing. What stands there as text stays text.
-pub(crate) fn put(table: &mut Table, place: &[String], value: &Value) -> Result<(), Error> {
-    let refused = |found: String, allowed: &str| Error::invalid(place.join("."), found, allowed);
-    let [ways @ .., last] = place else { return Ok(()) };
-    let mut at = Value::Table(std::mem::take(table));
-    let mut here = Some(&mut at);
-    for (k, way) in ways.iter().enumerate() {
-        let next = &place[k + 1];
-        here = here.and_then(|here| entry(here, way, || empty(next)));
-    }
-    let put = match here.and_then(|here| entry(here, last, || Value::Boolean(false))) {
-        Some(there) => {
-            *there = match (&there, value) {
-                (Value::String(_), Value::Integer(_) | Value::Float(_) | Value::Boolean(_)) => {
-                    Value::String(value.to_string())
-                }
-                _ => value.clone(),
-            };
-            Ok(())
-        }
-        None => Err(refused(
-            "a key that the file does not have".into(),
-            "a key of the file; items of lists are counted from 0",
-        )),
+/// Sets the value at a path, and creates missing tables on the way. A number in the place of a text becomes a text.
+pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
+    let missing = || {
+        let allowed = "a key of the file; items of lists are counted from 0";
+        Error::invalid(path.join("."), "a key that the file does not have", allowed)
     };
-    if let Value::Table(changed) = at {
-        *table = changed;
+    let [first, rest @ ..] = path else { return Ok(()) };
+    // A table that is missing is a vector if the next part is an axis.
+    let empty = |next: Option<&String>| match next {
+        Some(next) if axis(next).is_some() => Value::Array(vec![Value::Float(0.0); 3]),
+        Some(_) => Value::Table(Table::new()),
+        None => Value::Boolean(false),
+    };
+    let mut entry = table.entry(first).or_insert_with(|| empty(rest.first()));
+    for (k, part) in rest.iter().enumerate() {
+        let next = rest.get(k + 1);
+        entry = child(entry, part, || empty(next)).ok_or_else(missing)?;
     }
-    put
+    *entry = match (&entry, value) {
+        (Value::String(_), Value::Integer(_) | Value::Float(_) | Value::Boolean(_)) => {
+            Value::String(value.to_string())
+        }
+        _ => value.clone(),
+    };
+    Ok(())
 }
 
-/// What a place is made of that is missing.
-fn empty(next: &str) -> Value {
-    match axis(next) {
-        Some(_) => Value::Array(vec![Value::Float(0.0); 3]),
-        None => Value::Table(Table::new()),
-    }
-}
-
-/// The index of a component.
+/// The index of a component by the name of its axis.
 fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// What stands in a table or a list: the latter by its index, its axis, or its name.
-fn entry<'a>(
+/// The value of a key in a table, which is created if it is missing, or of a list by its index, its axis or its name.
+fn child<'a>(
     value: &'a mut Value,
     part: &str,
     missing: impl FnOnce() -> Value,
@@ -156,12 +146,12 @@ mod tests {
     fn changed(file: &str, name: &str, value: &str) -> Result<Table, Error> {
         let mut table: Table = file.parse().unwrap();
         let value = format!("v = {value}").parse::<Table>().unwrap()["v"].clone();
-        let (Key::Fit(place) | Key::Scenes(place) | Key::Scene(_, place)) = Key::new(name)?;
-        put(&mut table, &place, &value).map(|()| table)
+        let (Key::Fit(path) | Key::Scenes(path) | Key::Scene(_, path)) = Key::new(name)?;
+        set_value(&mut table, &path, &value).map(|()| table)
     }
 
     #[test]
-    fn values_go_where_their_keys_say() {
+    fn values_are_set_at_the_paths_of_their_keys() {
         let scene = "[rod]\nsegments = 20\n[loads]\ngravity = [0, -9.8, 0]\n";
         let cases = [
             ("rod.segments", "40", "[rod]\nsegments = 40\n[loads]\ngravity = [0, -9.8, 0]"),

@@ -1,7 +1,7 @@
 //! Patterns of fit files, as `specimens/*/fit.toml` and `**/fit.toml`.
 //!
 //! Folders that cannot be read are skipped, and so are folders of devices and processes, which hold no fits and may
-//! change while they are listed. The number of files that are looked at is limited.
+//! change while they are listed. The number of visited files is limited.
 
 use crate::error::Error;
 use glob::Pattern;
@@ -15,7 +15,8 @@ const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
 /// The component of a pattern that stands for any number of folders.
 const ANY_DEPTH: &str = "**";
 
-/// The files that a pattern names, relative to a folder or absolute, in alphabetical order.
+/// The files that match a pattern, which is relative to `folder` or absolute, in alphabetical order. `key` is the key
+/// with the pattern, for messages.
 ///
 /// # Errors
 ///
@@ -25,55 +26,45 @@ pub(crate) fn matching_files(
     pattern: &str,
     key: &str,
 ) -> Result<Vec<PathBuf>, Error> {
-    let refused = |what: &str| {
-        let allowed =
-            "a pattern that begins with the folder of the fits, as in specimens/**/fit.toml";
-        Error::invalid(key, format!("{pattern:?}, {what}"), allowed)
-    };
     let mut parts = Vec::new();
     for part in Path::new(pattern).components().map(|part| part.as_os_str().to_string_lossy()) {
         let parsed = Pattern::new(&part)
             .map_err(|error| Error::invalid(key, pattern, format!("a pattern: {error}")))?;
-        parts.push(Part { text: part.into_owned(), pattern: parsed });
+        parts.push(PatternPart { text: part.into_owned(), pattern: parsed });
     }
     let mut walk = Walk { files: BTreeSet::new(), entries: 0 };
-    match walk.visit(folder, &parts) {
-        Ok(()) => Ok(walk.files.into_iter().collect()),
-        Err(Refused::WholeDisk) => Err(refused("which would search the whole disk")),
-        Err(Refused::TooManyEntries) => {
-            Err(refused(&format!("which would search more than {MOST_ENTRIES} files")))
-        }
-    }
+    walk.visit(folder, &parts).map_err(|scope| {
+        let found = format!("{pattern:?}, which would search {scope}");
+        let allowed =
+            "a pattern that begins with the folder of the fits, as in specimens/**/fit.toml";
+        Error::invalid(key, found, allowed)
+    })?;
+    Ok(walk.files.into_iter().collect())
 }
 
 /// A component of a pattern.
-struct Part {
+struct PatternPart {
     text: String,
     pattern: Pattern,
 }
 
-impl Part {
+impl PatternPart {
+    /// Whether the component has no wildcard.
     fn is_literal(&self) -> bool {
         !self.text.contains(['*', '?', '['])
     }
 }
 
-/// Why a pattern is refused.
-enum Refused {
-    WholeDisk,
-    TooManyEntries,
-}
-
-/// A walk over folders.
+/// A walk over folders. It fails with the scope of a search that is too large, in words.
 struct Walk {
     files: BTreeSet<PathBuf>,
-    /// Entries of folders that were looked at.
+    /// Number of visited entries of folders.
     entries: usize,
 }
 
 impl Walk {
     /// Adds the files at `place` that match the remaining parts of a pattern.
-    fn visit(&mut self, place: &Path, parts: &[Part]) -> Result<(), Refused> {
+    fn visit(&mut self, place: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Some((part, rest)) = parts.split_first() else {
             if place.is_file() {
                 self.files.insert(place.into());
@@ -81,33 +72,30 @@ impl Walk {
             return Ok(());
         };
         if part.text == ANY_DEPTH {
-            // Of several in a row, each is any depth already.
-            let rest = match rest.iter().position(|part| part.text != ANY_DEPTH) {
-                Some(next) => &rest[next..],
-                None => return self.visit_below(place, &[]),
-            };
-            return self.visit_below(place, rest);
+            // Several in a row have the meaning of one.
+            let next = rest.iter().position(|part| part.text != ANY_DEPTH).unwrap_or(rest.len());
+            return self.visit_below(place, &rest[next..]);
         }
         if part.is_literal() {
             return self.visit(&place.join(&part.text), rest);
         }
         for entry in self.entries(place)? {
             let name = entry.file_name();
-            if part.pattern.matches(&name.to_string_lossy()) && !is_of_system(&entry.path()) {
+            if part.pattern.matches(&name.to_string_lossy()) && !is_in_system(&entry.path()) {
                 self.visit(&entry.path(), rest)?;
             }
         }
         Ok(())
     }
 
-    /// The same in a folder and in all folders below it; without any `parts`, all files. A link to a folder is
-    /// followed unless it leads back to where the walk is.
-    fn visit_below(&mut self, top: &Path, parts: &[Part]) -> Result<(), Refused> {
+    /// Adds the files in a folder and in all folders below it that match `parts`, or all files without parts. A link to a
+    /// folder is followed unless it leads to a folder on the way to it.
+    fn visit_below(&mut self, top: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Ok(real) = top.canonicalize() else { return Ok(()) };
         if real.parent().is_none() {
-            return Err(Refused::WholeDisk);
+            return Err("the whole disk".into());
         }
-        // Each folder with the folders that links on the way to it have led from and to.
+        // Each folder with the real paths of the top and of all links on the way to it.
         let mut folders = vec![(top.to_path_buf(), vec![real])];
         while let Some((folder, passed)) = folders.pop() {
             if !parts.is_empty() {
@@ -121,7 +109,7 @@ impl Walk {
                         folders.push((path, [&passed[..], &[target]].concat()));
                     }
                 } else if path.is_dir() {
-                    if !is_of_system(&path) {
+                    if !is_in_system(&path) {
                         folders.push((path, passed.clone()));
                     }
                 } else if parts.is_empty() && path.is_file() {
@@ -132,13 +120,13 @@ impl Walk {
         Ok(())
     }
 
-    /// The entries of a folder; none of one that cannot be read.
-    fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, Refused> {
+    /// The entries of a folder; none of a folder that cannot be read.
+    fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, String> {
         let mut entries = Vec::new();
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             self.entries += 1;
             if self.entries > MOST_ENTRIES {
-                return Err(Refused::TooManyEntries);
+                return Err(format!("more than {MOST_ENTRIES} files"));
             }
             entries.push(entry);
         }
@@ -146,11 +134,12 @@ impl Walk {
     }
 }
 
-/// Whether a folder that a wildcard found is one of devices or processes.
-fn is_of_system(folder: &Path) -> bool {
+/// Whether a folder, or the target of a link to a folder, has devices or processes.
+fn is_in_system(folder: &Path) -> bool {
     is_system(folder) || folder.canonicalize().is_ok_and(|folder| is_system(&folder))
 }
 
+/// Whether a path is that of a folder of devices or processes.
 fn is_system(folder: &Path) -> bool {
     SYSTEM_FOLDERS.iter().any(|system| folder == Path::new(system))
 }

@@ -1,10 +1,10 @@
-//! `campaign.toml`: which fits there are, and what is changed of them.
+//! The campaign file (TOML): the fits and their changes.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;
 use crate::campaign::resolved::folder_of;
-use crate::campaign::row::Row;
-use crate::campaign::table;
+use crate::campaign::row::CampaignRow;
+use crate::campaign::table::table_rows;
 use crate::error::Error;
 use crate::input::hints::{CAMPAIGN, explained};
 use crate::input::missing_keys::parse;
@@ -14,14 +14,14 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Most tasks: beyond it is a slip of the pen.
+/// Most tasks of a campaign: more are a mistake in its file.
 pub(crate) const MOST_TASKS: usize = 300_000;
 
 /// A campaign: a list of fits.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Form {
+pub(crate) struct CampaignFile {
     /// Fit files, as glob patterns relative to the campaign file.
     #[serde(default)]
     pub fits: Vec<String>,
@@ -32,34 +32,35 @@ pub(crate) struct Form {
     #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, serde_json::Value>"))]
     pub grid: Table,
     /// Bootstrap whose replicates are distributed over tasks.
-    pub bootstrap: Option<Bootstrap>,
+    pub bootstrap: Option<DistributedBootstrap>,
     /// Fits from random start values.
-    pub starts: Option<Starts>,
+    pub starts: Option<RandomStarts>,
 }
 
 /// `[bootstrap]`: replicates of a bootstrap, distributed over tasks.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Bootstrap {
+pub(crate) struct DistributedBootstrap {
     /// Number of replicates.
     pub replicates: usize,
     /// Approximate number of replicates per task.
-    #[serde(default = "sixteen")]
+    #[serde(default = "default_batch")]
     pub batch: usize,
     /// Seed of the random numbers.
     #[serde(default)]
     pub seed: u64,
 }
 
-impl Bootstrap {
-    /// In how many tasks.
+impl DistributedBootstrap {
+    /// Number of tasks.
     pub fn parts(self) -> usize {
         (self.replicates / self.batch).max(1)
     }
 }
 
-fn sixteen() -> usize {
+/// Replicates per task by default.
+fn default_batch() -> usize {
     16
 }
 
@@ -67,7 +68,7 @@ fn sixteen() -> usize {
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Starts {
+pub(crate) struct RandomStarts {
     /// Number of random starts.
     pub count: usize,
     /// Seed of the random numbers.
@@ -75,8 +76,8 @@ pub(crate) struct Starts {
     pub seed: u64,
 }
 
-impl Form {
-    /// Reads a campaign file.
+impl CampaignFile {
+    /// Reads and checks a campaign file.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let text = text(file)?;
         let form: Self = parse(&text, &[])
@@ -85,8 +86,9 @@ impl Form {
         Ok(form)
     }
 
+    /// Rejects numbers of replicates and starts outside their limits.
     fn check(&self) -> Result<(), Error> {
-        if let Some(Bootstrap { replicates, batch, .. }) = self.bootstrap {
+        if let Some(DistributedBootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
                 let allowed = format!("2 .. {MOST_TASKS}");
                 return Err(Error::invalid("bootstrap.replicates", replicates, allowed));
@@ -96,44 +98,41 @@ impl Form {
             }
         }
         match self.starts {
-            Some(Starts { count, .. }) if !(1..=MOST_TASKS).contains(&count) => {
+            Some(RandomStarts { count, .. }) if !(1..=MOST_TASKS).contains(&count) => {
                 Err(Error::invalid("starts.count", count, format!("1 .. {MOST_TASKS}")))
             }
             _ => Ok(()),
         }
     }
 
-    /// How many tasks so many rows make.
-    pub fn tasks_of(&self, rows: usize) -> usize {
+    /// Number of tasks of a number of rows.
+    pub fn task_count(&self, rows: usize) -> usize {
         let starts = self.starts.map_or(1, |starts| starts.count);
-        let parts = self.bootstrap.map_or(1, Bootstrap::parts);
+        let parts = self.bootstrap.map_or(1, DistributedBootstrap::parts);
         rows.saturating_mul(starts).saturating_mul(parts)
     }
 
-    /// All fits with all their changes, but for bootstrap and starts.
-    pub fn rows(&self, file: &Path) -> Result<Vec<Row>, Error> {
+    /// All fits with their changes by table and grid. `file` is the path of the campaign file.
+    pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
         let fits = self.matched(root).map_err(in_file)?;
         let rows = match &self.table {
-            None => fits.into_iter().map(Row::of).collect(),
-            Some(name) => table::rows(&root.join(name), &fits)?,
+            None => {
+                let row = |fit| CampaignRow { fit, ..CampaignRow::default() };
+                fits.into_iter().map(row).collect()
+            }
+            Some(name) => table_rows(&root.join(name), &fits)?,
         };
         if rows.is_empty() {
-            return Err(in_file(Error::invalid(
-                "fits",
-                "none",
-                "fits = [\"*/fit.toml\"], or a table of fits",
-            )));
+            let allowed = "fits = [\"*/fit.toml\"], or a table of fits";
+            return Err(in_file(Error::invalid("fits", "none", allowed)));
         }
         let combinations = combinations(&self.grid).map_err(in_file)?;
         if rows.len().saturating_mul(combinations.len()) > MOST_TASKS {
             let found = format!("{} fits times {}", rows.len(), combinations.len());
-            return Err(in_file(Error::invalid(
-                "grid",
-                found,
-                format!("up to {MOST_TASKS} tasks"),
-            )));
+            let allowed = format!("up to {MOST_TASKS} tasks");
+            return Err(in_file(Error::invalid("grid", found, allowed)));
         }
         let mut all = Vec::new();
         for row in rows {
@@ -146,7 +145,7 @@ impl Form {
         Ok(all)
     }
 
-    /// The fit files that the patterns name, each once.
+    /// The fit files that match the patterns, each once, relative to the folder `root` of the campaign file.
     fn matched(&self, root: &Path) -> Result<Vec<PathBuf>, Error> {
         let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
         for (k, pattern) in self.fits.iter().enumerate() {
@@ -160,65 +159,68 @@ impl Form {
             }
             if all.len() == before {
                 let allowed = "the name of a fit file, or a pattern of such, from the folder of the campaign file";
-                return Err(Error::invalid(
-                    key,
-                    format!("{pattern:?}, which no other file matches"),
-                    allowed,
-                ));
+                let found = format!("{pattern:?}, which no other file matches");
+                return Err(Error::invalid(key, found, allowed));
             }
         }
         Ok(all)
     }
 }
 
-/// All combinations of the values of a grid; one without changes where there is none. Keys may be quoted, or tables in tables.
+/// All combinations of the values of a grid; one without changes if there is no grid. Keys may be quoted paths, or tables
+/// in tables.
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);
-    let (mut all, mut known) = (vec![Changes::new()], Vec::new());
-    for (key, value) in axes {
-        let place = Key::new(&key).map_err(|error| match error {
-            Error::Invalid { found, allowed, .. } => {
-                Error::invalid(format!("grid.{key}"), found, allowed)
-            }
-            error => error,
-        })?;
-        if let Some((other, _)) = known.iter().find(|(_, other)| *other == place) {
+    let mut all = vec![Changes::new()];
+    let mut known: Vec<(&String, Key)> = Vec::new();
+    for GridAxis { key, value } in &axes {
+        let path = format!("grid.{key}");
+        let own = Key::new(key).map_err(|error| error.below("grid"))?;
+        if let Some((other, _)) = known.iter().find(|(_, other)| *other == own) {
             let allowed = format!("one of the two: {other} is the same");
-            return Err(Error::invalid(format!("grid.{key}"), "the same number twice", allowed));
+            return Err(Error::invalid(path, "the same number twice", allowed));
         }
-        known.push((key.clone(), place));
+        known.push((key, own));
         let Value::Array(values) = value else {
-            return Err(Error::invalid(format!("grid.{key}"), value, "a list of values"));
+            return Err(Error::invalid(path, value, "a list of values"));
         };
         if values.is_empty() || all.len().saturating_mul(values.len()) > MOST_TASKS {
             let allowed =
                 format!("a list of one value or more, and up to {MOST_TASKS} combinations");
-            return Err(Error::invalid(
-                format!("grid.{key}"),
-                format!("{} values", values.len()),
-                allowed,
-            ));
+            return Err(Error::invalid(path, format!("{} values", values.len()), allowed));
         }
-        let with = |changes: &Changes, value: &Value| {
-            let mut changes = changes.clone();
-            changes.insert(key.clone(), value.clone());
-            changes
-        };
-        all = all
-            .iter()
-            .flat_map(|changes| values.iter().map(|value| with(changes, value)).collect::<Vec<_>>())
-            .collect();
+        let more = values.iter().map(|value| Changes::from([(key.clone(), value.clone())]));
+        all = extended(&all, more);
     }
     Ok(all)
 }
 
-fn flatten(table: &Table, place: &str, axes: &mut Vec<(String, Value)>) {
+/// A key of a grid with its value, which should be a list.
+struct GridAxis {
+    key: String,
+    value: Value,
+}
+
+/// Every set of changes combined with each of `more`.
+pub(crate) fn extended(
+    all: &[Changes],
+    more: impl Iterator<Item = Changes> + Clone,
+) -> Vec<Changes> {
+    let mut extended = Vec::new();
+    for changes in all {
+        extended.extend(more.clone().map(|more| changes.clone().into_iter().chain(more).collect()));
+    }
+    extended
+}
+
+/// Adds the values of a table with the paths of their keys to `axes`.
+fn flatten(table: &Table, path: &str, axes: &mut Vec<GridAxis>) {
     for (key, value) in table {
-        let place = if place.is_empty() { key.clone() } else { format!("{place}.{key}") };
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match value {
-            Value::Table(inner) => flatten(inner, &place, axes),
-            value => axes.push((place, value.clone())),
+            Value::Table(inner) => flatten(inner, &path, axes),
+            value => axes.push(GridAxis { key: path, value: value.clone() }),
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::code::Code;
 use crate::fit;
 use serde_json::Value;
 
-/// Key of every report of version 0.1, and of none since.
+/// Key of every report of version 0.1, and of no later one.
 const FORMER_KEY: &str = "\"basins\":";
 
 /// A stored result with current keys and codes, on one line; current results are returned unchanged.

@@ -1,12 +1,13 @@
 //! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected to the same
-//! bytes however they were run.
+//! bytes whatever the processes.
 //!
-//! A [`Plan`] is a list of [`Task`]s. The id of a task is a hash of everything its result depends on, and of nothing
-//! else; so what has a result is not computed again, whoever computed it. [`run`](Plan::run) appends results to a
-//! [`Store`], a line each, and [`Collected`] merges what all processes have stored.
+//! A [`Plan`] is a list of [`Task`]s. The id of a task is a hash of everything that its result depends on, and of nothing
+//! else; so a task with a result is not computed again. [`run`](Plan::run) appends results to a [`Store`], a line each,
+//! and [`Collected`] merges the results of all processes.
 
 mod changes;
 mod collect;
+mod csv_table;
 mod fit_pattern;
 mod form;
 mod former_results;
@@ -18,7 +19,6 @@ mod resolved;
 mod row;
 mod run;
 mod shard;
-mod sheet;
 mod starts;
 mod status;
 mod store;
@@ -30,7 +30,7 @@ pub use collect::{Collected, Damage};
 pub use outcome::Outcome;
 pub use plan::{Admission, Plan, Planned, Task};
 pub use platform::platform;
-pub use run::{Ran, Way, useful_threads};
+pub use run::{ChangedTask, RunOptions, RunSummary, useful_threads};
 pub use shard::Shard;
 pub use status::Status;
-pub use store::{About, Store};
+pub use store::{RecordContext, Store};

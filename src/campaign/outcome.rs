@@ -1,37 +1,36 @@
-//! What came of a task: a report, or why there is none.
+//! The outcome of a task: a report, or an error.
 
 use crate::campaign::platform::platform;
-use crate::campaign::resolved::Resolved;
+use crate::campaign::resolved::{PathName, Resolved};
 use crate::error::Error;
 use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What came of a task. A fit that was refused or did not converge is a result too: it would be the same again.
+/// The outcome of a task. A fit that was rejected or did not converge is a result too: a repetition would be equal.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outcome {
-    /// As `rodfit fit` would have ended: 0 done; 2 bad input; 3 could not be computed, did not converge, or not
-    /// identifiable.
+    /// The exit code of `rodfit fit`: 0 done; 2 bad input; 3 not computed, not converged or not identifiable.
     pub code: u8,
-    /// The whole of it as JSON: `code`, `platform`, and `report` or `error`. It holds no paths and no times.
+    /// The outcome as JSON: `code`, `platform`, and `report` or `error`. It contains no paths and no times.
     pub json: String,
 }
 
 impl Outcome {
-    /// An outcome from elsewhere, with its code and its JSON on one line.
+    /// An outcome of another program, with its code and its JSON on one line.
     pub fn new(code: u8, json: String) -> Self {
         Self { code, json }
     }
 }
 
-/// What depends on how fast the machine is.
-const TIMES: &str = "wall_seconds";
+/// Key of a report that depends on the speed of the machine.
+const TIME_KEY: &str = "wall_seconds";
 
-/// Solves a task; nothing where it was told to stop.
+/// Solves a task; none if `stop` was set before its end.
 pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
-    let (code, key, mut what) = match solved {
+    let (code, key, mut content) = match solved {
         Ok(report) if report.interrupted => return None,
         Ok(report) => {
             let code = if report.is_success() { 0 } else { 3 };
@@ -44,30 +43,30 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
         Err(Error::Interrupted) => return None,
         Err(error) => (if error.is_input() { 2 } else { 3 }, "error", error.to_string().into()),
     };
-    if let Value::Object(report) = &mut what {
-        report.remove(TIMES);
+    if let Value::Object(report) = &mut content {
+        report.remove(TIME_KEY);
     }
-    rename(&mut what, &task.names());
+    replace_paths(&mut content, &task.path_names());
     let whole = Map::from_iter([
         ("platform".to_string(), json!(platform())),
         ("code".into(), json!(code)),
-        (key.into(), what),
+        (key.into(), content),
     ]);
     Some(Outcome { code, json: Value::Object(whole).to_string() })
 }
 
-/// Says the keys of files in the place of their paths.
-fn rename(value: &mut Value, names: &[(String, String)]) {
+/// Replaces the paths of files by the names of their keys, in all texts of a value.
+fn replace_paths(value: &mut Value, names: &[PathName]) {
     match value {
         Value::String(text) => {
-            for (path, name) in names {
+            for PathName { path, name } in names {
                 if text.contains(path) {
                     *text = text.replace(path, name);
                 }
             }
         }
-        Value::Array(list) => list.iter_mut().for_each(|value| rename(value, names)),
-        Value::Object(object) => object.values_mut().for_each(|value| rename(value, names)),
+        Value::Array(list) => list.iter_mut().for_each(|value| replace_paths(value, names)),
+        Value::Object(object) => object.values_mut().for_each(|value| replace_paths(value, names)),
         _ => {}
     }
 }

@@ -1,11 +1,11 @@
-//! The plan of a campaign: a folder with all its tasks.
+//! The plan of a campaign: all its tasks, in a folder with their results.
 
 use crate::campaign::changes::{Changes, can_be_planned};
-use crate::campaign::form::{Bootstrap, Form, MOST_TASKS};
+use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
 use crate::campaign::hash::hash;
-use crate::campaign::resolved::{Hashes, Resolved, folder_of};
-use crate::campaign::row::Row;
-use crate::campaign::starts;
+use crate::campaign::resolved::{DataHashes, Resolved, folder_of};
+use crate::campaign::row::CampaignRow;
+use crate::campaign::starts::{bootstrap_seed, start, start_ranges};
 use crate::error::Error;
 use crate::fit::FitFile;
 use crate::input::part_file::PartFile;
@@ -18,22 +18,23 @@ use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use toml::Value;
 
-/// The plan's files in its folder.
-const ABOUT: &str = "plan.json";
-const TASKS: &str = "tasks.jsonl";
+/// File of the description of a plan.
+const DESCRIPTION_FILE: &str = "plan.json";
+/// File of the tasks of a plan, one line of JSON each.
+const TASKS_FILE: &str = "tasks.jsonl";
 
-/// A fit to be done.
+/// A planned fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Task {
     /// The first 128 bits of a hash of everything that the result depends on, in hexadecimal.
     pub id: String,
-    /// What the table calls it.
+    /// Name in the table of the campaign.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// The fit file, relative to the folder of the campaign file.
     pub fit: PathBuf,
-    /// What is changed of it.
+    /// Changed keys of the fit file and its scenes.
     #[serde(default, skip_serializing_if = "Changes::is_empty")]
     pub changes: Changes,
 }
@@ -42,51 +43,48 @@ pub struct Task {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
-    /// The folder itself.
+    /// The folder of the plan.
     pub folder: PathBuf,
     /// The folder of the campaign file, which paths are relative to.
     pub root: PathBuf,
-    /// In the order of the campaign file. Two may have one id: they are one to be computed.
+    /// All tasks in the order of the campaign file. Tasks with one id are computed once.
     pub tasks: Vec<Task>,
 }
 
-/// What is looked at before it is planned.
+/// Checks of scenes and fits before they are planned.
 pub struct Admission<'a> {
-    /// Sees every scene before its mesh is made.
+    /// Accepts or rejects every scene before its mesh is made.
     pub scene: &'a (dyn Fn(&Scene) -> Result<(), Error> + Sync),
-    /// Sees every fit with the path of its file.
+    /// Accepts or rejects every fit with the path of its file.
     pub fit: &'a (dyn Fn(&FitFile, &Path) -> Result<(), Error> + Sync),
 }
 
-/// A plan that was just made.
+/// A new plan.
 #[non_exhaustive]
 pub struct Planned {
     /// The plan.
     pub plan: Plan,
-    /// Fits that cannot be solved as they stand: what is wrong with them will be their result.
+    /// Errors of fits that cannot be solved: the error will be the result of the task.
     pub refused: Vec<Error>,
 }
 
+/// The description of a plan in its folder.
 #[derive(Serialize, Deserialize)]
-struct About {
+struct PlanDescription {
+    /// Version of the program that made the plan.
     version: String,
+    /// The folder of the campaign file, relative to that of the plan.
     root: PathBuf,
-    /// How many tasks there are.
+    /// Number of tasks.
     tasks: usize,
-    /// The first 128 bits of the SHA-256 of the bytes of the file of tasks, in hexadecimal.
+    /// The first 128 bits of the SHA-256 of the file of tasks, in hexadecimal.
     digest: String,
 }
 
-impl About {
-    fn read(file: &Path) -> Result<Self, Error> {
-        parse(file, &text(file)?, 1)
-    }
-}
-
 /// Bytes of the digest.
-const DIGEST: usize = 16;
+const DIGEST_BYTES: usize = 16;
 
-/// What a campaign file may say.
+/// The schema of campaign files.
 #[cfg(test)]
 impl schemars::JsonSchema for Plan {
     fn schema_name() -> std::borrow::Cow<'static, str> {
@@ -94,76 +92,75 @@ impl schemars::JsonSchema for Plan {
     }
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        Form::json_schema(generator)
+        CampaignFile::json_schema(generator)
     }
 }
 
 impl Plan {
-    /// Reads a campaign file and everything it names, and writes the plan into a folder. What has a result there already
-    /// keeps it.
+    /// Reads a campaign file and all files that it names, and writes the plan into a folder. Existing results of unchanged
+    /// tasks are kept.
     ///
     /// # Errors
     ///
-    /// A campaign file or a table that is not right, with its line; files that cannot be read; a fit of a table that cannot
-    /// be solved; what `admission` refuses; and a folder that is in use for something else.
+    /// An invalid campaign file or table, with its line; files that cannot be read; a fit of a table that cannot be solved;
+    /// a fit that `admission` rejects; and a folder with other files.
     pub fn make(file: &Path, folder: &Path, admission: &Admission) -> Result<Planned, Error> {
-        let form = Form::read(file)?;
+        let campaign = CampaignFile::read(file)?;
         let root = folder_of(file);
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         let root = &root.canonicalize().map_err(|error| Error::io(root, error))?;
         let file = &root.join(file.file_name().unwrap_or_default());
-        refuse_foreign(folder)?;
-        let rows = form.rows(file)?;
-        refuse_too_many(form.tasks_of(rows.len()), file)?;
-        // Every row by itself, in parallel; hashes of data that rows share are found by each thread.
-        let shared: Vec<Result<Shared, Error>> = rows
+        check_folder(folder)?;
+        let rows = campaign.rows(file)?;
+        check_task_count(campaign.task_count(rows.len()), file)?;
+        // Rows are independent and run in parallel. Each thread hashes the data of its rows once.
+        let row_tasks: Vec<Result<RowTasks, Error>> = rows
             .par_iter()
-            .map_init(Hashes::new, |hashes, row| {
-                share_out(root, row, &form, hashes, admission)
-                    .map_err(|error| error.in_file(Some(file)))
+            .map_init(DataHashes::new, |hashes, row| {
+                let tasks = row_tasks(root, row, &campaign, hashes, admission);
+                tasks.map_err(|error| error.in_file(Some(file)))
             })
             .collect();
         let (mut tasks, mut refused) = (Vec::new(), Vec::new());
-        for shared in shared {
-            let shared = shared?;
-            tasks.extend(shared.tasks);
-            refused.extend(shared.refused);
+        for row in row_tasks {
+            let row = row?;
+            tasks.extend(row.tasks);
+            refused.extend(row.refused);
         }
-        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
-        let whole = folder.canonicalize().map_err(|error| Error::io(folder, error))?;
-        let lines = lines(tasks.iter()).map_err(|error| Error::io(folder, error))?;
-        let about = About {
+        let failed = |error| Error::io(folder, error);
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        let whole = folder.canonicalize().map_err(failed)?;
+        let lines = json_lines(&tasks).map_err(failed)?;
+        let description = PlanDescription {
             version: env!("CARGO_PKG_VERSION").into(),
-            root: relative(&whole, root),
+            root: relative_path(&whole, root),
             tasks: tasks.len(),
-            digest: hash(&lines, DIGEST),
+            digest: hash(&lines, DIGEST_BYTES),
         };
-        let about =
-            self::lines(std::iter::once(&about)).map_err(|error| Error::io(folder, error))?;
-        write(folder, TASKS, &lines)?;
-        write(folder, ABOUT, &about)?;
+        write(folder, TASKS_FILE, &lines)?;
+        write(folder, DESCRIPTION_FILE, &json_lines(&[description]).map_err(failed)?)?;
         let plan = Self { folder: folder.into(), root: root.clone(), tasks };
         Ok(Planned { plan, refused })
     }
 
-    /// How many tasks a campaign file makes. The fits are not read.
+    /// Number of tasks of a campaign file. The fits are not read.
     ///
     /// # Errors
     ///
-    /// A campaign file or a table that is not right, and more tasks than a plan may have.
+    /// An invalid campaign file or table, and more tasks than a plan may have.
     pub fn size(file: &Path) -> Result<usize, Error> {
-        let form = Form::read(file)?;
-        let tasks = form.tasks_of(form.rows(file)?.len());
-        refuse_too_many(tasks, file).map(|()| tasks)
+        let campaign = CampaignFile::read(file)?;
+        let tasks = campaign.task_count(campaign.rows(file)?.len());
+        check_task_count(tasks, file).map(|()| tasks)
     }
 
-    /// The plan with the lines of its file of tasks, whatever its digest.
+    /// The plan with these lines of tasks. Its digest is not checked.
     ///
     /// # Errors
     ///
     /// A line that is no task.
-    pub fn of_lines(folder: &Path, root: &Path, lines: &str) -> Result<Self, Error> {
-        let file = folder.join(TASKS);
+    pub fn from_lines(folder: &Path, root: &Path, lines: &str) -> Result<Self, Error> {
+        let file = folder.join(TASKS_FILE);
         let tasks = lines.lines().zip(1..).map(|(line, number)| parse(&file, line, number));
         let tasks = tasks.collect::<Result<_, _>>()?;
         Ok(Self { folder: folder.into(), root: root.into(), tasks })
@@ -171,83 +168,82 @@ impl Plan {
 
     /// The files of the plan itself.
     pub fn files(&self) -> Vec<PathBuf> {
-        [ABOUT, TASKS].map(|name| self.folder.join(name)).to_vec()
+        [DESCRIPTION_FILE, TASKS_FILE].map(|name| self.folder.join(name)).to_vec()
     }
 
     /// Reads the plan in a folder.
     ///
     /// # Errors
     ///
-    /// A folder without one, or with one that another version of the program made, or whose tasks are not those that were
-    /// planned.
+    /// A folder without a plan, with a plan by another version of the program, or with other tasks than the planned ones.
     pub fn open(folder: &Path) -> Result<Self, Error> {
-        let file = folder.join(ABOUT);
-        let about = About::read(&file)?;
-        if about.version != env!("CARGO_PKG_VERSION") {
-            let found = format!("a plan by version {}", about.version);
-            let allowed = format!(
-                "one by this version, {}; run `rodfit campaign plan` again",
-                env!("CARGO_PKG_VERSION")
-            );
+        let description = read_description(folder)?;
+        let version = env!("CARGO_PKG_VERSION");
+        if description.version != version {
+            let found = format!("a plan by version {}", description.version);
+            let allowed =
+                format!("one by this version, {version}; run `rodfit campaign plan` again");
+            let file = folder.join(DESCRIPTION_FILE);
             return Err(Error::invalid("version", found, allowed).in_file(Some(&file)));
         }
-        Self::planned(folder, about)
+        Self::described(folder, description)
     }
 
-    /// Reads the plan in a folder for its results only: the plan may be one by another version. Its open tasks cannot be
-    /// run by this version.
+    /// Reads the plan in a folder for its results only. The plan may be one by another version, whose open tasks this
+    /// version cannot run.
     ///
     /// # Errors
     ///
-    /// A folder without a plan, or with tasks that are not those that were planned.
+    /// A folder without a plan, or with other tasks than the planned ones.
     pub fn open_results(folder: &Path) -> Result<Self, Error> {
-        Self::planned(folder, About::read(&folder.join(ABOUT))?)
+        Self::described(folder, read_description(folder)?)
     }
 
-    fn planned(folder: &Path, about: About) -> Result<Self, Error> {
-        let root = folder.join(about.root);
+    /// The plan with a description; an error if its file of tasks was changed.
+    fn described(folder: &Path, description: PlanDescription) -> Result<Self, Error> {
+        let PlanDescription { root, tasks: planned, digest, .. } = description;
+        let root = folder.join(root);
         let root = root.canonicalize().map_err(|error| Error::io(&root, error))?;
-        let file = folder.join(TASKS);
+        let file = folder.join(TASKS_FILE);
         let tasks = text(&file)?;
         let found = tasks.lines().count();
-        if found != about.tasks || hash(tasks.as_bytes(), DIGEST) != about.digest {
+        if found != planned || hash(tasks.as_bytes(), DIGEST_BYTES) != digest {
             let found = format!("{found} lines that are not those that were planned");
-            let allowed =
-                format!("the {} planned lines; run `rodfit campaign plan` again", about.tasks);
+            let allowed = format!("the {planned} planned lines; run `rodfit campaign plan` again");
             return Err(Error::invalid("tasks", found, allowed).in_file(Some(&file)));
         }
-        Self::of_lines(folder, &root, &tasks)
+        Self::from_lines(folder, &root, &tasks)
     }
 }
 
-/// A row's tasks, and why it cannot be solved, if so.
-struct Shared {
+/// The tasks of a row, and its error if it cannot be solved.
+struct RowTasks {
     tasks: Vec<Task>,
     refused: Option<Error>,
 }
 
-/// The tasks of a row: itself, its starts, the batches of its bootstrap.
-fn share_out(
+/// The tasks of a row: one for each combination of its random starts and of the parts of its bootstrap.
+fn row_tasks(
     root: &Path,
-    row: &Row,
-    form: &Form,
-    hashes: &mut Hashes,
+    row: &CampaignRow,
+    campaign: &CampaignFile,
+    hashes: &mut DataHashes,
     admission: &Admission,
-) -> Result<Shared, Error> {
-    let located = |error: Error| row.located(error);
+) -> Result<RowTasks, Error> {
+    let located = |error: Error| row.locate(error);
     if let Some((key, value)) = row.changes.iter().find(|(_, value)| !can_be_planned(value)) {
         let allowed = "finite numbers, texts, true, false, and lists and tables of these";
         return Err(located(Error::invalid(key, value, allowed)));
     }
     let resolved = Resolved::new(root, &row.fit, &row.changes).map_err(located)?;
     let base = resolved.id(hashes).map_err(located)?;
-    // What is refused as too large is not refused for good.
+    // A fit above a limit is an error of the plan, as another run may admit it; other errors are results.
     let too_large = std::cell::RefCell::new(None);
     let admit = |scene: &Scene| {
         (admission.scene)(scene).map_err(|error| {
-            let words = error.to_string();
+            let text = error.to_string();
             *too_large.borrow_mut() = Some(error);
-            Error::Fit(words)
+            Error::Fit(text)
         })
     };
     let refused = match resolved.fit(admit) {
@@ -257,21 +253,22 @@ fn share_out(
         }
         Err(error) => match too_large.into_inner() {
             Some(error) => return Err(located(error)),
-            None if row.from.is_some() => return Err(located(error)),
-            None => match misspelt_grid_key(root, row, &error) {
+            None if row.source.is_some() => return Err(located(error)),
+            None => match unknown_grid_key(root, row, &error) {
                 Some(error) => return Err(error),
                 None => Some(error),
             },
         },
     };
     let mut all = vec![row.changes.clone()];
-    if let Some(starts) = form.starts {
-        let ranges = starts::ranges(&resolved).map_err(located)?;
-        let from = |number| starts::start(&ranges, &base, starts.seed, number);
-        all = extended(all, (0..starts.count).map(from));
+    if let Some(starts) = campaign.starts {
+        let ranges = start_ranges(&resolved).map_err(located)?;
+        let starts = (0..starts.count).map(|k| start(&ranges, &base, starts.seed, k));
+        all = extended(&all, starts);
     }
-    if let Some(bootstrap) = form.bootstrap {
-        all = extended(all, batches(bootstrap, starts::seed(&base, bootstrap.seed)));
+    if let Some(bootstrap) = campaign.bootstrap {
+        let seed = bootstrap_seed(&base, bootstrap.seed);
+        all = extended(&all, bootstrap_parts(bootstrap, seed));
     }
     let task = |changes: Changes| {
         let id = match changes == row.changes {
@@ -282,49 +279,42 @@ fn share_out(
         };
         Ok(Task { id, name: row.name.clone(), fit: row.fit.clone(), changes })
     };
-    Ok(Shared { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
+    Ok(RowTasks { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
 }
 
-/// The error of a grid whose keys a fit file and its scene cannot have, though they are right without them; what is
-/// wrong with a value is the result of its fit.
-fn misspelt_grid_key(root: &Path, row: &Row, error: &Error) -> Option<Error> {
+/// The error of a grid with keys that fit files and scenes do not have: the fit is valid without them. An error of a
+/// value is the result of its fit instead.
+fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Error> {
     if row.changes.is_empty() || !matches!(error, Error::Parse { .. }) {
         return None;
     }
     let without = Resolved::new(root, &row.fit, &Changes::new()).ok()?;
-    let is_right = without.fit(|_| Ok(())).is_ok();
+    let is_valid = without.fit(|_| Ok(())).is_ok();
     let keys: Vec<&str> = row.changes.keys().map(String::as_str).collect();
     let allowed = "keys that the fit file or its scene may have";
-    is_right.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
+    is_valid.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
 }
 
-/// Every set of changes with each of `more`.
-fn extended(all: Vec<Changes>, more: impl Iterator<Item = Changes> + Clone) -> Vec<Changes> {
-    let with = |changes: &Changes| {
-        let changes = changes.clone();
-        more.clone()
-            .map(move |more| changes.clone().into_iter().chain(more).collect())
-            .collect::<Vec<_>>()
-    };
-    all.iter().flat_map(with).collect()
-}
-
-/// The parts of a bootstrap: together the replicates that one fit with this seed would run.
-fn batches(bootstrap: Bootstrap, seed: i64) -> impl Iterator<Item = Changes> + Clone {
+/// The changes of the parts of a bootstrap, which together run the replicates of one fit with this seed.
+fn bootstrap_parts(
+    bootstrap: DistributedBootstrap,
+    seed: i64,
+) -> impl Iterator<Item = Changes> + Clone {
     let replicates = bootstrap.replicates;
     let parts = bootstrap.parts();
     (0..parts).map(move |k| {
         let (first, next) = (k * replicates / parts, (k + 1) * replicates / parts);
-        let of = |key: &str, number: i64| (format!("analysis.{key}"), Value::Integer(number));
+        let change = |key: &str, number: i64| (format!("analysis.{key}"), Value::Integer(number));
         Changes::from([
-            of("bootstrap", (next - first) as i64),
-            of("bootstrap_first", first as i64),
-            of("seed", seed),
+            change("bootstrap", (next - first) as i64),
+            change("bootstrap_first", first as i64),
+            change("seed", seed),
         ])
     })
 }
 
-fn refuse_too_many(tasks: usize, file: &Path) -> Result<(), Error> {
+/// Rejects more than [`MOST_TASKS`] tasks.
+fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     match tasks <= MOST_TASKS {
         true => Ok(()),
         false => {
@@ -334,14 +324,15 @@ fn refuse_too_many(tasks: usize, file: &Path) -> Result<(), Error> {
     }
 }
 
-/// Refuses a folder that holds something else than a plan, or what a plan that was killed has left.
-fn refuse_foreign(folder: &Path) -> Result<(), Error> {
+/// Rejects a folder with other files than those of a plan, or of the temporary ones of a killed process.
+fn check_folder(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
-    let is_of_plan = |name: &str| [ABOUT, TASKS].iter().any(|own| name.starts_with(own));
+    let is_of_plan =
+        |name: &str| [DESCRIPTION_FILE, TASKS_FILE].iter().any(|own| name.starts_with(own));
     let is_own = |entry: std::io::Result<std::fs::DirEntry>| {
         entry.is_ok_and(|entry| is_of_plan(&entry.file_name().to_string_lossy()))
     };
-    match folder.join(ABOUT).is_file() || entries.all(is_own) {
+    match folder.join(DESCRIPTION_FILE).is_file() || entries.all(is_own) {
         true => Ok(()),
         false => {
             let found = format!("{}, which has other files in it", folder.display());
@@ -350,6 +341,13 @@ fn refuse_foreign(folder: &Path) -> Result<(), Error> {
     }
 }
 
+/// Reads the description of the plan in a folder.
+fn read_description(folder: &Path) -> Result<PlanDescription, Error> {
+    let file = folder.join(DESCRIPTION_FILE);
+    parse(&file, &text(&file)?, 1)
+}
+
+/// A value from a line of JSON of the file at `path`.
 fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|error| {
         let error = error.to_string();
@@ -359,24 +357,24 @@ fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> 
     })
 }
 
-/// A line of JSON for each.
-fn lines<T: Serialize>(each: impl Iterator<Item = T>) -> std::io::Result<Vec<u8>> {
+/// A line of JSON for each value.
+fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     let mut lines = Vec::new();
-    for one in each {
-        serde_json::to_writer(&mut lines, &one)?;
+    for value in values {
+        serde_json::to_writer(&mut lines, value)?;
         lines.push(b'\n');
     }
     Ok(lines)
 }
 
-/// Writes a file under another name first, so that its own never stands for half of it.
+/// Writes a file under a temporary name first, so that its own never stands for a part of it.
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
     let written = PartFile::beside(&path).and_then(|mut file| {
         file.write_all(bytes)?;
         #[cfg(unix)]
         {
-            // Others of the group may run the plan.
+            // Other users may run the plan.
             use std::os::unix::fs::PermissionsExt;
             file.file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
         }
@@ -386,13 +384,13 @@ fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::io(&path, error))
 }
 
-/// A folder as seen from another, so that both can be moved together. Both are absolute.
-fn relative(from: &Path, to: &Path) -> PathBuf {
+/// The path from one absolute folder to another, so that both can be moved together.
+fn relative_path(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component>, Vec<Component>) =
         (from.components().collect(), to.components().collect());
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
     if common == 0 {
-        // Another drive.
+        // On another drive there is no relative path.
         return to.iter().collect();
     }
     let up = std::iter::repeat_n(Component::ParentDir, from.len() - common);

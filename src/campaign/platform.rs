@@ -1,4 +1,4 @@
-//! On what a result was computed: what decides its last digits.
+//! Key of the machine and library that determine the last digits of a result.
 
 use crate::campaign::hash::hash;
 use crate::numerics::simd::simd_level;
@@ -6,11 +6,11 @@ use std::env::consts::{ARCH, OS};
 use std::hint::black_box;
 use std::sync::OnceLock;
 
-/// Arguments that every function of the mathematical library is tried with.
-const TRIED: usize = 256;
+/// Arguments at which every function of the mathematical library is evaluated.
+const ARGUMENTS: usize = 256;
 
-/// Target, mathematical library and vector unit: results of the same key are the same to the last bit. The library is
-/// known by what it computes, since its version does not say what the processor makes it choose.
+/// The target, a hash of values of the mathematical library, and the vector unit: results with the same key are equal to
+/// the last bit. Values identify the library, as one version has several variants for different processors.
 pub fn platform() -> &'static str {
     static KEY: OnceLock<String> = OnceLock::new();
     KEY.get_or_init(|| {
@@ -21,16 +21,17 @@ pub fn platform() -> &'static str {
             () => "",
         };
         let bytes: Vec<u8> =
-            (0..TRIED).flat_map(|k| values(argument(k))).flat_map(f64::to_le_bytes).collect();
+            (0..ARGUMENTS).flat_map(|k| values(argument(k))).flat_map(f64::to_le_bytes).collect();
         format!("{ARCH}-{OS}{environment} libm-{} {}", hash(&bytes, 4), simd_level())
     })
 }
 
-/// Spread over decades, with all digits in use.
+/// The k-th argument: spread over decades, with all digits in use.
 fn argument(k: usize) -> f64 {
     black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
 }
 
+/// Values of the functions of the mathematical library at an argument.
 fn values(x: f64) -> [f64; 16] {
     let small = x / (1.0 + x);
     [

@@ -1,6 +1,6 @@
-//! A fit with everything that it depends on: one table, in which scenes stand instead of their names.
+//! A fit with everything that its result depends on: one table of keys, with scenes in the places of their names.
 
-use crate::campaign::changes::{Changes, Key, is_file, put};
+use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
 use crate::error::Error;
 use crate::fit::FitFile;
@@ -8,12 +8,15 @@ use crate::input::missing_keys::parse;
 use crate::scene::Scene;
 use marker_files::file::{at, data, text};
 use serde_json::{Value as Json, json};
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Bytes of an id.
-const ID: usize = 16;
+const ID_BYTES: usize = 16;
+/// Bytes of the hash of a data file.
+const DATA_HASH_BYTES: usize = 32;
 
 /// A fit file after all changes, with its scenes in it and the paths of its data absolute.
 pub(crate) struct Resolved {
@@ -21,122 +24,136 @@ pub(crate) struct Resolved {
     pub table: Table,
 }
 
-/// Hashes of data by their files: a plan reads each once.
-pub(crate) type Hashes = HashMap<PathBuf, String>;
+/// Hashes of data files by their paths, so that a plan reads each file once.
+pub(crate) type DataHashes = HashMap<PathBuf, String>;
+
+/// A path with the name of its key, which replaces it in results.
+pub(crate) struct PathName {
+    pub path: String,
+    pub name: String,
+}
+
+/// The scene of an experiment, or of the whole fit.
+struct FitScene<'a> {
+    /// Index of the experiment; none of the whole fit.
+    experiment: Option<usize>,
+    /// Name of the experiment.
+    name: String,
+    table: &'a mut Table,
+}
 
 impl Resolved {
-    /// Of a fit file and what is changed of it; paths in changes are relative to `root`.
+    /// A fit file with changes. Paths in the changes are relative to `root`.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();
-        let mut table = read(&file)?;
-        let named: Result<Vec<_>, Error> =
-            changes.iter().map(|(key, value)| Ok((Key::new(key)?, value))).collect();
-        let named: Vec<(Key, Value)> = named?
-            .into_iter()
-            .map(|(key, value)| {
-                let value = if key.names_a_file() { absolute(value, root) } else { value.clone() };
-                (key, value)
-            })
-            .collect();
-        for (key, value) in &named {
-            if let Key::Fit(place) = key {
-                put(&mut table, place, value)?;
+        let mut table = read_toml(&file)?;
+        let mut keys: Vec<(Key, Value)> = Vec::new();
+        for (name, value) in changes {
+            let key = Key::new(name)?;
+            let is_file = key.names_a_file();
+            keys.push((key, if is_file { absolute(value, root) } else { value.clone() }));
+        }
+        // Keys of the fit file come first: they may name other scenes.
+        for (key, value) in &keys {
+            if let Key::Fit(path) = key {
+                set_value(&mut table, path, value)?;
             }
         }
-        let mut scenes: Vec<(Option<usize>, String, &mut Table)> = Vec::new();
-        let mut experiments: &mut [Value] = &mut [];
-        for (key, value) in table.iter_mut() {
-            match (&**key, value) {
-                ("scene", scene) => {
-                    scenes.extend(inline(scene, &folder)?.map(|s| (None, String::new(), s)))
-                }
-                ("experiment", Value::Array(list)) => experiments = list,
-                _ => {}
+        let mut scenes = fit_scenes(&mut table, &folder)?;
+        // Keys of all scenes come before those of one experiment, which take precedence.
+        for (key, value) in &keys {
+            if let Key::Scenes(path) = key {
+                scenes.iter_mut().try_for_each(|scene| set_value(scene.table, path, value))?;
             }
         }
-        for (k, experiment) in experiments.iter_mut().enumerate() {
-            let name =
-                experiment.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
-            if let Some(scene) = experiment.get_mut("scene") {
-                scenes.extend(inline(scene, &folder)?.map(|scene| (Some(k), name, scene)));
-            }
-        }
-        // What is of one experiment has the last word.
-        for (key, value) in &named {
-            if let Key::Scenes(place) = key {
-                scenes.iter_mut().try_for_each(|(_, _, scene)| put(scene, place, value))?;
-            }
-        }
-        for (key, value) in &named {
-            let Key::Scene(which, place) = key else { continue };
-            let index = which.parse().ok();
-            let is_it = |(k, name, _): &&mut (Option<usize>, String, &mut Table)| {
-                (k.is_some() && *k == index) || name == which
+        for (key, value) in &keys {
+            let Key::Scene(experiment, path) = key else { continue };
+            let index: Option<usize> = experiment.parse().ok();
+            let is_own = |scene: &&mut FitScene| {
+                (scene.experiment.is_some() && scene.experiment == index)
+                    || scene.name == *experiment
             };
-            let Some((_, _, scene)) = scenes.iter_mut().find(is_it) else {
+            let scene = scenes.iter_mut().find(is_own).ok_or_else(|| {
+                let key = format!("experiment.{experiment}");
                 let allowed = "the index, from 0, or the name of an [[experiment]]";
-                return Err(Error::invalid(
-                    format!("experiment.{which}"),
-                    "no such experiment",
-                    allowed,
-                ));
-            };
-            put(scene, place, value)?;
+                Error::invalid(key, "no such experiment", allowed)
+            })?;
+            set_value(scene.table, path, value)?;
         }
-        each_file(&mut table, "", &mut |_, path| {
-            *path = at(&folder, Path::new(&*path)).display().to_string()
-        });
+        make_absolute(&mut table, &folder);
         Ok(Self { file, table })
     }
 
     /// The first 128 bits of the hash of everything that the result depends on: the program's version, the fit, its
-    /// scenes, its data. No paths, and no times.
-    pub fn id(&self, hashes: &mut Hashes) -> Result<String, Error> {
+    /// scenes, and its data, without their paths.
+    pub fn id(&self, hashes: &mut DataHashes) -> Result<String, Error> {
         let mut table = self.table.clone();
         let mut failure = None;
-        each_file(&mut table, "", &mut |place, path| {
+        for_each_file(&mut table, "", &mut |key, path| {
             let file = PathBuf::from(&*path);
-            match hash_of(&file, hashes) {
-                Ok(found) => {
-                    // An experiment that has no name is called after its recording.
-                    let key = place.rsplit('.').find(|part| part.parse::<usize>().is_err());
-                    let stem = if key == Some("file") { None } else { file.file_stem() };
-                    *path = format!("sha256 {found} {}", stem.unwrap_or_default().display());
+            match data_hash(&file, hashes) {
+                Ok(hash) => {
+                    // An experiment without a name is called after the file of its recording.
+                    let last = key.rsplit('.').find(|part| part.parse::<usize>().is_err());
+                    let stem = if last == Some("file") { None } else { file.file_stem() };
+                    *path = format!("sha256 {hash} {}", stem.unwrap_or_default().display());
                 }
                 Err(error) => failure = failure.take().or(Some(error)),
             }
         });
-        match failure {
-            Some(error) => Err(error),
-            None => {
-                let whole = json!({ "version": env!("CARGO_PKG_VERSION"), "fit": canonical(&Value::Table(table)) });
-                Ok(hash(whole.to_string().as_bytes(), ID))
-            }
-        }
+        let fit = canonical_json(&Value::Table(table));
+        let whole = json!({ "version": env!("CARGO_PKG_VERSION"), "fit": fit });
+        failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)
     }
 
-    /// The fit, ready to solve.
+    /// The fit, ready to solve, with scenes that `admit` accepts.
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
         FitFile::read(&self.table.to_string(), &self.file, &admit)?
             .of_parameters()
             .map_err(|error| error.in_file(Some(&self.file)))
     }
 
-    /// What is said instead of each path, so that what is said does not depend on where things are: the key that
-    /// names it. Longest paths first, as they may begin with shorter ones.
-    pub fn names(&self) -> Vec<(String, String)> {
-        let mut names = vec![(self.file.display().to_string(), "the fit".to_string())];
-        each_file(&mut self.table.clone(), "", &mut |place, path| {
-            names.push((path.clone(), place.into()))
+    /// The paths in the fit with the names of their keys, by which results do not depend on the folder. Longest paths
+    /// come first, as they may begin with shorter ones.
+    pub fn path_names(&self) -> Vec<PathName> {
+        let file = self.file.display().to_string();
+        let mut names = vec![PathName { path: file, name: "the fit".into() }];
+        for_each_file(&mut self.table.clone(), "", &mut |key, path| {
+            names.push(PathName { path: path.clone(), name: key.into() })
         });
-        names.sort_by_key(|(path, _)| std::cmp::Reverse(path.len()));
+        names.sort_by_key(|name| Reverse(name.path.len()));
         names
     }
 }
 
-/// A TOML file as it is written.
-pub(crate) fn read(file: &Path) -> Result<Table, Error> {
+/// All scenes of a fit file, read and put into the places of their names.
+fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>, Error> {
+    let mut scenes = Vec::new();
+    let mut experiments: &mut [Value] = &mut [];
+    for (key, value) in fit.iter_mut() {
+        match (&**key, value) {
+            ("scene", scene) => {
+                let table = inline_scene(scene, folder)?;
+                let scene = |table| FitScene { experiment: None, name: String::new(), table };
+                scenes.extend(table.map(scene));
+            }
+            ("experiment", Value::Array(list)) => experiments = list,
+            _ => {}
+        }
+    }
+    for (k, experiment) in experiments.iter_mut().enumerate() {
+        let name = experiment.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
+        if let Some(scene) = experiment.get_mut("scene") {
+            let table = inline_scene(scene, folder)?;
+            scenes.extend(table.map(|table| FitScene { experiment: Some(k), name, table }));
+        }
+    }
+    Ok(scenes)
+}
+
+/// The keys of a TOML file.
+pub(crate) fn read_toml(file: &Path) -> Result<Table, Error> {
     parse(&text(file)?, &[]).map_err(|error| error.in_file(Some(file)))
 }
 
@@ -145,7 +162,7 @@ pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
 }
 
-/// A name of a file, or several, from another folder.
+/// The name of a file, or a list of them, as absolute paths.
 fn absolute(value: &Value, root: &Path) -> Value {
     match value {
         Value::String(name) => Value::String(at(root, Path::new(name)).display().to_string()),
@@ -156,57 +173,68 @@ fn absolute(value: &Value, root: &Path) -> Value {
     }
 }
 
-/// Puts a scene in the place of its name.
-fn inline<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
+/// Makes all paths in a table absolute that are relative to a folder.
+fn make_absolute(table: &mut Table, folder: &Path) {
+    for_each_file(table, "", &mut |_, path| {
+        *path = at(folder, Path::new(&*path)).display().to_string()
+    });
+}
+
+/// Reads a scene that is given by its name and puts it in the place of the name. Returns the scene.
+fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
     if let Value::String(name) = scene {
         let file = folder.join(&*name);
-        let mut table = read(&file)?;
-        let folder = folder_of(&file);
-        each_file(&mut table, "", &mut |_, path| {
-            *path = at(folder, Path::new(&*path)).display().to_string()
-        });
+        let mut table = read_toml(&file)?;
+        make_absolute(&mut table, folder_of(&file));
         *scene = Value::Table(table);
     }
     Ok(scene.as_table_mut())
 }
 
-/// Every name of a file in a table, with its place.
-fn each_file(table: &mut Table, place: &str, each: &mut dyn FnMut(&str, &mut String)) {
-    for (key, value) in table.iter_mut() {
-        let place = if place.is_empty() { key.clone() } else { format!("{place}.{key}") };
-        each_in(value, is_file(key), &place, each);
+/// Calls `each` with the key and the value of every name of a file in a table. `key` is that of the table.
+fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut String)) {
+    for (part, value) in table.iter_mut() {
+        let key = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
+        for_each_file_in(value, is_file_key(part), &key, each);
     }
 }
 
-fn each_in(value: &mut Value, is_file: bool, place: &str, each: &mut dyn FnMut(&str, &mut String)) {
+/// Calls `each` with every name of a file in a value, which is a name itself if `is_file`.
+fn for_each_file_in(
+    value: &mut Value,
+    is_file: bool,
+    key: &str,
+    each: &mut dyn FnMut(&str, &mut String),
+) {
     match value {
-        Value::String(name) if is_file => each(place, name),
-        Value::Table(table) => each_file(table, place, each),
+        Value::String(name) if is_file => each(key, name),
+        Value::Table(table) => for_each_file(table, key, each),
         Value::Array(list) => {
             for (k, value) in list.iter_mut().enumerate() {
-                each_in(value, is_file, &format!("{place}.{k}"), each);
+                for_each_file_in(value, is_file, &format!("{key}.{k}"), each);
             }
         }
         _ => {}
     }
 }
 
-fn hash_of(file: &Path, hashes: &mut Hashes) -> Result<String, Error> {
+/// The SHA-256 of a data file, from `hashes` if it is there.
+fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     if let Some(known) = hashes.get(file) {
         return Ok(known.clone());
     }
-    let found = hash(&data(file)?, 32);
+    let found = hash(&data(file)?, DATA_HASH_BYTES);
     hashes.insert(file.into(), found.clone());
     Ok(found)
 }
 
-/// The same JSON for the same values: keys are sorted, and what JSON has no numbers for is told apart.
-fn canonical(value: &Value) -> Json {
+/// A value as JSON that is the same for equal values: keys are sorted, and numbers that JSON lacks are texts.
+fn canonical_json(value: &Value) -> Json {
     match value {
         Value::Table(table) => {
-            table.iter().map(|(key, value)| (key.clone(), canonical(value))).collect()
+            table.iter().map(|(key, value)| (key.clone(), canonical_json(value))).collect()
         }
-        Value::Array(list) => list.iter().map(canonical).collect(),
+        Value::Array(list) => list.iter().map(canonical_json).collect(),
         Value::Float(x) if !x.is_finite() => json!({ "float": x.to_string() }),
         Value::Float(x) => json!(x),
         Value::Integer(n) => json!(n),

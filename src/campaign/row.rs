@@ -1,36 +1,35 @@
-//! A fit of a campaign, before it is shared out.
+//! A fit of a campaign with its changes, before its starts and bootstrap become tasks.
 
 use crate::campaign::changes::Changes;
 use crate::error::Error;
 use std::path::PathBuf;
 
-/// A fit and what is changed of it, before it is shared out.
-#[derive(Clone)]
-pub(crate) struct Row {
-    /// Relative to the folder of the campaign.
+/// A fit with its changes.
+#[derive(Clone, Default)]
+pub(crate) struct CampaignRow {
+    /// Path of the fit file, relative to the folder of the campaign.
     pub fit: PathBuf,
     pub name: String,
     pub changes: Changes,
-    /// The table and the line it stands in.
-    pub from: Option<(PathBuf, u64)>,
+    /// Where a table has the fit; none of fits that patterns match.
+    pub source: Option<TableLine>,
 }
 
-impl Row {
-    /// A fit as it stands.
-    pub fn of(fit: PathBuf) -> Self {
-        Self { fit, name: String::new(), changes: Changes::new(), from: None }
-    }
+/// A line of a table.
+#[derive(Clone)]
+pub(crate) struct TableLine {
+    pub file: PathBuf,
+    /// Counted from 1, with the header.
+    pub line: u64,
+}
 
-    /// Says where an error comes from.
-    pub fn located(&self, error: Error) -> Error {
-        match &self.from {
-            Some((path, line)) => {
-                let said: Vec<String> =
-                    self.changes.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-                let message = format!("with {}: {error}", said.join(", "));
-                Error::Data { path: path.clone(), line: *line, message }
-            }
-            None => error,
-        }
+impl CampaignRow {
+    /// An error of this fit, with the line of the table and the changes in it.
+    pub fn locate(&self, error: Error) -> Error {
+        let Some(TableLine { file, line }) = &self.source else { return error };
+        let changes: Vec<String> =
+            self.changes.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        let message = format!("with {}: {error}", changes.join(", "));
+        Error::Data { path: file.clone(), line: *line, message }
     }
 }

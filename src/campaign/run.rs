@@ -1,8 +1,8 @@
-//! Doing what is not done yet.
+//! Runs the tasks of a campaign without a result.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{Plan, Task};
-use crate::campaign::resolved::{Hashes, Resolved};
+use crate::campaign::resolved::{DataHashes, Resolved};
 use crate::campaign::shard::Shard;
 use crate::campaign::store::Store;
 use crate::error::Error;
@@ -15,84 +15,94 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-/// How a campaign is run.
+/// Options of a run.
 #[derive(Clone, Debug)]
-pub struct Way {
-    /// Which part of it; all without.
+pub struct RunOptions {
+    /// The part of the campaign; all tasks without one.
     pub shard: Option<Shard>,
-    /// Processors to use, up to as many as there are.
+    /// Number of threads, at most that of processors.
     pub threads: usize,
-    /// Stops it when set: fits that are not done are left.
+    /// Stops the run when set: unfinished fits have no result.
     pub stop: Arc<AtomicBool>,
 }
 
-/// What a run did.
+/// The result of a run.
 #[derive(Debug, Default)]
 #[non_exhaustive]
-pub struct Ran {
+pub struct RunSummary {
     /// Tasks of the shard, each id once.
     pub tasks: usize,
-    /// Of them, how many had a result already.
+    /// Tasks that had a result before the run.
     pub before: usize,
-    /// How many have one now that had none, by their [codes](Outcome::code).
+    /// The [codes](Outcome::code) of the new results.
     pub codes: Vec<u8>,
-    /// Tasks that could not be begun, as what they are made of is gone or not what was planned, with the reason.
-    pub changed: Vec<(Task, Error)>,
-    /// Tasks whose fit ended in a fault of the program. They have no result, and are done again in the next run.
+    /// Tasks that could not begin.
+    pub changed: Vec<ChangedTask>,
+    /// Tasks whose fit ended in a fault of the program. They have no result; the next run repeats them.
     pub panicked: Vec<Task>,
 }
 
-impl Ran {
-    /// How many tasks are left.
-    pub fn left(&self) -> usize {
+/// A task whose files are missing or changed after the plan was written.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct ChangedTask {
+    /// The task.
+    pub task: Task,
+    /// The file and its change.
+    pub error: Error,
+}
+
+/// An outcome with the wall time of its computation, s.
+struct TimedOutcome {
+    outcome: Outcome,
+    seconds: f64,
+}
+
+impl RunSummary {
+    /// Number of tasks without a result.
+    pub fn open_tasks(&self) -> usize {
         self.tasks - self.before - self.codes.len()
     }
 }
 
 impl Plan {
-    /// Solves one task, and stores what came of it; nothing where it was told to stop.
+    /// Solves one task and stores its outcome; none if `stop` was set before its end.
     ///
     /// # Errors
     ///
-    /// A task that is no longer what was planned, and a result that cannot be stored.
+    /// A task that differs from the planned one, and a result that cannot be stored.
     pub fn solve(
         &self,
         task: &Task,
         store: &Store,
         stop: Arc<AtomicBool>,
     ) -> Result<Option<Outcome>, Error> {
-        let done = self.attempt(task, stop)?;
-        if let Some((outcome, seconds)) = &done {
-            store.add(&task.id, outcome, *seconds)?;
-        }
-        Ok(done.map(|(outcome, _)| outcome))
+        let Some(timed) = self.attempt(task, stop)? else { return Ok(None) };
+        store.add(&task.id, &timed.outcome, timed.seconds)?;
+        Ok(Some(timed.outcome))
     }
 
-    /// What came of a task, and the wall time it took, s.
-    fn attempt(&self, task: &Task, stop: Arc<AtomicBool>) -> Result<Option<(Outcome, f64)>, Error> {
-        let since = Instant::now();
+    /// Solves one task without storing its outcome.
+    fn attempt(&self, task: &Task, stop: Arc<AtomicBool>) -> Result<Option<TimedOutcome>, Error> {
+        let start = Instant::now();
         let outcome = solve(&self.resolved(task)?, stop);
-        Ok(outcome.map(|outcome| (outcome, since.elapsed().as_secs_f64())))
+        let timed = |outcome| TimedOutcome { outcome, seconds: start.elapsed().as_secs_f64() };
+        Ok(outcome.map(timed))
     }
 
-    /// What a task is made of, if it is what was planned.
+    /// The fit of a task with all its files, if these are the planned ones.
     fn resolved(&self, task: &Task) -> Result<Resolved, Error> {
         let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
-        match resolved.id(&mut Hashes::new())? == task.id {
-            true => Ok(resolved),
-            false => {
-                let found = "a fit, a scene or data that changed after the plan was written";
-                Err(Error::invalid(
-                    "campaign",
-                    found,
-                    "unchanged files; run `rodfit campaign plan` again",
-                )
-                .in_file(Some(&resolved.file)))
-            }
+        if resolved.id(&mut DataHashes::new())? != task.id {
+            let found = "a fit, a scene or data that changed after the plan was written";
+            let allowed = "unchanged files; run `rodfit campaign plan` again";
+            let error = Error::invalid("campaign", found, allowed);
+            return Err(error.in_file(Some(&resolved.file)));
         }
+        Ok(resolved)
     }
 
-    /// The tasks of a shard that have no result yet, each id once, and how many have one.
+    /// The tasks of a shard without a result, each id once, and the number of those with one.
     ///
     /// # Errors
     ///
@@ -103,48 +113,57 @@ impl Plan {
             done.insert(record.id);
         })?;
         let mut seen = HashSet::new();
-        let mine = self.tasks.iter().filter(|task| shard.is_none_or(|shard| shard.has(&task.id)));
+        let is_own = |task: &&Task| shard.is_none_or(|shard| shard.contains(&task.id));
+        let own = self.tasks.iter().filter(is_own).filter(|task| seen.insert(&task.id));
         let (before, open): (Vec<&Task>, Vec<&Task>) =
-            mine.filter(|task| seen.insert(&task.id)).partition(|task| done.contains(&task.id));
+            own.partition(|task| done.contains(&task.id));
         Ok((open, before.len()))
     }
 
-    /// Runs a shard: what has a result is skipped. It may be killed at any moment and run again, and any number of
-    /// shards may run at once. `told` hears after every task how many of how many have a result.
+    /// Runs the tasks of a shard without a result. The process may be killed at any moment and repeated, and any number
+    /// of shards may run at once. `progress` is called after every task with the number of results and that of tasks.
     ///
     /// # Errors
     ///
     /// Results that cannot be read or stored.
-    pub fn run(&self, way: &Way, told: impl Fn(usize, usize) + Sync) -> Result<Ran, Error> {
+    pub fn run(
+        &self,
+        options: &RunOptions,
+        progress: impl Fn(usize, usize) + Sync,
+    ) -> Result<RunSummary, Error> {
         let store = Store::new(&self.folder);
-        let (open, before) = self.open_tasks(way.shard)?;
-        let ran = Ran { tasks: open.len() + before, before, ..Ran::default() };
-        told(before, ran.tasks);
+        let (open, before) = self.open_tasks(options.shard)?;
+        let summary = RunSummary { tasks: open.len() + before, before, ..RunSummary::default() };
+        progress(before, summary.tasks);
         if open.is_empty() {
-            return Ok(ran);
+            return Ok(summary);
         }
-        // Each worker takes the next task when it is done with one, as costs differ. Its fit has its own share of the
-        // processors: in one pool a fit that waits for its parts would begin others within itself.
-        let threads = useful_threads(way.threads);
+        // Each worker takes the next open task after its last, as costs differ. Each fit has its own share of the
+        // processors: in a common pool a fit that waits for its parts would begin others within itself.
+        let threads = useful_threads(options.threads);
         let workers = threads.min(open.len());
-        let (next, ran, failure) = (AtomicUsize::new(0), Mutex::new(ran), Mutex::new(None));
+        let (next, summary, failure) = (AtomicUsize::new(0), Mutex::new(summary), Mutex::new(None));
         let work = |share: usize| -> Result<(), Error> {
             let pool = ThreadPoolBuilder::new().num_threads(share).build();
             let pool = pool
                 .map_err(|error| Error::Fit(format!("the threads cannot be started: {error}")))?;
-            while !way.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
+            while !options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                 let Some(task) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                let attempt = || pool.install(|| self.attempt(task, way.stop.clone()));
+                let task: &Task = task;
+                let attempt = || pool.install(|| self.attempt(task, options.stop.clone()));
                 match catch_unwind(AssertUnwindSafe(attempt)) {
-                    Ok(Ok(Some((outcome, seconds)))) => {
+                    Ok(Ok(Some(TimedOutcome { outcome, seconds }))) => {
                         store.add(&task.id, &outcome, seconds)?;
-                        let mut ran = locked(&ran);
-                        ran.codes.push(outcome.code);
-                        told(ran.before + ran.codes.len(), ran.tasks);
+                        let mut summary = locked(&summary);
+                        summary.codes.push(outcome.code);
+                        progress(summary.before + summary.codes.len(), summary.tasks);
                     }
+                    // Stopped before its end.
                     Ok(Ok(None)) => {}
-                    Ok(Err(error)) => locked(&ran).changed.push(((*task).clone(), error)),
-                    Err(_) => locked(&ran).panicked.push((*task).clone()),
+                    Ok(Err(error)) => {
+                        locked(&summary).changed.push(ChangedTask { task: task.clone(), error })
+                    }
+                    Err(_) => locked(&summary).panicked.push(task.clone()),
                 }
             }
             Ok(())
@@ -160,21 +179,19 @@ impl Plan {
                 });
             }
         });
-        match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(ran.into_inner().unwrap_or_else(PoisonError::into_inner)),
-        }
+        let summary = summary.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let failure = failure.into_inner().unwrap_or_else(PoisonError::into_inner);
+        failure.map_or(Ok(summary), Err)
     }
 }
 
-/// How many of so many threads are of use: as many as there are processors. More only take memory and turns, and many
-/// thousands starve the machine.
+/// The number of threads that speed up a run: at most that of processors. More threads only take memory and switches.
 pub fn useful_threads(asked: usize) -> usize {
     let processors = available_parallelism().map_or(1, NonZero::get);
     asked.clamp(1, processors)
 }
 
-/// What a fault elsewhere has left is still right: nothing is changed by halves.
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
+/// The value of a lock, also after a panic of another thread: every change of these values is complete or absent.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,99 +1,98 @@
-//! Which part of a campaign a process does.
+//! Parts of a campaign, each for one process.
 
 use crate::error::Error;
 use std::str::FromStr;
 
-/// One of so many parts: the tasks whose id leaves the same rest. `0/3`, `1/3` and `2/3` are all of them.
+/// One of several parts of a campaign: the tasks whose id, as a number, has the same remainder by the number of parts.
+/// `0/3`, `1/3` and `2/3` are all tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: u128,
-    of: u128,
+    count: u128,
 }
 
+/// The notation of shards, for messages.
 const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 
 impl FromStr for Shard {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        let refused = || Error::invalid("--shard", text, ALLOWED);
-        let (index, of) = text.split_once('/').ok_or_else(refused)?;
-        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| refused());
-        Self::new(number(index)?, number(of)?).ok_or_else(refused)
+        let invalid = || Error::invalid("--shard", text, ALLOWED);
+        let (index, count) = text.split_once('/').ok_or_else(invalid)?;
+        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| invalid());
+        Self::new(number(index)?, number(count)?).ok_or_else(invalid)
     }
 }
 
 impl Shard {
-    fn new(index: u64, of: u64) -> Option<Self> {
-        let (index, of) = (u128::from(index), u128::from(of));
-        (index < of).then_some(Self { index, of })
+    /// The part with an index from 0; none unless the index is below the count.
+    fn new(index: u64, count: u64) -> Option<Self> {
+        let (index, count) = (u128::from(index), u128::from(count));
+        (index < count).then_some(Self { index, count })
     }
 
-    /// Whether a task is in it.
-    pub fn has(&self, id: &str) -> bool {
-        u128::from_str_radix(id, 16).is_ok_and(|id| id % self.of == self.index)
+    /// Whether a task with this id is in the part.
+    pub fn contains(&self, id: &str) -> bool {
+        u128::from_str_radix(id, 16).is_ok_and(|id| id % self.count == self.index)
     }
 
-    /// The one that a scheduler gives this process: of a Slurm job array, or, where `of` says how many there are, a PBS
-    /// job array or the tasks of HyperQueue. None without a scheduler.
+    /// The part that a scheduler assigns to this process, by its environment variables: of a Slurm job array, or, if the
+    /// `count` is given, of a PBS job array or the tasks of HyperQueue. None without a scheduler.
     ///
     /// # Errors
     ///
-    /// Variables that are no numbers, an array with gaps, and nothing that says how many shards there are.
-    pub fn of_scheduler(
+    /// Variables that are no numbers, an array with gaps, and an unknown number of parts.
+    pub fn from_scheduler(
         variable: impl Fn(&str) -> Option<String>,
-        of: Option<u64>,
+        count: Option<u64>,
     ) -> Result<Option<Self>, Error> {
         let number = |name: &str| -> Result<Option<u64>, Error> {
             let Some(text) = variable(name) else { return Ok(None) };
-            let refused = || Error::invalid(name, &text, "a number of 0 or more");
-            text.trim().parse().map(Some).map_err(|_| refused())
+            let invalid = |_| Error::invalid(name, &text, "a number of 0 or more");
+            text.trim().parse().map(Some).map_err(invalid)
         };
         if let Some(id) = number("SLURM_ARRAY_TASK_ID")? {
             let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
             let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
-            let count = number("SLURM_ARRAY_TASK_COUNT")?.or(of);
-            let of = count.ok_or_else(|| unsaid("SLURM_ARRAY_TASK_ID", id))?;
-            let index = id.saturating_sub(first) / step;
-            return match Self::new(index, of) {
-                Some(shard) => Ok(Some(shard)),
-                None => Err(Error::invalid(
-                    "SLURM_ARRAY_TASK_ID",
-                    format!("{id} in an array of {of} from {first} in steps of {step}"),
-                    "an array without gaps, in which fits with a result are skipped, or --shard i/n",
-                )),
+            let count = number("SLURM_ARRAY_TASK_COUNT")?.or(count);
+            let count = count.ok_or_else(|| unknown_count("SLURM_ARRAY_TASK_ID", id))?;
+            let gaps = || {
+                let found = format!("{id} in an array of {count} from {first} in steps of {step}");
+                let allowed = "an array without gaps, in which fits with a result are skipped, or --shard i/n";
+                Error::invalid("SLURM_ARRAY_TASK_ID", found, allowed)
             };
+            let index = id.saturating_sub(first) / step;
+            return Self::new(index, count).map(Some).ok_or_else(gaps);
         }
         for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
             if let Some(index) = number(name)? {
-                let of = of.ok_or_else(|| unsaid(name, index))?;
-                let refused = || {
-                    let last = of.saturating_sub(1);
-                    Error::invalid(name, index, format!("0 to {last}, as there are {of} shards"))
+                let count = count.ok_or_else(|| unknown_count(name, index))?;
+                let invalid = || {
+                    let last = count.saturating_sub(1);
+                    Error::invalid(name, index, format!("0 to {last}, as there are {count} shards"))
                 };
-                return Self::new(index, of).map(Some).ok_or_else(refused);
+                return Self::new(index, count).map(Some).ok_or_else(invalid);
             }
         }
         Ok(None)
     }
 }
 
-fn unsaid(name: &str, index: u64) -> Error {
-    Error::invalid(
-        name,
-        format!("{index} without the number of shards"),
-        "--shards N in addition, or --shard i/n",
-    )
+/// The error of a variable with an index but without the number of parts.
+fn unknown_count(name: &str, index: u64) -> Error {
+    let found = format!("{index} without the number of shards");
+    Error::invalid(name, found, "--shards N in addition, or --shard i/n")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn scheduled(variables: &[(&str, &str)], of: Option<u64>) -> Result<Option<Shard>, Error> {
+    fn scheduled(variables: &[[&str; 2]], of: Option<u64>) -> Result<Option<Shard>, Error> {
         let find =
-            |name: &str| variables.iter().find(|(n, _)| *n == name).map(|(_, v)| v.to_string());
-        Shard::of_scheduler(find, of)
+            |name: &str| variables.iter().find(|[n, _]| *n == name).map(|[_, v]| v.to_string());
+        Shard::from_scheduler(find, of)
     }
 
     fn shard(index: u64, of: u64) -> Shard {
@@ -101,11 +100,11 @@ mod tests {
     }
 
     #[test]
-    fn every_task_is_in_one_shard() {
+    fn every_task_is_in_exactly_one_shard() {
         let ids = ["00000000000000000000000000000003", "ffffffffffffffffffffffffffffffff", "a1"];
         for n in [1, 3, 7, 40] {
             for id in ids {
-                let in_it = |i: &u64| format!("{i}/{n}").parse::<Shard>().unwrap().has(id);
+                let in_it = |i: &u64| format!("{i}/{n}").parse::<Shard>().unwrap().contains(id);
                 assert_eq!((0..n).filter(in_it).count(), 1);
             }
         }
@@ -116,14 +115,14 @@ mod tests {
     }
 
     #[test]
-    fn schedulers_say_which() {
+    fn shard_follows_variables_of_scheduler() {
         let slurm = |id, min, step, count| {
             scheduled(
                 &[
-                    ("SLURM_ARRAY_TASK_ID", id),
-                    ("SLURM_ARRAY_TASK_MIN", min),
-                    ("SLURM_ARRAY_TASK_STEP", step),
-                    ("SLURM_ARRAY_TASK_COUNT", count),
+                    ["SLURM_ARRAY_TASK_ID", id],
+                    ["SLURM_ARRAY_TASK_MIN", min],
+                    ["SLURM_ARRAY_TASK_STEP", step],
+                    ["SLURM_ARRAY_TASK_COUNT", count],
                 ],
                 None,
             )
@@ -137,10 +136,10 @@ mod tests {
         );
         assert!(slurm("x", "0", "1", "7").is_err());
         for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
-            assert_eq!(scheduled(&[(name, "3")], Some(4)).unwrap(), Some(shard(3, 4)));
-            let beyond = scheduled(&[(name, "4")], Some(4)).unwrap_err().to_string();
+            assert_eq!(scheduled(&[[name, "3"]], Some(4)).unwrap(), Some(shard(3, 4)));
+            let beyond = scheduled(&[[name, "4"]], Some(4)).unwrap_err().to_string();
             assert!(beyond.contains(name) && beyond.contains("0 to 3"), "{beyond}");
-            let unsaid = scheduled(&[(name, "4")], None).unwrap_err().to_string();
+            let unsaid = scheduled(&[[name, "4"]], None).unwrap_err().to_string();
             assert!(unsaid.contains(name) && unsaid.contains("--shards N"), "{unsaid}");
         }
         assert_eq!(scheduled(&[], Some(4)).unwrap(), None);

@@ -1,5 +1,5 @@
-//! Results on disk. Every process appends to a file of its own, a line a result with its checksum at the end, one write
-//! and one sync each. A process that is killed leaves at most one line torn, the last, which is dropped when it is read.
+//! Results on disk. Every process appends to a file of its own: a line for each result with its checksum at the end, in one
+//! write and one sync. A killed process leaves at most one torn line, the last, which is ignored when it is read.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;
@@ -12,50 +12,51 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The folder of the parts.
+/// Subfolder of the files of results.
 const PARTS: &str = "parts";
 /// Bytes of a checksum.
 const CHECKSUM: usize = 8;
 
-/// What is said of a result besides: it is not compared.
+/// Circumstances of a computation, which differ between equal results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct About {
+pub struct RecordContext {
     /// Wall time of the fit, s.
     pub wall_seconds: f64,
-    /// Where it was computed.
+    /// Name of the machine.
     pub host: String,
-    /// When it was done, s since 1970.
+    /// End of the fit, s since 1970.
     pub finished: f64,
 }
 
-/// A result as it was stored.
+/// A stored result.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Record {
+pub(crate) struct StoredRecord {
     pub id: String,
-    /// The [outcome](Outcome) as it was written.
+    /// The JSON of the [outcome](Outcome), with current names.
     pub result: String,
-    pub about: About,
-    /// Where it stands, for messages.
+    pub context: RecordContext,
+    /// The file of the result, for messages.
     pub file: PathBuf,
+    /// The line in the file, from 1.
     pub line: u64,
 }
 
-/// A line of a part that is not whole: torn, as the last of a process that was killed, or damaged.
+/// A line without a valid result: torn, as the last one of a killed process, or damaged.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Broken {
+pub(crate) struct DamagedLine {
     pub file: PathBuf,
     pub line: u64,
-    /// Whether it is the last, without an end.
-    pub torn: bool,
+    /// Whether it is the last line, without a line break.
+    pub is_torn: bool,
 }
 
-/// Where a process stores its results.
+/// The results of a campaign on disk, with the file of this process.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
     host: String,
-    /// Made with the first result.
+    /// The file of this process, created with its first result.
     part: Mutex<Option<File>>,
 }
 
@@ -65,29 +66,30 @@ impl Store {
         Self { folder: folder.join(PARTS), host: host(), part: Mutex::new(None) }
     }
 
-    /// Appends a result. When this returns it is on disk.
+    /// Appends a result. It is on disk when this returns.
     ///
     /// # Errors
     ///
-    /// What the system says of the file.
+    /// A failed write.
     pub fn add(&self, id: &str, outcome: &Outcome, wall_seconds: f64) -> Result<(), Error> {
-        let about = About { wall_seconds, host: self.host.clone(), finished: now().as_secs_f64() };
-        let about = serde_json::to_string(&about).unwrap_or_default();
-        let line = format!("{{\"id\":\"{id}\",\"result\":{},\"about\":{about}", outcome.json);
+        let finished = now().as_secs_f64();
+        let context = RecordContext { wall_seconds, host: self.host.clone(), finished };
+        let context = serde_json::to_string(&context).unwrap_or_default();
+        let line = format!("{{\"id\":\"{id}\",\"result\":{},\"about\":{context}", outcome.json);
         let line = format!("{line},\"checksum\":\"{}\"}}\n", hash(line.as_bytes(), CHECKSUM));
         let mut part = self.part.lock().unwrap_or_else(PoisonError::into_inner);
         let mut file = match part.take() {
             Some(file) => file,
             None => self.begin().map_err(|source| Error::io(&self.folder, source))?,
         };
-        // After a failure the next result begins another part, so that only last lines are ever torn.
+        // After a failure the next result begins another file, so that only last lines are torn.
         let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_data());
         written.map_err(|source| Error::io(&self.folder, source))?;
         *part = Some(file);
         Ok(())
     }
 
-    /// A part of this process's own.
+    /// Creates the file of this process.
     fn begin(&self) -> io::Result<File> {
         std::fs::create_dir_all(&self.folder)?;
         loop {
@@ -95,7 +97,7 @@ impl Store {
             match OpenOptions::new().append(true).create_new(true).open(self.folder.join(name)) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 opened => {
-                    // Its name is on disk too; where folders cannot be synced they need not be.
+                    // The name is synced too, on systems that can sync folders.
                     let _ = File::open(&self.folder).and_then(|folder| folder.sync_all());
                     return opened;
                 }
@@ -103,12 +105,15 @@ impl Store {
         }
     }
 
-    /// Reads all that is stored, and says which lines are not whole.
-    pub(crate) fn read(&self, mut each: impl FnMut(Record)) -> Result<Vec<Broken>, Error> {
-        let mut broken = Vec::new();
+    /// Calls `each` with every stored result, and returns the lines without a valid one.
+    pub(crate) fn read(
+        &self,
+        mut each: impl FnMut(StoredRecord),
+    ) -> Result<Vec<DamagedLine>, Error> {
+        let mut damaged = Vec::new();
         let entries = match std::fs::read_dir(&self.folder) {
             Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(broken),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(damaged),
             Err(error) => return Err(Error::io(&self.folder, error)),
         };
         let files: Result<Vec<PathBuf>, _> = entries.map(|entry| Ok(entry?.path())).collect();
@@ -124,11 +129,11 @@ impl Store {
                     if from.read_until(b'\n', &mut line)? == 0 {
                         break;
                     }
-                    match record(&line, &file, number) {
+                    match parse_record(&line, &file, number) {
                         Some(record) => each(record),
                         None => {
-                            let torn = line.last() != Some(&b'\n');
-                            broken.push(Broken { file: file.clone(), line: number, torn });
+                            let is_torn = line.last() != Some(&b'\n');
+                            damaged.push(DamagedLine { file: file.clone(), line: number, is_torn });
                         }
                     }
                 }
@@ -136,38 +141,39 @@ impl Store {
             };
             read().map_err(|error| Error::io(&file, error))?;
         }
-        Ok(broken)
+        Ok(damaged)
     }
 }
 
-/// What a line says, if it is whole.
-fn record(line: &[u8], file: &Path, number: u64) -> Option<Record> {
+/// The result of a line; none if the line is torn or its checksum is wrong.
+fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix("\"}\n")?;
     let (line, checksum) = line.rsplit_once(",\"checksum\":\"")?;
     if checksum != hash(line.as_bytes(), CHECKSUM) {
         return None;
     }
     let (id, rest) = line.strip_prefix("{\"id\":\"")?.split_once("\",\"result\":")?;
-    let (result, about) = rest.rsplit_once(",\"about\":")?;
-    let about = serde_json::from_str(about).ok()?;
-    Some(Record {
+    let (result, context) = rest.rsplit_once(",\"about\":")?;
+    let context = serde_json::from_str(context).ok()?;
+    Some(StoredRecord {
         id: id.into(),
         result: with_current_names(result),
-        about,
+        context,
         file: file.into(),
         line: number,
     })
 }
 
+/// The time since 1970.
 fn now() -> std::time::Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
-/// The machine's name, as far as file names take it.
+/// The name of the machine, without characters that file names cannot have.
 fn host() -> String {
-    let of_system = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let system = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let variable = |name: &str| std::env::var(name).ok();
-    let name = variable("SLURMD_NODENAME").or_else(of_system).or_else(|| variable("HOSTNAME"));
+    let name = variable("SLURMD_NODENAME").or_else(system).or_else(|| variable("HOSTNAME"));
     let name = name.or_else(|| variable("COMPUTERNAME")).unwrap_or_default();
     let plain = |c: char| if c.is_ascii_alphanumeric() || ".-_".contains(c) { c } else { '_' };
     let name: String = name.trim().chars().take(60).map(plain).collect();
@@ -178,14 +184,14 @@ fn host() -> String {
 mod tests {
     use super::*;
 
-    fn read(store: &Store) -> (Vec<String>, Vec<Broken>) {
+    fn read(store: &Store) -> (Vec<String>, Vec<DamagedLine>) {
         let mut ids = Vec::new();
-        let broken = store.read(|record| ids.push(record.id)).unwrap();
-        (ids, broken)
+        let damaged = store.read(|record| ids.push(record.id)).unwrap();
+        (ids, damaged)
     }
 
     #[test]
-    fn what_is_not_whole_is_dropped() {
+    fn torn_and_damaged_lines_are_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
         assert_eq!(read(&store), (vec![], vec![]));
@@ -204,16 +210,19 @@ mod tests {
         let last = whole.iter().rev().skip(1).position(|b| *b == b'\n').unwrap() + 1;
         for length in [1, 2, 10, last / 2, last - 1] {
             std::fs::write(&file, &whole[..whole.len() - length]).unwrap();
-            let (ids, broken) = read(&store);
+            let (ids, damaged) = read(&store);
             assert_eq!(ids, ["a", "b"], "{length}");
-            assert_eq!((broken.len(), broken[0].line, broken[0].torn), (1, 3, true));
+            assert_eq!((damaged.len(), damaged[0].line, damaged[0].is_torn), (1, 3, true));
         }
         // A digit that is another one.
-        let mut damaged = whole.clone();
+        let mut altered = whole.clone();
         let digit = whole.windows(8).position(|w| w == b"\"code\":0").unwrap() + 7;
-        damaged[digit] = b'3';
-        std::fs::write(&file, damaged).unwrap();
-        let (ids, broken) = read(&store);
-        assert_eq!((ids, broken[0].line, broken[0].torn), (vec!["b".into(), "c".into()], 1, false));
+        altered[digit] = b'3';
+        std::fs::write(&file, altered).unwrap();
+        let (ids, damaged) = read(&store);
+        assert_eq!(
+            (ids, damaged[0].line, damaged[0].is_torn),
+            (vec!["b".into(), "c".into()], 1, false)
+        );
     }
 }

@@ -1,7 +1,7 @@
-//! The table of a campaign: a row for each fit, whose columns are keys.
+//! The table of a campaign (CSV): a row for each fit, a column for each changed key.
 
-use crate::campaign::changes::{Changes, Key};
-use crate::campaign::row::Row;
+use crate::campaign::changes::Key;
+use crate::campaign::row::{CampaignRow, TableLine};
 use crate::error::Error;
 use crate::input::text_cell::of_cell;
 use marker_files::file::data;
@@ -10,80 +10,88 @@ use marker_files::table::{csv_error, delimiter};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Columns that are no keys.
+/// Column of the fit file, which is no key.
 const FIT: &str = "fit";
+/// Column of the name of the fit, which is no key.
 const NAME: &str = "name";
 
-/// The rows of a table, each with each of `fits`, or with the fit file that it names itself. Cells that are blank leave what the
-/// fit file says; columns whose name begins with `#` are for people.
-pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
+/// The rows of a table, combined with each of `fits`, or with the fit file of their own column. A blank cell changes
+/// nothing; columns whose name begins with `#` are comments.
+pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRow>, Error> {
     let bytes = data(path)?;
+    // The byte order mark of spreadsheets.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let delimiter = delimiter(bytes);
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(bytes);
-    let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
-    let at = |line: u64, message: String| Error::Data { path: path.into(), line, message };
-    let mut known: Vec<(&str, Key)> = Vec::new();
-    for (k, column) in header.iter().enumerate() {
-        if header.iter().take(k).any(|other| other == column) {
-            return Err(at(
-                1,
-                format!("found {} twice, allowed: every column once", token(column)),
-            ));
-        }
-        if ![FIT, NAME].contains(&column) && !column.starts_with('#') {
-            let also = "; fit, name, and columns whose name begins with #";
-            let place = Key::new(column).map_err(|error| at(1, format!("{error}{also}")))?;
-            if let Some((other, _)) = known.iter().find(|(_, other)| *other == place) {
-                let message = format!(
-                    "found {} beside {}, allowed: one of the two, which are the same",
-                    token(column),
-                    token(other)
-                );
-                return Err(at(1, message));
-            }
-            known.push((column, place));
-        }
-    }
-    let own = header.iter().any(|column| column == FIT);
-    if own != fits.is_empty() {
-        let found = if own { "a column fit beside fits" } else { "neither a column fit nor fits" };
-        return Err(at(1, format!("found {found}, allowed: one of the two")));
+    let names = reader.headers().map_err(|error| csv_error(path, error))?.clone();
+    let header: Vec<&str> = names.iter().collect();
+    let error = |line: u64, message: String| Error::Data { path: path.into(), line, message };
+    check_header(&header).map_err(|message| error(1, message))?;
+    let names_fits = header.contains(&FIT);
+    if names_fits != fits.is_empty() {
+        let found =
+            if names_fits { "a column fit beside fits" } else { "neither a column fit nor fits" };
+        return Err(error(1, format!("found {found}, allowed: one of the two")));
     }
     let mut all = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| csv_error(path, error))?;
         let line = record.position().map_or(0, |position| position.line());
-        let (mut fit, mut name, mut changes) = (PathBuf::new(), String::new(), Changes::new());
+        let source = Some(TableLine { file: path.into(), line });
+        let mut row = CampaignRow { source, ..CampaignRow::default() };
         for (column, cell) in header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty()) {
             let cell = of_cell(cell);
-            match column {
-                FIT => fit = cell.into(),
-                NAME => name = cell.into(),
-                _ if column.starts_with('#') => {}
-                _ => {
-                    changes.insert(column.into(), value(cell, delimiter));
-                }
+            match *column {
+                FIT => row.fit = cell.into(),
+                NAME => row.name = cell.into(),
+                comment if comment.starts_with('#') => {}
+                key => drop(row.changes.insert(key.into(), cell_value(cell, delimiter))),
             }
         }
-        if own && fit.as_os_str().is_empty() {
-            return Err(at(line, "fit: found none, allowed: the name of a fit file".into()));
+        if names_fits && row.fit.as_os_str().is_empty() {
+            return Err(error(line, "fit: found none, allowed: the name of a fit file".into()));
         }
-        let from = Some((path.to_path_buf(), line));
-        let each = if own { std::slice::from_ref(&fit) } else { fits };
-        let row = Row { name, changes, from, ..Row::of(fit.clone()) };
-        all.extend(each.iter().map(|fit| Row { fit: fit.clone(), ..row.clone() }));
+        match names_fits {
+            true => all.push(row),
+            false => {
+                all.extend(fits.iter().map(|fit| CampaignRow { fit: fit.clone(), ..row.clone() }))
+            }
+        }
     }
     match all.is_empty() {
-        true => Err(at(1, "found no rows, allowed: one or more".into())),
+        true => Err(error(1, "found no rows, allowed: one or more".into())),
         false => Ok(all),
     }
 }
 
-/// What stands in a cell: a number, beside semicolons also one with a decimal comma, true or false, a list as in TOML, or else
-/// text.
-fn value(cell: &str, delimiter: u8) -> Value {
+/// Rejects a column that appears twice, that is no key, or that is the same key as another one by another name.
+fn check_header(header: &[&str]) -> Result<(), String> {
+    let mut keys: Vec<(&str, Key)> = Vec::new();
+    for (k, column) in header.iter().enumerate() {
+        if header[..k].contains(column) {
+            return Err(format!("found {} twice, allowed: every column once", token(column)));
+        }
+        if [FIT, NAME].contains(column) || column.starts_with('#') {
+            continue;
+        }
+        let also = "; fit, name, and columns whose name begins with #";
+        let key = Key::new(column).map_err(|error| format!("{error}{also}"))?;
+        if let Some((other, _)) = keys.iter().find(|(_, other)| *other == key) {
+            return Err(format!(
+                "found {} beside {}, allowed: one of the two, which are the same",
+                token(column),
+                token(other)
+            ));
+        }
+        keys.push((column, key));
+    }
+    Ok(())
+}
+
+/// The value of a cell: a number (in tables with semicolons also with a decimal comma), true or false, a list as in TOML,
+/// or else a text.
+fn cell_value(cell: &str, delimiter: u8) -> Value {
     let point = cell.replace(',', ".");
     let is_number = delimiter == b';' && point.parse::<f64>().is_ok();
     let cell = if is_number { &point } else { cell };

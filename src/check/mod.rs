@@ -465,7 +465,7 @@ impl CheckReport {
                 format!("hand-derived and automatic derivatives disagree at {states}"),
                 Tone::Bad,
             )
-            .coded(Some(Code::DerivativesDisagree)),
+            .with_code(Some(Code::DerivativesDisagree)),
         };
         let mut table = SummaryTable::new([
             TextColumn::left("hand-derived"),

@@ -1,56 +1,55 @@
-//! `rodfit bench`
+//! `rodfit bench`: steps per second and seconds per fit of the shipped scenes on this machine.
 
 use crate::command::output::Outputs;
-use crate::command::{Json, Manner, conclude};
+use crate::command::{GlobalOptions, JsonOption};
 use rodfit::fit::Sample;
 use rodfit::numerics::simd::simd_level;
-use rodfit::summary::{Summary, SummaryTable, TextColumn, Tone};
+use rodfit::summary::{ItemTable, Summary, Tone};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct BenchOptions {
     /// Time for which each row is repeated, s; the fastest run counts.
-    #[arg(long, default_value_t = 0.3, value_parser = not_negative)]
+    #[arg(long, default_value_t = 0.3, value_parser = repetition_time)]
     seconds: f64,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+/// A time between 0 and 1000 s.
+fn repetition_time(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
-    match (0.0..=1e3).contains(&seconds) {
-        true => Ok(seconds),
-        false => Err("it must be between 0 and 1000".into()),
-    }
+    let is_allowed = (0.0..=1e3).contains(&seconds);
+    is_allowed.then_some(seconds).ok_or_else(|| "it must be between 0 and 1000".into())
 }
 
-/// A scene as it is shipped, with the record of its tip.
-struct Shipped {
+/// The text of a shipped scene (TOML), and that of the recorded motion of its tip (CSV).
+struct ShippedScene {
     name: &'static str,
     scene: &'static str,
     tip: &'static str,
 }
 
-const CANTILEVER: Shipped = Shipped {
+const CANTILEVER: ShippedScene = ShippedScene {
     name: "cantilever",
     scene: include_str!("../../data/cantilever.toml"),
     tip: include_str!("../../data/cantilever-tip.csv"),
 };
-const HELIX: Shipped = Shipped {
+const HELIX: ShippedScene = ShippedScene {
     name: "helix",
     scene: include_str!("../../data/helix.toml"),
     tip: include_str!("../../data/helix-tip.csv"),
 };
 
-/// What was simulated: scene, step in s, and the scheme's parameter.
-const RUNS: [(Shipped, f64, f64); 4] =
+/// The simulations: scene, step in s, and the parameter beta of the scheme.
+const RUNS: [(ShippedScene, f64, f64); 4] =
     [(CANTILEVER, 1e-3, 0.5), (CANTILEVER, 5e-3, 1.0), (HELIX, 1e-3, 0.5), (HELIX, 5e-3, 0.5)];
 
-/// How fast steps are.
+/// Speed of the time stepper.
 #[derive(Serialize)]
-struct Stepping {
+struct SteppingSpeed {
     scene: &'static str,
     segments: usize,
     /// s.
@@ -59,77 +58,76 @@ struct Stepping {
     steps_per_second: f64,
 }
 
-/// How long a fit takes, s.
+/// Wall time of a fit, s.
 #[derive(Serialize)]
-struct Fitting {
+struct FitTime {
     scene: &'static str,
     seconds: f64,
 }
 
+/// The result of the benchmark.
 #[derive(Serialize)]
-struct Report {
+struct BenchReport {
     version: &'static str,
     vector_unit: &'static str,
     threads: usize,
-    steps: Vec<Stepping>,
-    fits: Vec<Fitting>,
+    steps: Vec<SteppingSpeed>,
+    fits: Vec<FitTime>,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let mut outputs = Outputs::new(manner);
-    let (option, path) = options.json.output();
-    let json = outputs.add(option, path);
-    outputs.check(&[])?;
+/// Measures steps per second and seconds per fit.
+pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
     let mut steps = Vec::new();
-    for (shipped, step, beta) in RUNS {
-        let problem = shipped.problem(step, beta)?;
+    for (scene, step, beta) in RUNS {
+        let problem = scene.problem(step, beta)?;
         let all = problem.time()?.steps();
         let fastest = fastest(least, || {
             let mut trajectory = Trajectory::unrecorded(&problem)?;
             trajectory.run(&problem, all, |_| {})?;
             Ok(trajectory.stepping())
         })?;
-        let (scene, segments) = (shipped.name, problem.segments());
+        let (scene, segments) = (scene.name, problem.segments());
         let steps_per_second = all as f64 / fastest.as_secs_f64();
-        steps.push(Stepping { scene, segments, step, beta, steps_per_second });
+        steps.push(SteppingSpeed { scene, segments, step, beta, steps_per_second });
     }
     let mut fits = Vec::new();
-    for shipped in [CANTILEVER, HELIX] {
-        let problem = shipped.problem(1e-3, 0.5)?;
+    for scene in [CANTILEVER, HELIX] {
+        let problem = scene.problem(1e-3, 0.5)?;
         let fit =
-            Fit::new(&problem).observe(shipped.observation()).identify(Parameter::YoungsModulus);
+            Fit::new(&problem).observe(scene.observation()).identify(Parameter::YoungsModulus);
         let fastest = fastest(least, || {
-            let begun = Instant::now();
-            fit.solve()?;
-            Ok(begun.elapsed())
+            let start = Instant::now();
+            fit.solve().map(|_| start.elapsed())
         })?;
-        fits.push(Fitting { scene: shipped.name, seconds: fastest.as_secs_f64() });
+        fits.push(FitTime { scene: scene.name, seconds: fastest.as_secs_f64() });
     }
-    let report = Report {
+    let report = BenchReport {
         version: env!("CARGO_PKG_VERSION"),
         vector_unit: simd_level(),
         threads: rayon::current_num_threads(),
         steps,
         fits,
     };
-    Ok(conclude(0, [outputs.write_json(json, &report), outputs.summary(&report.summary())]))
+    Ok(outputs.finish(0, &report, None, &report.summary()))
 }
 
-/// The shortest of the times that repetitions take, which go on for at least so long.
+/// The shortest duration of repeated runs, which are repeated until `least` has passed.
 fn fastest(
     least: Duration,
-    mut once: impl FnMut() -> Result<Duration, Error>,
+    mut run: impl FnMut() -> Result<Duration, Error>,
 ) -> Result<Duration, Error> {
-    let begun = Instant::now();
-    let mut fastest = once()?;
-    while begun.elapsed() < least {
-        fastest = fastest.min(once()?);
+    let start = Instant::now();
+    let mut fastest = run()?;
+    while start.elapsed() < least {
+        fastest = fastest.min(run()?);
     }
     Ok(fastest)
 }
 
-impl Shipped {
+impl ShippedScene {
+    /// The problem with another time step, s, and another beta.
     fn problem(&self, step: f64, beta: f64) -> Result<Problem, Error> {
         let mut scene = Scene::from_toml(self.scene, ".")?;
         if let Some(time) = &mut scene.time {
@@ -138,7 +136,7 @@ impl Shipped {
         scene.problem()
     }
 
-    /// The tip as it was recorded: a time and two or three coordinates a line, under one of titles.
+    /// The recorded motion of the tip: a time and two or three coordinates on each line below the header.
     fn observation(&self) -> Observation {
         let line = |line: &str| {
             let mut numbers = line.split(',').map(|number| number.trim().parse().ok());
@@ -151,30 +149,19 @@ impl Shipped {
     }
 }
 
-impl Report {
+impl BenchReport {
     /// The result as text for a terminal.
     fn summary(&self) -> Summary {
         let Self { version, vector_unit, threads, .. } = self;
-        let mut steps = SummaryTable::new([
-            TextColumn::left("scene"),
-            TextColumn::right("segments"),
-            TextColumn::right("step"),
-            TextColumn::right("beta"),
-            TextColumn::right("steps per second"),
-        ]);
-        for Stepping { scene, segments, step, beta, steps_per_second } in &self.steps {
-            steps.row([
-                scene.to_string(),
-                segments.to_string(),
-                format!("{} ms", step * 1e3),
-                format!("{beta:.1}"),
-                format!("{steps_per_second:.0}"),
-            ]);
-        }
-        let mut fits = SummaryTable::new([TextColumn::left("scene"), TextColumn::right("time")]);
-        for Fitting { scene, seconds } in &self.fits {
-            fits.row([scene.to_string(), format!("{seconds:.3} s")]);
-        }
+        let steps = ItemTable::new(&self.steps)
+            .left("scene", |row| row.scene.to_string())
+            .right("segments", |row| row.segments.to_string())
+            .right("step", |row| format!("{} ms", row.step * 1e3))
+            .right("beta", |row| format!("{:.1}", row.beta))
+            .right("steps per second", |row| format!("{:.0}", row.steps_per_second));
+        let fits = ItemTable::new(&self.fits)
+            .left("scene", |row| row.scene.to_string())
+            .right("time", |row| format!("{:.3} s", row.seconds));
         let status =
             format!("rodfit {version}, vector unit {vector_unit}, fits on {threads} threads");
         Summary::new(status, Tone::Neutral)

@@ -1,29 +1,27 @@
-//! `rodfit check`
+//! `rodfit check`: compares hand-derived derivatives with those of dual numbers and with finite differences.
 
-use crate::command::{Json, Manner, conclude, limits, open};
-use rodfit::Error;
+use crate::command::output::Outputs;
+use crate::command::{GlobalOptions, JsonOption, limits};
 use rodfit::accuracy::Aim;
 use rodfit::check::{Tolerance, check_problem};
+use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct CheckOptions {
     /// Scene file (TOML).
     scene: PathBuf,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
-    limits::of_check(&scene).admit(manner)?;
+/// Exit code 3 if derivatives disagree.
+pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
+    limits::check_cost(&scene).admit(global)?;
     let report = check_problem(&scene.problem_for(Aim::Guess)?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };
-    Ok(conclude(
-        code,
-        [
-            outputs.write_json(json, &report),
-            outputs.summary(&report.summary().of(options.scene.display().to_string())),
-        ],
-    ))
+    let summary = report.summary().with_subject(options.scene.display());
+    Ok(outputs.finish(code, &report, None, &summary))
 }

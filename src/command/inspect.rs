@@ -1,43 +1,43 @@
-//! `rodfit inspect`
+//! `rodfit inspect`: describes a file of markers.
 
 use crate::command::output::Outputs;
-use crate::command::{Json, Manner, conclude};
+use crate::command::{GlobalOptions, JsonOption};
 use rodfit::Error;
 use rodfit::fit::{Inspection, Recording};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct InspectOptions {
     /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or TRC.
     file: PathBuf,
     #[command(flatten)]
-    said: Said,
+    units: RecordingUnits,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-/// What a file does not say itself.
+/// Frame rate and scale of a recording whose file lacks them.
 #[derive(clap::Args)]
-pub struct Said {
+pub struct RecordingUnits {
     /// Frames per second, if the file does not contain them.
     #[arg(long, value_name = "HZ")]
-    fps: Option<f64>,
+    pub fps: Option<f64>,
     /// Meters per pixel, or per unit that the file does not name.
     #[arg(long, value_name = "M")]
-    scale: Option<f64>,
+    pub scale: Option<f64>,
 }
 
-impl Said {
+impl RecordingUnits {
+    /// The keys of a recording, without any others.
     pub fn recording(&self) -> Recording {
         Recording { fps: self.fps, scale: self.scale, ..Recording::default() }
     }
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let mut outputs = Outputs::new(manner);
-    let (option, path) = options.json.output();
-    let json = outputs.add(option, path);
-    outputs.check(std::slice::from_ref(&options.file))?;
-    let inspection = Inspection::of(&options.file, &options.said.recording())?;
-    Ok(conclude(0, [outputs.write_json(json, &inspection), outputs.summary(&inspection.summary())]))
+/// Writes and prints the description.
+pub fn run(options: &InspectOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let inputs = std::slice::from_ref(&options.file);
+    let outputs = Outputs::with_json(&options.json, inputs, global)?;
+    let inspection = Inspection::of(&options.file, &options.units.recording())?;
+    Ok(outputs.finish(0, &inspection, None, &inspection.summary()))
 }

@@ -1,245 +1,266 @@
-//! What a run is about to take, estimated before it starts and refused above a limit. The figures are of a machine of
-//! today, measured to within a factor of two or so: they tell a coffee from a night and a night from a year.
+//! Cost of a run in memory, time and disk, estimated before it starts, and its rejection above a limit.
+//!
+//! The constants were measured on a current machine. They are right to within a factor of two or so: enough to separate
+//! minutes from hours and hours from years.
 
-use crate::command::{Manner, terminal};
+use crate::command::{GlobalOptions, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Code, Error, Problem, Scene};
 use std::path::PathBuf;
 
-/// Most memory, bytes.
-const MEMORY: f64 = 4e9;
-/// Most time, s.
-const TIME: f64 = 3600.0;
-/// Most disk, bytes.
-const DISK: f64 = 10e9;
-/// Runs that take longer, s, or more memory, bytes, are announced.
+/// Largest memory without `--no-limits`, bytes.
+const MAX_MEMORY: f64 = 4e9;
+/// Longest time without `--no-limits`, s.
+const MAX_TIME: f64 = 3600.0;
+/// Largest disk space without `--no-limits`, bytes.
+const MAX_DISK: f64 = 10e9;
+/// Runs that take longer are announced, s.
 const LONG: f64 = 60.0;
+/// Runs that take more memory are announced, bytes.
 const LARGE: f64 = 1e9;
-/// Most threads: more are of no use to a fit.
-const THREADS: usize = 256;
+/// Most threads: more do not speed up a fit.
+const MAX_THREADS: usize = 256;
 
-/// What a node costs in a plane and in space.
-struct Node {
-    /// Of a simulation, bytes.
+/// Cost of one node.
+struct NodeCost {
+    /// Memory of a simulation, bytes.
     bytes: f64,
-    /// Of a time step, s.
+    /// A time step, s.
     step: f64,
-    /// Of an equilibrium, s: fine meshes need hundreds of iterations.
-    rest: f64,
+    /// An equilibrium, s: fine meshes need hundreds of iterations.
+    equilibrium: f64,
 }
 
-const PLANAR: Node = Node { bytes: 600.0, step: 0.25e-6, rest: 0.1e-3 };
-const SPATIAL: Node = Node { bytes: 1700.0, step: 1.4e-6, rest: 0.6e-3 };
-/// An equilibrium needs more room than a simulation, by this factor.
-const REST_ROOM: f64 = 2.0;
-/// Of one vector of a node's unknowns, bytes.
-const VECTOR: f64 = 100.0;
-/// Of one mode of a node, s.
-const MODE: f64 = 0.05e-3;
-/// Of a step's tip and energies in the JSON, in memory and on disk, bytes.
-const SERIES: [f64; 2] = [160.0, 200.0];
-/// Of a position in a CSV file, bytes.
-const POSITION: f64 = 60.0;
-/// Least bytes of a row of a polyline.
-const ROW: f64 = 20.0;
-/// A study is so many simulations: 3 schemes, of which the dearest costs 6 times as much as the default, on meshes
-/// 7.75 times the scene's and in 15.75 times its steps. Its largest mesh is 8 times the scene's.
-const STUDY: [f64; 2] = [1500.0, 8.0];
-/// A design takes so many simulations: one with derivatives of twice the length, one by what is known.
-const DESIGN: f64 = 10.0;
-/// Fits take up to so many simulations, and so many more for every replicate of a bootstrap or a Monte Carlo.
-const FIT: [f64; 2] = [40.0, 3.0];
-/// Of a recorded point and step in a fit, bytes.
-const RECORD: f64 = 48.0;
+const PLANAR: NodeCost = NodeCost { bytes: 600.0, step: 0.25e-6, equilibrium: 0.1e-3 };
+const SPATIAL: NodeCost = NodeCost { bytes: 1700.0, step: 1.4e-6, equilibrium: 0.6e-3 };
+/// Memory of an equilibrium over that of a simulation.
+const EQUILIBRIUM_MEMORY: f64 = 2.0;
+/// Memory of one mode, of one node, bytes.
+const MODE_BYTES: f64 = 100.0;
+/// Time of one mode, of one node, s.
+const MODE_SECONDS: f64 = 0.05e-3;
+/// Modes that are computed in addition to those that are asked for.
+const EXTRA_MODES: f64 = 8.0;
+/// Time steps of the states at which derivatives are checked.
+const CHECK_STEPS: f64 = 400.0;
+/// Memory of a step's tip and energies in the report, bytes.
+const SERIES_BYTES: f64 = 160.0;
+/// Disk space of the same in JSON, bytes.
+const SERIES_DISK: f64 = 200.0;
+/// Disk space of a position in a CSV file, bytes.
+const POSITION_DISK: f64 = 60.0;
+/// Smallest row of a polyline's file, bytes.
+const MIN_ROW_BYTES: f64 = 20.0;
+/// Cost of a study in simulations: 3 schemes, of which the dearest costs 6 times as much as the default, on meshes
+/// 7.75 times the scene's and in 15.75 times its steps.
+const STUDY_RUNS: f64 = 1500.0;
+/// Finest mesh of a study, and most of its steps, over those of the scene.
+const STUDY_REFINEMENT: f64 = 8.0;
+/// Cost of a design in simulations: one with derivatives over twice the duration, and one by the known inputs.
+const DESIGN_RUNS: f64 = 10.0;
+/// Cost of a fit in simulations, at most.
+const FIT_RUNS: f64 = 40.0;
+/// Cost of a replicate of a bootstrap or a Monte Carlo in simulations.
+const REPLICATE_RUNS: f64 = 3.0;
+/// Memory of a recorded point at a step, for its value and each derivative, bytes.
+const RECORD_BYTES: f64 = 48.0;
 
-/// What a run takes.
-pub struct Estimate {
+/// The estimated cost of a run.
+pub struct RunCost {
     file: Option<PathBuf>,
+    /// Key of the setting that determines the cost.
     key: &'static str,
-    /// What it is mostly for.
+    /// The size of the run in words.
     cause: String,
     bytes: f64,
     seconds: f64,
     disk: f64,
 }
 
-impl Estimate {
-    /// Refuses what is beyond the limits unless they are ignored, and announces what is long.
-    pub fn admit(&self, manner: Manner) -> Result<(), Error> {
-        let (memory, time) = (size(self.bytes), duration(self.seconds));
-        let takes = [
-            (self.bytes, MEMORY, format!("{memory} of memory"), size(MEMORY)),
-            (self.seconds, TIME, time.clone(), duration(TIME)),
-            (self.disk, DISK, format!("{} of disk", size(self.disk)), size(DISK)),
-        ];
-        if manner.ignores_limits() {
+impl RunCost {
+    /// Rejects a cost above the limits unless they are ignored, and announces a long or large run.
+    pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
+        if global.ignores_limits() {
             return Ok(());
         }
-        if let Some((_, _, amount, limit)) = takes.into_iter().find(|t| t.0 > t.1) {
-            return Err(Error::Invalid {
-                file: self.file.clone(),
-                key: self.key.into(),
-                found: format!("{}, which take about {amount}", self.cause),
-                allowed: format!("up to {limit}; more with --no-limits"),
-            });
+        let [memory, time] = [size(self.bytes), duration(self.seconds)];
+        let exceeded = if self.bytes > MAX_MEMORY {
+            Some([format!("{memory} of memory"), size(MAX_MEMORY)])
+        } else if self.seconds > MAX_TIME {
+            Some([time.clone(), duration(MAX_TIME)])
+        } else if self.disk > MAX_DISK {
+            Some([format!("{} of disk", size(self.disk)), size(MAX_DISK)])
+        } else {
+            None
+        };
+        if let Some([amount, limit]) = exceeded {
+            let found = format!("{}, which take about {amount}", self.cause);
+            let allowed = format!("up to {limit}; more with --no-limits");
+            return Err(Error::invalid(self.key, found, allowed).in_file(self.file.as_deref()));
         }
-        if !manner.quiet && (self.seconds > LONG || self.bytes > LARGE) {
-            terminal::tell(format_args!("{}: about {time} and {memory}", self.cause));
+        if !global.quiet && (self.seconds > LONG || self.bytes > LARGE) {
+            terminal::print_note(format_args!("{}: about {time} and {memory}", self.cause));
         }
         Ok(())
     }
 
-    fn of_nodes(scene: &Scene, bytes: f64, seconds: f64) -> Self {
-        let nodes = nodes(scene);
+    /// The cost of a scene whose memory, bytes, and time, s, are proportional to its nodes.
+    fn per_node(scene: &Scene, bytes: f64, seconds: f64) -> Self {
+        let nodes = node_count(scene);
         let cause = format!("{} nodes", count(nodes));
         let (bytes, seconds) = (bytes * nodes, seconds * nodes);
         Self { file: scene.path.clone(), key: "rod.segments", cause, bytes, seconds, disk: 0.0 }
     }
 }
 
-/// Whether a mesh can be made.
-pub fn of_mesh(scene: &Scene) -> Estimate {
-    Estimate::of_nodes(scene, node(scene).bytes, 0.0)
+/// The cost of the mesh of a scene.
+pub fn mesh_cost(scene: &Scene) -> RunCost {
+    RunCost::per_node(scene, node_cost(scene).bytes, 0.0)
 }
 
-pub fn of_rest(scene: &Scene) -> Estimate {
-    let node = node(scene);
-    Estimate::of_nodes(scene, REST_ROOM * node.bytes, node.rest)
+/// The cost of an equilibrium.
+pub fn equilibrium_cost(scene: &Scene) -> RunCost {
+    let node = node_cost(scene);
+    RunCost::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
 }
 
-pub fn of_modes(scene: &Scene, count: usize) -> Estimate {
-    let (node, count) = (node(scene), count as f64 + 8.0);
-    let bytes = REST_ROOM * node.bytes + VECTOR * count;
-    Estimate::of_nodes(scene, bytes, node.rest + MODE * count)
+/// The cost of a number of modes about an equilibrium.
+pub fn modes_cost(scene: &Scene, modes: usize) -> RunCost {
+    let (node, modes) = (node_cost(scene), modes as f64 + EXTRA_MODES);
+    let bytes = EQUILIBRIUM_MEMORY * node.bytes + MODE_BYTES * modes;
+    RunCost::per_node(scene, bytes, node.equilibrium + MODE_SECONDS * modes)
 }
 
-/// It simulates some hundred steps.
-pub fn of_check(scene: &Scene) -> Estimate {
-    let node = node(scene);
-    Estimate::of_nodes(scene, REST_ROOM * node.bytes, 400.0 * node.step)
+/// The cost of a check of derivatives at states of a simulation.
+pub fn check_cost(scene: &Scene) -> RunCost {
+    let node = node_cost(scene);
+    RunCost::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
 }
 
-/// A simulation of so many steps, with all nodes written to a file or not, and with the series of a report or not.
-pub fn of_simulation(problem: &Problem, steps: usize, table: bool, series: bool) -> Estimate {
-    let node = if problem.planar().is_some() { PLANAR } else { SPATIAL };
+/// The cost of a simulation, with the positions of all nodes in a file or not, and with series in the report or not.
+pub fn simulation_cost(
+    problem: &Problem,
+    steps: usize,
+    has_table: bool,
+    has_series: bool,
+) -> RunCost {
+    let node = problem_node_cost(problem);
     let (nodes, steps) = (problem.nodes() as f64, steps as f64);
-    let [memory, disk] = if series { SERIES } else { [0.0; 2] };
-    let rows = if table { POSITION * nodes } else { 0.0 };
-    Estimate {
+    let [memory, series] = if has_series { [SERIES_BYTES, SERIES_DISK] } else { [0.0; 2] };
+    let table = if has_table { POSITION_DISK * nodes } else { 0.0 };
+    RunCost {
         file: problem.scene().path.clone(),
         key: "time.step",
         cause: format!("{} steps of {} nodes", count(steps), count(nodes)),
         bytes: node.bytes * nodes + memory * steps,
         seconds: node.step * nodes * steps,
-        disk: (disk + rows) * steps,
+        disk: (series + table) * steps,
     }
 }
 
-pub fn of_study(scene: &Scene) -> Estimate {
-    let [runs, finest] = STUDY;
-    let (node, nodes) = (node(scene), nodes(scene));
+/// The cost of a work-precision study.
+pub fn study_cost(scene: &Scene) -> RunCost {
+    let (node, nodes) = (node_cost(scene), node_count(scene));
     let steps = scene.time.as_ref().map_or(0.0, |time| time.steps() as f64);
-    Estimate {
+    let [most_nodes, most_steps] = [nodes, steps].map(|n| count(STUDY_REFINEMENT * n));
+    RunCost {
         file: scene.path.clone(),
         key: "time.step",
-        cause: format!(
-            "runs on up to {} nodes in up to {} steps",
-            count(finest * nodes),
-            count(8.0 * steps)
-        ),
-        bytes: finest * (node.bytes * nodes + SERIES[0] * steps),
-        seconds: runs * node.step * nodes * steps,
+        cause: format!("runs on up to {most_nodes} nodes in up to {most_steps} steps"),
+        bytes: STUDY_REFINEMENT * (node.bytes * nodes + SERIES_BYTES * steps),
+        seconds: STUDY_RUNS * node.step * nodes * steps,
         disk: 0.0,
     }
 }
 
-/// What all experiments of a fit take together.
-pub fn of_fit(file: &FitFile, path: PathBuf) -> Estimate {
+/// The cost of a fit with its replicates.
+pub fn fit_cost(file: &FitFile, path: PathBuf) -> RunCost {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
-    of_runs(file, path, FIT[0] + FIT[1] * replicates as f64)
+    repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
 }
 
-/// Likewise, of a design.
-pub fn of_design(file: &FitFile, path: PathBuf) -> Estimate {
-    of_runs(file, path, DESIGN)
+/// The cost of a design.
+pub fn design_cost(file: &FitFile, path: PathBuf) -> RunCost {
+    repeated_cost(file, path, DESIGN_RUNS)
 }
 
-/// So many simulations of all experiments.
-fn of_runs(file: &FitFile, path: PathBuf, runs: f64) -> Estimate {
-    let mut whole = Estimate {
-        file: Some(path),
-        key: "scene",
-        cause: String::new(),
-        bytes: 0.0,
-        seconds: 0.0,
-        disk: 0.0,
-    };
-    let (mut most_steps, mut most_nodes) = (0.0_f64, 0.0_f64);
-    let records = RECORD * (1.0 + file.unknowns.len() as f64);
+/// The cost of this many simulations of every experiment.
+fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> RunCost {
+    let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
+    let record_bytes = RECORD_BYTES * (1.0 + file.unknowns.len() as f64);
     for experiment in &file.experiments {
         let problem = &experiment.problem;
-        let node = if problem.planar().is_some() { PLANAR } else { SPATIAL };
-        let (nodes, (steps, points)) = (problem.nodes() as f64, recorded(experiment));
-        whole.bytes += node.bytes * nodes + steps * points * records;
-        whole.seconds += runs * nodes * (node.step * steps + node.rest / FIT[0]);
+        let node = problem_node_cost(problem);
+        let nodes = problem.nodes() as f64;
+        let motions = || experiment.measurements.iter().filter_map(Measurement::motion);
+        let (steps, points) = (recorded_steps(experiment), motions().count() as f64);
+        bytes += node.bytes * nodes + steps * points * record_bytes;
+        seconds += runs * nodes * (node.step * steps + node.equilibrium / FIT_RUNS);
         (most_steps, most_nodes) = (most_steps.max(steps), most_nodes.max(nodes));
     }
-    whole.cause = format!(
+    let cause = format!(
         "simulations of up to {} steps and {} nodes, {} of them",
         count(most_steps),
         count(most_nodes),
         count(runs * file.experiments.len() as f64)
     );
-    whole
+    RunCost { file: Some(path), key: "scene", cause, bytes, seconds, disk: 0.0 }
 }
 
-/// Steps until the last of what was recorded, and the number of points.
-fn recorded(experiment: &Experiment) -> (f64, f64) {
-    let motions = || experiment.measurements.iter().filter_map(Measurement::motion);
+/// Steps of a simulation until the last recorded time.
+fn recorded_steps(experiment: &Experiment) -> f64 {
+    let motions = experiment.measurements.iter().filter_map(Measurement::motion);
     let last = |o: &PointMotion| o.samples.last().map_or(0.0, |sample| sample.time);
-    let end = motions().map(last).fold(0.0, f64::max);
+    let end = motions.map(last).fold(0.0, f64::max);
     let time = experiment.problem.scene().time.as_ref();
-    let steps = time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil());
-    (steps, motions().count() as f64)
+    time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil())
 }
 
-/// A scene's nodes before there is a mesh; those of a polyline by the size of its file.
-fn nodes(scene: &Scene) -> f64 {
+/// The nodes of a scene before its mesh is made; those of a polyline are estimated by the size of its file.
+fn node_count(scene: &Scene) -> f64 {
     match (&scene.rod.shape, scene.rod.segments) {
         (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
         (Shape::Polyline { file, .. }, None) => {
             let size = std::fs::metadata(scene.folder().join(file)).map_or(0, |found| found.len());
-            size as f64 / ROW
+            size as f64 / MIN_ROW_BYTES
         }
         (_, segments) => segments.unwrap_or(0) as f64 + 1.0,
     }
 }
 
-/// The model is chosen when the mesh is there.
-fn node(scene: &Scene) -> Node {
+/// The cost of a node of a scene without a mesh, whose model is chosen later: planar unless the scene is spatial.
+fn node_cost(scene: &Scene) -> NodeCost {
     if scene.rod.dimension == Dimension::Spatial { SPATIAL } else { PLANAR }
 }
 
-/// Keeps a number of threads that was asked for within reason.
-pub fn bound_threads(manner: Manner) {
+/// The cost of a node by the model of its problem.
+fn problem_node_cost(problem: &Problem) -> NodeCost {
+    if problem.planar().is_some() { PLANAR } else { SPATIAL }
+}
+
+/// Limits the threads of `RAYON_NUM_THREADS` to [`MAX_THREADS`].
+pub fn limit_threads(global: GlobalOptions) {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok());
-    let Some(asked) = asked.filter(|n| *n > THREADS) else { return };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS).build_global();
-    if pool.is_ok() && !manner.quiet {
-        let words = format_args!("RAYON_NUM_THREADS = {asked}; {THREADS} threads are used");
-        terminal::warn(Code::FewerThreads, words);
+    let Some(asked) = asked.filter(|n| *n > MAX_THREADS) else { return };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(MAX_THREADS).build_global();
+    if pool.is_ok() && !global.quiet {
+        let text = format_args!("RAYON_NUM_THREADS = {asked}; {MAX_THREADS} threads are used");
+        terminal::warn(Code::FewerThreads, text);
     }
 }
 
+/// A count in words, with an exponent if it is large.
 fn count(n: f64) -> String {
     if n < 1e5 { format!("{n:.0}") } else { format!("{n:.1e}") }
 }
 
+/// A number of bytes in words.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
 }
 
+/// A duration, s, in words.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),

@@ -1,17 +1,18 @@
-//! The command `rodfit`, as a function: what the command line may say, and who does it.
+//! The command `rodfit` as a function: parses a command line, runs the subcommand and returns the exit code.
 //!
-//! Every subcommand goes the same way: read the inputs, look at the outputs, estimate what it takes, compute, write
-//! everything it can, say the rest. It uses the library as anybody does; the program and the Python package call it.
+//! Every subcommand has the same stages: read the inputs, check that the outputs can be written, estimate the cost and
+//! reject it above a limit, compute, write files, print the summary. It uses the public library only; the program and
+//! the Python package call it.
 
 mod bench;
 mod campaign;
 mod check;
 mod design;
 mod explain;
-mod extend;
 mod fit;
 mod init;
 mod inspect;
+mod known;
 mod limits;
 mod modes;
 mod output;
@@ -24,25 +25,24 @@ mod study;
 mod style;
 mod terminal;
 
-use crate::command::output::{Output, Outputs};
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use rodfit::scene::{Chosen, Resolution};
-use rodfit::{Derivatives, Error, Problem, Scene, printable_name};
+use rodfit::{Derivatives, Error, Problem, printable_name};
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The last paragraph of the help.
-const EXITS: &str = "Exit codes: 0 done; 2 bad input; 3 not computed, not converged or not identifiable.\n\
+const EXIT_CODES: &str = "Exit codes: 0 done; 2 bad input; 3 not computed, not converged or not identifiable.\n\
                      `rodfit explain CODE` explains an exit code, or the code in brackets after a warning.\n\n\
                      Example: rodfit fit data/cantilever-fit.toml --report page";
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
-#[command(version, after_help = EXITS)]
+#[command(version, after_help = EXIT_CODES)]
 struct Arguments {
     #[command(flatten)]
-    manner: Manner,
+    global: GlobalOptions,
     #[command(subcommand)]
     command: Command,
 }
@@ -52,7 +52,7 @@ const SHARED_OPTIONS: &str = "Options of all commands";
 
 /// Options of every command.
 #[derive(Clone, Copy, clap::Args)]
-struct Manner {
+struct GlobalOptions {
     /// Print errors only: no progress and no summary.
     #[arg(short, long, global = true, help_heading = SHARED_OPTIONS)]
     quiet: bool,
@@ -67,7 +67,7 @@ struct Manner {
     force: bool,
 }
 
-impl Manner {
+impl GlobalOptions {
     /// Whether existing files may be replaced where they are kept by default.
     const fn overwrites(self) -> bool {
         self.overwrite || self.force
@@ -85,54 +85,54 @@ enum Command {
     #[command(
         after_help = "Example: rodfit simulate data/cantilever.toml --out nodes.csv --report page"
     )]
-    Simulate(simulate::Options),
+    Simulate(simulate::SimulateOptions),
     /// Compute the equilibrium of a rod under its loads, and its stability.
     #[command(after_help = "Example: rodfit static data/cantilever.toml --out shape.csv")]
-    Static(rest::Options),
+    Static(rest::StaticOptions),
     /// Compute the lowest natural frequencies and mode shapes.
     #[command(after_help = "Example: rodfit modes data/cantilever.toml --count 4")]
-    Modes(modes::Options),
+    Modes(modes::ModesOptions),
     /// Measure time and error over schemes, time steps and meshes.
     #[command(after_help = "Example: rodfit study data/cantilever.toml --report page")]
-    Study(study::Options),
+    Study(study::StudyOptions),
     /// List the parameters of a scene that can be identified, with their values and units.
     #[command(after_help = "Example: rodfit parameters data/cantilever.toml")]
-    Parameters(parameters::Options),
+    Parameters(parameters::ParametersOptions),
     /// Benchmark the shipped scenes on this machine: steps per second, and seconds per fit.
     #[command(after_help = "Example: rodfit bench --seconds 0.1")]
-    Bench(bench::Options),
+    Bench(bench::BenchOptions),
     /// Compare hand-derived derivatives with those of dual numbers and with finite differences.
     #[command(after_help = "Example: rodfit check data/cantilever.toml")]
-    Check(check::Options),
+    Check(check::CheckOptions),
     /// Identify parameters from recorded motion, shapes at rest and natural frequencies.
     #[command(
         after_help = "Example: rodfit fit data/cantilever-fit.toml --report page --known radius=5e-5"
     )]
-    Fit(fit::Options),
+    Fit(fit::FitOptions),
     /// Compare a scene with recordings, without a fit.
     #[command(
         after_help = "Example: rodfit predict data/cantilever.toml --on data/cantilever-tip.csv"
     )]
-    Predict(predict::Options),
+    Predict(predict::PredictOptions),
     /// Run many fits on one or several machines: plan, run, collect.
     #[command(subcommand)]
     #[command(after_help = "Example: rodfit campaign plan data/campaign.toml --out out")]
-    Campaign(campaign::Campaign),
+    Campaign(campaign::CampaignCommand),
     /// Compute the expected uncertainty of a planned experiment, and the best marker position, duration and frame rate.
     #[command(after_help = "Example: rodfit design data/cantilever-fit.toml --sigma 1e-3")]
-    Design(design::Options),
+    Design(design::DesignOptions),
     /// Describe a file of markers, and print the observation for a fit file.
     #[command(after_help = "Example: rodfit inspect data/cantilever-tip.csv")]
-    Inspect(inspect::Options),
+    Inspect(inspect::InspectOptions),
     /// Write a scene, a fit and synthetic data as a template.
     #[command(after_help = "Example: rodfit init cantilever --out mine")]
-    Init(init::Options),
+    Init(init::InitOptions),
     /// Explain the code of a warning, a grade or an exit code; without an argument, list all codes.
     #[command(after_help = "Example: rodfit explain beyond-sigma")]
-    Explain(explain::Options),
+    Explain(explain::ExplainOptions),
     /// Print the JSON schema of an input file or of a result.
     #[command(after_help = "Example: rodfit schema scene")]
-    Schema(schema::Options),
+    Schema(schema::SchemaOptions),
     /// Print a manual page.
     #[command(after_help = "Example: rodfit man fit")]
     Man {
@@ -149,85 +149,81 @@ enum Command {
 
 /// Destination of a report.
 #[derive(clap::Args)]
-struct Json {
+struct JsonOption {
     /// Write the report to this file (JSON); `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
-impl Json {
-    /// The option with its path.
-    fn output(&self) -> (&'static str, Option<&Path>) {
-        ("--json", self.json.as_deref())
-    }
-}
-
+/// Derivatives of the energies in the time stepper.
 #[derive(Clone, Copy, ValueEnum)]
-enum Route {
+enum DerivativesOption {
     /// Hand-derived formulas.
     Hand,
     /// Automatic differentiation with dual numbers.
     Dual,
 }
 
-impl From<Route> for Derivatives {
-    fn from(route: Route) -> Self {
-        match route {
-            Route::Hand => Self::Hand,
-            Route::Dual => Self::Dual,
+impl From<DerivativesOption> for Derivatives {
+    fn from(option: DerivativesOption) -> Self {
+        match option {
+            DerivativesOption::Hand => Self::Hand,
+            DerivativesOption::Dual => Self::Dual,
         }
     }
 }
 
-/// Does what a command line says, of which the first word is the program's name. The exit code: 0 done; 2 bad input;
-/// 3 could not be computed, did not converge, or not identifiable.
-pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let words: Vec<OsString> = words.into_iter().collect();
-    let parsed = Arguments::try_parse_from(&words).map_err(|said| {
-        // The message quotes words, which may be names of files from elsewhere.
-        let shown = words.iter().map(|word| printable_name(&word.to_string_lossy()).into_owned());
-        Arguments::try_parse_from(shown).err().unwrap_or(said)
+/// Runs a command line, whose first argument is the name of the program. Returns the exit code: 0 done; 2 bad input;
+/// 3 not computed, not converged or not identifiable.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let parsed = Arguments::try_parse_from(&arguments).map_err(|error| {
+        // The message quotes arguments, which may be names of files with control characters: these are escaped.
+        let shown = arguments.iter().map(|a| printable_name(&a.to_string_lossy()).into_owned());
+        Arguments::try_parse_from(shown).err().unwrap_or(error)
     });
-    let Arguments { manner, command } = match parsed {
+    let Arguments { global, command } = match parsed {
         Ok(arguments) => arguments,
-        Err(said) => {
-            // Help and versions among them; there is nobody to tell when that fails.
-            let _ = said.print();
-            return u8::try_from(said.exit_code()).unwrap_or(2);
+        Err(message) => {
+            // Help and version come here too. A failure to print them cannot be reported.
+            let _ = message.print();
+            return u8::try_from(message.exit_code()).unwrap_or(2);
         }
     };
-    limits::bound_threads(manner);
+    limits::limit_threads(global);
     let outcome = match command {
-        Command::Simulate(options) => simulate::run(&options, manner),
-        Command::Static(options) => rest::run(&options, manner),
-        Command::Modes(options) => modes::run(&options, manner),
-        Command::Study(options) => study::run(&options, manner),
-        Command::Parameters(options) => parameters::run(&options, manner),
-        Command::Bench(options) => bench::run(&options, manner),
-        Command::Check(options) => check::run(&options, manner),
-        Command::Fit(options) => fit::run(&options, manner),
-        Command::Predict(options) => predict::run(&options, manner),
-        Command::Campaign(what) => campaign::run(&what, manner),
-        Command::Design(options) => design::run(&options, manner),
-        Command::Inspect(options) => inspect::run(&options, manner),
-        Command::Init(options) => init::run(&options, manner),
+        Command::Simulate(options) => simulate::run(&options, global),
+        Command::Static(options) => rest::run(&options, global),
+        Command::Modes(options) => modes::run(&options, global),
+        Command::Study(options) => study::run(&options, global),
+        Command::Parameters(options) => parameters::run(&options, global),
+        Command::Bench(options) => bench::run(&options, global),
+        Command::Check(options) => check::run(&options, global),
+        Command::Fit(options) => fit::run(&options, global),
+        Command::Predict(options) => predict::run(&options, global),
+        Command::Campaign(command) => campaign::run(&command, global),
+        Command::Design(options) => design::run(&options, global),
+        Command::Inspect(options) => inspect::run(&options, global),
+        Command::Init(options) => init::run(&options, global),
         Command::Explain(options) => explain::run(&options),
         Command::Schema(options) => schema::run(&options),
         Command::Man { command } => man(command.as_deref()),
         Command::Completions { shell } => completions(shell),
     };
     outcome.unwrap_or_else(|error| {
-        terminal::complain(&error);
-        code_of(&error)
+        terminal::print_error(&error);
+        exit_code(&error)
     })
 }
 
+/// Prints the completion script of a shell.
 fn completions(shell: Shell) -> Result<u8, Error> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "rodfit", &mut script);
     terminal::print(&String::from_utf8_lossy(&script).trim_end()).map(|()| 0)
 }
 
+/// Prints the manual page of the command or of a subcommand.
 fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     let mut command = Arguments::command();
     command.build();
@@ -237,12 +233,7 @@ fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     };
     let found = found.ok_or_else(|| {
         let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
-        Error::Invalid {
-            file: None,
-            key: "man".into(),
-            found: subcommand.unwrap_or_default().into(),
-            allowed: names.join(", "),
-        }
+        Error::invalid("man", subcommand.unwrap_or_default(), names.join(", "))
     })?;
     let mut page = Vec::new();
     let manual = clap_mangen::Man::new(found.clone());
@@ -250,36 +241,22 @@ fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     terminal::print(&String::from_utf8_lossy(&page).trim_end()).map(|()| 0)
 }
 
-/// The scene of a subcommand, and a place for each of its outputs, by its option; they are checked before
-/// anything runs.
-fn open<const N: usize>(
-    scene: &Path,
-    outputs: [(&str, Option<&Path>); N],
-    manner: Manner,
-) -> Result<(Scene, Outputs, [Option<Output>; N]), Error> {
-    let scene = Scene::load(scene)?;
-    let mut all = Outputs::new(manner);
-    let places = outputs.map(|(option, path)| all.add(option, path));
-    all.check(&scene.files())?;
-    Ok((scene, all, places))
-}
-
-/// 2 where the input is at fault, 3 where the computation is.
-fn code_of(error: &Error) -> u8 {
+/// The exit code of a command that ended with an error: 2 for invalid input, 3 for a failed computation.
+fn exit_code(error: &Error) -> u8 {
     if error.is_input() { 2 } else { 3 }
 }
 
-/// What a mesh chosen for what does not move is worth; none where the scene has its own.
+/// The estimated error of the mesh that was chosen for an equilibrium or modes; none for a scene with its own mesh.
 fn chosen_mesh(problem: &Problem) -> Option<Resolution> {
     let chosen = Chosen { segments: true, ..Chosen::default() };
     let found = problem.resolution().filter(|found| found.chosen.segments)?;
     Some(Resolution { step: None, scheme: None, chosen, ..*found })
 }
 
-/// Says what could not be written, and what the run is worth then.
+/// Prints the errors of outputs that could not be written, and returns the largest of their exit codes and `code`.
 fn conclude(code: u8, written: impl IntoIterator<Item = Result<(), Error>>) -> u8 {
     written.into_iter().filter_map(Result::err).fold(code, |code, error| {
-        terminal::complain(&error);
-        code.max(code_of(&error))
+        terminal::print_error(&error);
+        code.max(exit_code(&error))
     })
 }

@@ -1,13 +1,14 @@
-//! `rodfit modes`
+//! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene.
 
-use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
-use rodfit::Error;
+use crate::command::output::Outputs;
+use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits};
 use rodfit::accuracy::Aim;
 use rodfit::vibration::LinearizationPoint;
+use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct ModesOptions {
     /// Scene file (TOML); `[time]` is not needed.
     scene: PathBuf,
     /// Number of modes.
@@ -17,23 +18,19 @@ pub struct Options {
     #[arg(long)]
     rest: bool,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
+/// Computes and writes the modes.
+pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     let count = usize::from(options.count);
-    limits::of_modes(&scene, count).admit(manner)?;
-    let about =
-        if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
+    limits::modes_cost(&scene, count).admit(global)?;
+    let about = if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
     let problem = scene.problem_for(Aim::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);
-    Ok(conclude(
-        0,
-        [
-            outputs.write_json(json, &found),
-            outputs.summary(&found.summary().of(options.scene.display().to_string())),
-        ],
-    ))
+    let summary = found.summary().with_subject(options.scene.display());
+    Ok(outputs.finish(0, &found, None, &summary))
 }

@@ -1,28 +1,26 @@
-//! `rodfit parameters`
+//! `rodfit parameters`: lists the parameters of a scene that can be identified.
 
-use crate::command::{Json, Manner, conclude, limits, open};
-use rodfit::Error;
+use crate::command::output::Outputs;
+use crate::command::{GlobalOptions, JsonOption, limits};
 use rodfit::accuracy::Aim;
 use rodfit::problem::ParameterList;
+use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct ParametersOptions {
     /// Scene file (TOML).
     scene: PathBuf,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
-    limits::of_check(&scene).admit(manner)?;
+/// Writes and prints the list.
+pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
+    limits::check_cost(&scene).admit(global)?;
     let list = ParameterList::of(&scene.problem_for(Aim::Guess)?);
-    Ok(conclude(
-        0,
-        [
-            outputs.write_json(json, &list),
-            outputs.summary(&list.summary().of(options.scene.display().to_string())),
-        ],
-    ))
+    let summary = list.summary().with_subject(options.scene.display());
+    Ok(outputs.finish(0, &list, None, &summary))
 }

@@ -1,33 +1,34 @@
-//! `rodfit static`
+//! `rodfit static`: the equilibrium of a scene under its loads, and its stability.
 
-use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
-use rodfit::Error;
+use crate::command::output::Outputs;
+use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits};
 use rodfit::accuracy::Aim;
 use rodfit::dynamics::shape_csv;
+use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct StaticOptions {
     /// Scene file (TOML); `[time]` is not needed.
     scene: PathBuf,
     /// Write the position of every node to this file (CSV); `-` is standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let wanted = [options.json.output(), ("--out", options.out.as_deref())];
-    let (scene, outputs, [json, out]) = open(&options.scene, wanted, manner)?;
-    limits::of_rest(&scene).admit(manner)?;
+/// Computes and writes the equilibrium.
+pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let mut outputs = Outputs::new(&options.json, global);
+    let out = outputs.add("--out", options.out.as_deref());
+    outputs.check(&scene.files())?;
+    limits::equilibrium_cost(&scene).admit(global)?;
     let problem = scene.problem_for(Aim::Rest)?;
     let mut found = problem.equilibrium()?;
     found.resolution = chosen_mesh(&problem);
-    let written = [
-        outputs.write_json(json, &found),
-        outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes())),
-        outputs.summary(&found.summary().of(options.scene.display().to_string())),
-    ];
-    Ok(conclude(0, written))
+    let table = outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes()));
+    let summary = found.summary().with_subject(options.scene.display());
+    Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))
 }

@@ -1,24 +1,25 @@
-//! `rodfit schema`
+//! `rodfit schema`: the JSON schema of an input file or of a result.
 //!
-//! The schemas are files, made from the types and their documentation by a test, which holds them to those: the program need
-//! not know how they are made. What several of them define stands in a file of its own.
+//! The schemas are files of the repository. A test generates them from the types and their documentation, and compares
+//! the files with them. Definitions that several schemas have are in one shared file.
 
 use crate::command::terminal;
 use clap::ValueEnum;
 use rodfit::Error;
 use serde_json::Value;
 
-/// Definitions that several schemas have: there they are `true`.
+/// Definitions that several schemas have; these have `true` in their place.
 const SHARED: &str = include_str!("schema/shared.json");
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct SchemaOptions {
     /// Kind of the file or result.
-    of: Of,
+    of: SchemaKind,
 }
 
+/// A kind of file or result with a schema.
 #[derive(Clone, Copy, ValueEnum)]
-enum Of {
+enum SchemaKind {
     /// Keys of a scene file (TOML).
     Scene,
     /// Keys of a fit file (TOML).
@@ -31,14 +32,16 @@ enum Of {
     Simulation,
 }
 
-pub fn run(options: &Options) -> Result<u8, Error> {
+/// Prints the schema.
+pub fn run(options: &SchemaOptions) -> Result<u8, Error> {
     terminal::print(&options.of.text()).map(|()| 0)
 }
 
-impl Of {
-    /// Its schema.
+impl SchemaKind {
+    /// The schema, with the shared definitions in their places.
     fn text(self) -> String {
-        let value = |text| serde_json::from_str::<Value>(text).expect("one of the names above");
+        let value =
+            |text| serde_json::from_str::<Value>(text).expect("a schema of the repository is JSON");
         let (mut schema, mut shared) = (value(self.file()), value(SHARED));
         if let Some(Value::Object(own)) = schema.get_mut("definitions") {
             for (name, definition) in own.iter_mut().filter(|(_, own)| own.is_boolean()) {
@@ -50,7 +53,7 @@ impl Of {
         format!("{schema:#}")
     }
 
-    /// Its file.
+    /// The file of the schema.
     fn file(self) -> &'static str {
         match self {
             Self::Scene => include_str!("schema/scene.json"),
@@ -63,5 +66,5 @@ impl Of {
 }
 
 #[cfg(test)]
-#[path = "schema/made.rs"]
-mod made;
+#[path = "schema/generate.rs"]
+mod generate;

@@ -1,41 +1,37 @@
-//! `rodfit study`
+//! `rodfit study`: time against error over schemes, time steps and meshes.
 
 use crate::command::output::Outputs;
-use crate::command::{Json, Manner, conclude, limits, terminal};
+use crate::command::{GlobalOptions, JsonOption, limits, terminal};
 use rodfit::study::Study;
 use rodfit::{Error, Scene, page};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
-pub struct Options {
+pub struct StudyOptions {
     /// Scene file (TOML).
     scene: PathBuf,
     #[command(flatten)]
-    json: Json,
+    json: JsonOption,
     /// Write a page with the work-precision plot (`study.html`) into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 }
 
-pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+/// Runs the study and writes its report.
+pub fn run(options: &StudyOptions, global: GlobalOptions) -> Result<u8, Error> {
     let name = options.scene.display().to_string();
     let scene = Scene::load(&options.scene)?;
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    let page = outputs.add_in_folder("--report", options.report.as_deref(), "study.html");
+    let mut outputs = Outputs::new(&options.json, global);
+    outputs.add_page(options.report.as_deref(), "study.html");
     outputs.check(&scene.files())?;
-    limits::of_study(&scene).admit(manner)?;
-    let bar = terminal::progress_bar(manner, 1);
+    limits::study_cost(&scene).admit(global)?;
+    let bar = terminal::progress_bar(global, 1);
     let study = Study::new(&scene, |done, total| {
         bar.set_length(total as u64);
         bar.set_position(done as u64);
     });
     bar.finish_and_clear();
     let study = study?;
-    let written = [
-        outputs.write_json(json, &study),
-        outputs.write(page, || Ok(page::study_page(&study, &name).into_bytes())),
-        outputs.summary(&study.summary().of(&name)),
-    ];
-    Ok(conclude(0, written))
+    let page = || page::study_page(&study, &name);
+    Ok(outputs.finish(0, &study, Some(&page), &study.summary().with_subject(&name)))
 }

@@ -1,16 +1,18 @@
-//! Width and color of what is printed, by the stream and the environment.
+//! Width and color of printed text, by the stream and the environment.
 
 use console::Term;
 use rodfit::summary::{DEFAULT_WIDTH, TextStyle};
 use std::io::IsTerminal;
 
-/// Longer lines are hard to read, however wide the terminal is.
+/// Columns of the longest line: longer ones are hard to read.
 const MAX_WIDTH: usize = 120;
 
-/// A stream that text is printed on.
+/// A stream for printed text.
 #[derive(Clone, Copy)]
 pub enum Stream {
+    /// Standard output.
     Output,
+    /// Standard error.
     Error,
 }
 
@@ -30,8 +32,8 @@ impl Stream {
     }
 }
 
-/// The style of a text on a stream with so many columns: 80 columns where it is no terminal, or narrower. Color is for
-/// terminals, unless `NO_COLOR` is set (<https://no-color.org>); `CLICOLOR_FORCE` asks for it elsewhere.
+/// The style of a text on a stream with this many columns. Streams that are no terminal, or a narrower one, have 80.
+/// Terminals have color unless `NO_COLOR` is set (<https://no-color.org>); other streams if `CLICOLOR_FORCE` is set.
 fn style(
     is_terminal: bool,
     columns: Option<u16>,
@@ -50,24 +52,24 @@ fn style(
 mod tests {
     use crate::command::style::style;
 
-    fn is_colored(is_terminal: bool, set: &[(&str, &str)]) -> bool {
+    fn is_colored(is_terminal: bool, set: &[[&str; 2]]) -> bool {
         let value =
-            |name: &str| set.iter().find(|(own, _)| *own == name).map(|(_, v)| v.to_string());
+            |name: &str| set.iter().find(|[own, _]| *own == name).map(|[_, v]| v.to_string());
         style(is_terminal, None, value).is_colored
     }
 
     #[test]
-    fn color_is_for_terminals_without_no_color() {
-        assert!(is_colored(true, &[]) && is_colored(true, &[("NO_COLOR", "")]));
-        assert!(!is_colored(false, &[]) && !is_colored(true, &[("NO_COLOR", "1")]));
-        assert!(!is_colored(true, &[("TERM", "dumb")]));
-        assert!(is_colored(false, &[("CLICOLOR_FORCE", "1")]));
-        assert!(!is_colored(false, &[("CLICOLOR_FORCE", "0")]));
-        assert!(!is_colored(false, &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
+    fn terminals_are_colored_unless_no_color_is_set() {
+        assert!(is_colored(true, &[]) && is_colored(true, &[["NO_COLOR", ""]]));
+        assert!(!is_colored(false, &[]) && !is_colored(true, &[["NO_COLOR", "1"]]));
+        assert!(!is_colored(true, &[["TERM", "dumb"]]));
+        assert!(is_colored(false, &[["CLICOLOR_FORCE", "1"]]));
+        assert!(!is_colored(false, &[["CLICOLOR_FORCE", "0"]]));
+        assert!(!is_colored(false, &[["CLICOLOR_FORCE", "1"], ["NO_COLOR", "1"]]));
     }
 
     #[test]
-    fn width_is_between_80_and_120_columns() {
+    fn width_stays_between_80_and_120_columns() {
         let width = |columns| style(true, columns, |_| None).width;
         assert_eq!([None, Some(40), Some(100), Some(300)].map(width), [80, 80, 100, 120]);
     }

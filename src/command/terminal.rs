@@ -1,13 +1,12 @@
-//! What a user sees: results on standard output; progress, warnings and errors on standard error.
+//! Results on standard output; progress, warnings and errors on standard error.
 //!
-//! Nothing here panics. Whoever closes the pipe that standard output goes to (`rodfit fit .. | head -1`) has read
-//! enough: what is left of it is dropped without a word, all other outputs are written, and the exit code is that of
-//! the computation. A standard output that cannot be written, on a full disk, is an error.
+//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the text
+//! is dropped without an error, all other outputs are written, and the exit code is that of the computation. A standard
+//! output that cannot be written for another reason, such as a full disk, is an error.
 //!
-//! Control characters of names and of quoted lines are shown as `\x1b`: files from elsewhere have no say in what a
-//! terminal shows.
+//! Control characters of names and of quoted lines are shown as `\x1b`, so that a file cannot control the terminal.
 
-use crate::command::Manner;
+use crate::command::GlobalOptions;
 use crate::command::style::Stream;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use rodfit::summary::{Summary, duration, wrap_message};
@@ -18,7 +17,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Prints a text as it is, such as a script or a part of a file.
+/// Prints a text without wrapping its lines, such as a script or a part of a file.
 pub fn print(text: &impl Display) -> Result<(), Error> {
     print_line(&printable(&text.to_string()))
 }
@@ -28,13 +27,14 @@ pub fn print_summary(summary: &Summary) -> Result<(), Error> {
     print_line(&summary.render(Stream::Output.style()))
 }
 
+/// Prints a text and a line break.
 fn print_line(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
     unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
 }
 
-/// Writes a piece of a result on standard output, and returns how much of it was written. Control characters are escaped
-/// where a person reads it; programs get every byte unchanged.
+/// Writes a part of a result on standard output, and returns the number of bytes written. On a terminal control
+/// characters are escaped; programs get every byte unchanged.
 pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     let mut stdout = std::io::stdout();
     if !stdout.is_terminal() {
@@ -44,7 +44,7 @@ pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     stdout.write_all(printable(&text).as_bytes()).map(|()| bytes.len())
 }
 
-/// A closed pipe is no error.
+/// The outcome of a write; a closed pipe is no error.
 pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
@@ -52,86 +52,83 @@ pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
     }
 }
 
-/// What the system said of standard output.
+/// The error of a failed write on standard output.
 pub fn stdout_error(source: std::io::Error) -> Error {
     Error::Io { named_in: None, path: "standard output".into(), source }
 }
 
-/// Prints a message on standard error, in lines of its width. A failure is ignored: there is no place to report it.
-pub fn tell(text: impl Display) {
+/// Prints a message on standard error, in lines of its width. A failure cannot be reported and is ignored.
+pub fn print_note(text: impl Display) {
     let text = wrap_message(&printable(&text.to_string()), Stream::Error.style());
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// Prints a warning.
-pub fn warn(code: Code, words: impl Display) {
-    tell(format_args!("warning: {words} [{code}]"));
+/// Prints a warning with its code.
+pub fn warn(code: Code, text: impl Display) {
+    print_note(format_args!("warning: {text} [{code}]"));
 }
 
-/// Prints an error.
-pub fn complain(error: &Error) {
+/// Prints an error, with its code if it has one.
+pub fn print_error(error: &Error) {
     match error.code() {
-        Some(code) => tell(format_args!("error: {error} [{code}]")),
-        None => tell(format_args!("error: {error}")),
+        Some(code) => print_note(format_args!("error: {error} [{code}]")),
+        None => print_note(format_args!("error: {error}")),
     }
 }
 
-/// A flag that Ctrl-C sets, and the signal by which schedulers and containers end a process. A second one ends
-/// it at once.
-pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
+/// A flag that Ctrl-C sets, and the signal TERM, by which schedulers and containers end a process. A second Ctrl-C ends
+/// the process at once.
+pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
-    let seen = flag.clone();
+    let shared = flag.clone();
     let handler = ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::Relaxed) {
+        if shared.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        if !manner.quiet {
-            tell("\nstopping; Ctrl-C again ends at once");
+        if !global.quiet {
+            print_note("\nstopping; Ctrl-C again ends at once");
         }
     });
     if let Err(error) = handler {
-        warn(
-            Code::NoCtrlC,
-            format_args!(
-                "Ctrl-C cannot be caught ({error}). It ends the run without results. Let \
-                                          the run finish"
-            ),
-        );
+        let text = "It ends the run without results. Let the run finish";
+        warn(Code::NoCtrlC, format_args!("Ctrl-C cannot be caught ({error}). {text}"));
     }
     flag
 }
 
-/// Ends the process with exit code 0 if it still runs so long after `stop` was set. For runs whose results are on disk
-/// as soon as they are there.
-pub fn end_after_stop(stop: &Arc<AtomicBool>, patience: Duration) {
-    /// How often the flag is looked at.
+/// Ends the process with exit code 0 if it still runs `delay` after `stop` was set: for runs that store each result at
+/// once.
+pub fn end_after_stop(stop: &Arc<AtomicBool>, delay: Duration) {
+    /// Time between two reads of the flag.
     const INTERVAL: Duration = Duration::from_millis(50);
     let stop = stop.clone();
     std::thread::spawn(move || {
         while !stop.load(Ordering::Relaxed) {
             std::thread::sleep(INTERVAL);
         }
-        std::thread::sleep(patience);
-        tell("stopped before the running fits were complete; the next run computes them again");
+        std::thread::sleep(delay);
+        print_note(
+            "stopped before the running fits were complete; the next run computes them again",
+        );
         std::process::exit(0);
     });
 }
 
-/// A bar of so many steps, with the remaining time.
-pub fn progress_bar(manner: Manner, steps: u64) -> ProgressBar {
-    if manner.quiet {
+/// A progress bar of this many steps, with the remaining time; hidden with `--quiet`.
+pub fn progress_bar(global: GlobalOptions, steps: u64) -> ProgressBar {
+    if global.quiet {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len}, {remaining} remaining");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let remaining = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-        // The bar is drawn without it where it cannot be written.
+        // Without the time if it cannot be written.
         let _ = text.write_str(&duration(state.eta().as_secs_f64().round()));
     };
     ProgressBar::new(steps).with_style(style.with_key("remaining", remaining))
 }
 
-/// For work of unknown length.
-pub fn spinner(manner: Manner) -> ProgressBar {
-    if manner.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() }
+/// A spinner for work of unknown length; hidden with `--quiet`.
+pub fn spinner(global: GlobalOptions) -> ProgressBar {
+    if global.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() }
 }

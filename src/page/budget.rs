@@ -1,27 +1,23 @@
-//! The uncertainty budgets, and the sensitivities to inputs.
+//! Uncertainty budgets (GUM: contributions of inputs to the combined standard uncertainty), and sensitivities to inputs.
 
 use crate::fit::{BudgetLine, Estimate};
+use crate::page::chart::labeled;
 use crate::page::estimate::interval;
-use crate::page::html::{escaped, note};
-use crate::page::number::{Scale, change, percent, quantity, short};
-use crate::page::table::Table;
+use crate::page::html::{escaped, note, subsection};
+use crate::page::number::{Scale, quantity, signed_percent, signed_quantity, three_digits};
+use crate::page::table::HtmlTable;
 use crate::summary::quantity::counted;
 
-/// Inputs that are not folded.
-const SHOWN: usize = 6;
+/// Inputs in a table of sensitivities; the others are folded.
+const SHOWN_INPUTS: usize = 6;
 
 /// Budget, sensitivities and Monte Carlo check of every parameter that has any.
 pub(super) fn budgets(parameters: &[Estimate]) -> String {
-    let one = |e: &Estimate| {
-        let content = budget(e) + &sensitivities(e) + &monte_carlo(e);
-        match content.is_empty() {
-            true => content,
-            false => format!("<h3>{}</h3>\n{content}", escaped(&e.label())),
-        }
-    };
-    parameters.iter().map(one).collect()
+    let content = |e: &Estimate| budget(e) + &sensitivities(e) + &monte_carlo(e);
+    parameters.iter().map(|e| subsection(&e.label(), &content(e))).collect()
 }
 
+/// The table of contributions to the combined standard uncertainty, with the expanded interval.
 fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
@@ -29,83 +25,68 @@ fn budget(e: &Estimate) -> String {
         return String::new();
     };
     let unit = e.name.unit();
-    let scale = Scale::of(combined, unit);
-    let contribution = match scale.unit.is_empty() {
-        true => "contribution".into(),
-        false => format!("contribution ({})", escaped(&scale.unit)),
-    };
-    let heads = [
-        "source".to_string(),
-        "standard uncertainty".into(),
-        "sensitivity".into(),
-        "relative sensitivity".into(),
-        contribution,
-        "share of the variance".into(),
-    ];
-    let mut table = Table::new(&format!("uncertainty budget of {}", e.label()), heads);
-    for line in &e.budget {
-        let cells = vec![
-            line.std.map(|std| escaped(&format!("\u{b1} {}", quantity(std, &line.unit)))),
-            line.sensitivity.map(|c| escaped(&sensitivity(c, unit, line))),
-            line.relative_sensitivity.map(short),
-            Some(scale.show(line.contribution, Some(line.contribution.abs()))),
-            Some(format!("{:.1} %", 100.0 * line.share)),
-        ];
-        table.row(escaped(source(&line.source)), cells);
-    }
-    let value = Scale::of(expanded[1], unit);
-    table.html()
+    let scale = Scale::for_size(combined, unit);
+    let table = HtmlTable::new(&format!("uncertainty budget of {}", e.label()), &e.budget)
+        .text("source", |line| source_name(&line.source).to_string())
+        .text("standard uncertainty", |line| {
+            line.std.map(|std| format!("\u{b1} {}", quantity(std, &line.unit)))
+        })
+        .text("sensitivity", |line| line.sensitivity.map(|c| sensitivity(c, unit, line)))
+        .text("relative sensitivity", |line| line.relative_sensitivity.map(three_digits))
+        .text(&labeled("contribution", &scale.unit), |line| {
+            scale.format(line.contribution, Some(line.contribution.abs()))
+        })
+        .text("share of the variance", |line| format!("{:.1} %", 100.0 * line.share));
+    let value = Scale::for_size(expanded[1], unit);
+    table.render()
         + &note(&format!(
             "Combined standard uncertainty {}; coverage factor {factor:.2}; expanded interval (95 %) <b>{} {}</b>.",
-            escaped(&scale.with_unit(combined, Some(combined))),
+            escaped(&scale.format_with_unit(combined, Some(combined))),
             interval(expanded, Some(combined), &value),
             escaped(&value.unit),
         ))
 }
 
-/// The name of a source in words, where it is not that of an input.
-fn source(name: &str) -> &str {
-    match name {
+/// The name of a source of uncertainty: that of the input, or a description of the discretization or the experiments.
+fn source_name(key: &str) -> &str {
+    match key {
         "mesh" => "discretization: mesh",
         "step" => "discretization: time step",
         "experiments" => "differences between experiments",
-        name => name,
+        input => input,
     }
 }
 
+/// The derivative of a parameter with this unit by the input of a line, with its unit.
 fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
-    let per = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
-    match per {
-        ["1", "1"] => short(value),
-        _ => format!("{} {}", short(value), per.join(" / ")),
+    let units = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
+    match units {
+        ["1", "1"] => three_digits(value),
+        _ => format!("{} {}", three_digits(value), units.join(" / ")),
     }
 }
 
+/// The changes of a parameter by +1 % of each input without a stated uncertainty.
 fn sensitivities(e: &Estimate) -> String {
-    let label = escaped(&e.label());
-    let heads = ["input".to_string(), "change by +1 % of the input".into()];
-    let mut table = Table::new(&format!("sensitivities of {} to inputs", e.label()), heads);
-    for input in &e.input_sensitivities {
-        let by = match input.relative {
-            Some(relative) if relative > 0.0 => format!("+{}", percent(relative)),
-            Some(relative) => percent(relative),
-            None => escaped(&change(input.change, e.name.unit())),
-        };
-        table.row(escaped(&input.source), vec![Some(by)]);
-    }
-    match table.len() {
-        0 => String::new(),
-        _ => {
-            note(&format!("Sensitivity of {label} to inputs without a stated uncertainty."))
-                + &table.folded_after(SHOWN, "inputs")
-        }
-    }
+    let label = e.label();
+    let name = format!("sensitivities of {label} to inputs");
+    let table = HtmlTable::new(&name, &e.input_sensitivities)
+        .text("input", |input| input.source.clone())
+        .text("change by +1 % of the input", |input| {
+            let change = || signed_quantity(input.change, e.name.unit());
+            input.relative.map_or_else(change, signed_percent)
+        })
+        .render_folded(SHOWN_INPUTS, "inputs");
+    let label = escaped(&label);
+    let line = note(&format!("Sensitivity of {label} to inputs without a stated uncertainty."));
+    if table.is_empty() { table } else { line + &table }
 }
 
+/// The standard deviation of fits with random inputs and noise, beside that of the linear budget.
 fn monte_carlo(e: &Estimate) -> String {
     let Some(found) = &e.monte_carlo else { return String::new() };
-    let scale = Scale::of(found.std, e.name.unit());
-    let [std, linear] = [found.std, found.linear_std].map(|x| scale.with_unit(x, Some(x)));
+    let scale = Scale::for_size(found.std, e.name.unit());
+    let [std, linear] = [found.std, found.linear_std].map(|x| scale.format_with_unit(x, Some(x)));
     note(&escaped(&format!(
         "Monte Carlo, {} with random inputs and noise: standard deviation {std}; budget: {linear}.",
         counted(found.fits, "fit")

@@ -1,40 +1,33 @@
-//! The first card of a page: the grade, the answer, the most severe warnings.
+//! The first card of a page: status, main result and messages, with a border in the color of the status.
 
 use crate::page::html::{list, with_explanation};
+use crate::summary::Tone;
 
-/// How a result is to be taken.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Tone {
-    Good,
-    Doubtful,
-    Bad,
-}
-
-impl Tone {
-    pub fn class(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Doubtful => "doubt",
-            Self::Bad => "bad",
-        }
+/// CSS class of a status; a statement without a grade has none.
+pub(super) const fn tone_class(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Good => "good",
+        Tone::Doubtful => "doubt",
+        Tone::Bad => "bad",
+        Tone::Neutral => "",
     }
 }
 
-/// A card with its headline and content, which are HTML, and lists of messages below their headings.
-pub(super) fn card(
-    tone: Tone,
-    headline: &str,
-    content: &str,
-    messages: &[(&str, Vec<String>)],
-) -> String {
-    let lists = messages.iter().filter(|(_, messages)| !messages.is_empty());
-    let lists = lists.map(|(title, messages)| {
+/// Messages of one kind, such as warnings, under their heading.
+pub(super) struct MessageList {
+    pub heading: &'static str,
+    pub messages: Vec<String>,
+}
+
+/// The card with its headline and content, which are HTML, and below them the lists that have messages.
+pub(super) fn card(tone: Tone, headline: &str, content: &str, lists: &[MessageList]) -> String {
+    let mut html = String::new();
+    for MessageList { heading, messages } in lists.iter().filter(|l| !l.messages.is_empty()) {
         let entries: Vec<String> = messages.iter().map(|text| with_explanation(text)).collect();
-        format!("<h2>{title}</h2>\n{}", list(&entries, &title.to_lowercase()))
-    });
+        html += &format!("<h2>{heading}</h2>\n{}", list(&entries, &heading.to_lowercase()));
+    }
     format!(
-        "<section class=\"verdict {}\" id=\"verdict\"><div class=\"headline\">{headline}</div>\n{content}{}</section>\n",
-        tone.class(),
-        lists.collect::<String>(),
+        "<section class=\"verdict {}\" id=\"verdict\"><div class=\"headline\">{headline}</div>\n{content}{html}</section>\n",
+        tone_class(tone),
     )
 }

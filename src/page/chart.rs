@@ -1,301 +1,342 @@
-//! Charts: their data, with legend and CSV. [`drawing`](crate::page::drawing) draws them.
+//! Charts: their data in SI units, their axes, legend and CSV. [`drawing`](crate::page::drawing) draws them.
 
-use crate::page::csv;
+use crate::page::csv::csv_link;
 use crate::page::html::escaped;
+use crate::page::number::Scale;
 use crate::page::plotted::{Datum, csv_rows};
 use kuva::prelude::{LinePlot, ReferenceLine, ScatterPlot, ShadedRegion};
 
-/// Points of a series beyond this number are thinned out.
+/// Most points of a series that are drawn: more are thinned out evenly.
 const MAX_POINTS: usize = 2000;
 /// Decades of a logarithmic axis that are shown below its top.
 const DECADES: f64 = 12.0;
 
-pub(super) type Points = Vec<(f64, f64)>;
+/// Points of a chart: abscissa and ordinate, in SI units or, as they are drawn, in the units of the axes.
+pub(super) type Points = Vec<[f64; 2]>;
 
-/// A mark of a chart.
+/// A drawn series.
 pub(super) enum Mark {
     Line(LinePlot),
     Dots(ScatterPlot),
 }
 
 /// A series of the legend.
-struct Entry {
+struct LegendEntry {
     name: String,
     color: String,
     is_line: bool,
 }
 
+/// A point with its 95 % interval: along y in a band, along x of a bar.
+pub(super) struct IntervalPoint {
+    pub at: [f64; 2],
+    pub ends: [f64; 2],
+}
+
+/// An axis with its label and the range of its data.
+pub(super) struct Axis {
+    /// The quantity with its unit.
+    pub label: String,
+    pub is_log: bool,
+    /// SI values over displayed values.
+    factor: f64,
+    /// Smallest and largest displayed value.
+    range: [f64; 2],
+}
+
+impl Axis {
+    /// An axis of a quantity in the unit of a scale.
+    pub fn new(name: &str, scale: &Scale) -> Self {
+        let label = labeled(name, &scale.unit);
+        Self { label, is_log: false, factor: scale.factor, range: [f64::INFINITY, -f64::INFINITY] }
+    }
+
+    /// The axis in logarithmic scale, or not.
+    pub fn log(self, is_log: bool) -> Self {
+        Self { is_log, ..self }
+    }
+
+    /// Whether a finite value can be drawn.
+    fn can_show(&self, value: f64) -> bool {
+        value.is_finite() && !(self.is_log && value <= 0.0)
+    }
+
+    /// Extends the range by a displayed value.
+    fn include(&mut self, value: f64) {
+        if self.can_show(value) {
+            self.range = [self.range[0].min(value), self.range[1].max(value)];
+        }
+    }
+}
+
+impl From<&str> for Axis {
+    /// An axis of numbers that are shown as they are.
+    fn from(label: &str) -> Self {
+        Self::new(label, &Scale { factor: 1.0, unit: String::new() })
+    }
+}
+
 /// A chart under construction. Values that are not finite are left out.
 pub(super) struct Chart {
+    pub axes: [Axis; 2],
     pub marks: Vec<Mark>,
     pub lines: Vec<ReferenceLine>,
     pub regions: Vec<ShadedRegion>,
-    pub labels: [String; 2],
-    pub log: [bool; 2],
-    /// Smallest and largest value on each axis.
-    range: [[f64; 2]; 2],
-    pub equal: bool,
-    pub whole: bool,
-    /// Names of the rows of a chart whose y axis has names: row k is at height -k.
-    pub rows: Vec<String>,
+    pub has_equal_scales: bool,
+    pub has_whole_ticks: bool,
+    /// Names on the y axis: name k is at height -k.
+    pub row_names: Vec<String>,
+    /// Width and height, px.
     pub size: [f64; 2],
-    legend: Vec<Entry>,
+    legend: Vec<LegendEntry>,
     data: Vec<Datum>,
-    thinned: usize,
+    /// One of so many points is drawn.
+    thinning: usize,
 }
 
 impl Chart {
-    /// A chart with these labels of its axes, units included.
-    pub fn new(x: impl Into<String>, y: impl Into<String>) -> Self {
+    /// A chart of this width and height, px, without data.
+    pub fn new(x: impl Into<Axis>, y: impl Into<Axis>, size: [f64; 2]) -> Self {
         Self {
+            axes: [x.into(), y.into()],
             marks: Vec::new(),
             lines: Vec::new(),
             regions: Vec::new(),
-            labels: [x.into(), y.into()],
-            log: [false; 2],
-            range: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
-            equal: false,
-            whole: false,
-            rows: Vec::new(),
-            size: [640.0, 300.0],
+            has_equal_scales: false,
+            has_whole_ticks: false,
+            row_names: Vec::new(),
+            size,
             legend: Vec::new(),
             data: Vec::new(),
-            thinned: 1,
+            thinning: 1,
         }
     }
 
-    pub fn size(self, width: f64, height: f64) -> Self {
-        Self { size: [width, height], ..self }
+    /// Gives both axes the same length per unit.
+    pub fn equal_scales(self) -> Self {
+        Self { has_equal_scales: true, ..self }
     }
 
-    /// Logarithmic axes; to be set before data are added.
-    pub fn log(self, x: bool, y: bool) -> Self {
-        Self { log: [x, y], ..self }
+    /// Restricts the ticks of the x axis to whole numbers.
+    pub fn whole_ticks(self) -> Self {
+        Self { has_whole_ticks: true, ..self }
     }
 
-    /// The same length of a unit on both axes.
-    pub fn equal(self) -> Self {
-        Self { equal: true, ..self }
-    }
-
-    /// Whole numbers on the x axis.
-    pub fn whole(self) -> Self {
-        Self { whole: true, ..self }
-    }
-
-    /// Names on the y axis, from the top; row k is at height -k.
-    pub fn rows(mut self, names: Vec<String>) -> Self {
+    /// Puts names on the y axis, from the top; name k is at height -k.
+    pub fn row_names(mut self, names: Vec<String>) -> Self {
         let last = names.len().saturating_sub(1) as f64;
-        [0.6, -last - 0.6].into_iter().for_each(|y| self.include(1, y));
-        Self { rows: names, ..self }
+        [0.6, -last - 0.6].into_iter().for_each(|y| self.axes[1].include(y));
+        Self { row_names: names, ..self }
     }
 
-    /// An x axis that covers these values.
+    /// Extends the x axis to these SI values.
     pub fn covering(mut self, values: impl IntoIterator<Item = f64>) -> Self {
-        values.into_iter().filter(|x| x.is_finite()).for_each(|x| self.include(0, x));
+        let factor = self.axes[0].factor;
+        values.into_iter().for_each(|x| self.axes[0].include(x / factor));
         self
     }
 
-    /// A line of a series. Series without a name are decoration: neither legend nor CSV has them.
+    /// Adds a line. A series without a name is decoration, which neither legend nor CSV contains.
     pub fn line(
         mut self,
         series: &str,
-        points: impl IntoIterator<Item = (f64, f64)>,
+        points: impl IntoIterator<Item = [f64; 2]>,
         color: &str,
     ) -> Self {
-        let points = self.take(series, points);
+        let points = self.add_points(series, points);
         if !points.is_empty() {
             self.add_entry(series, color, true);
-            let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(1.6);
-            self.marks.push(Mark::Line(line));
+            self.marks.push(Mark::Line(stroke(points, color, 1.6)));
         }
         self
     }
 
-    /// Dots of a series; see [`line`](Self::line).
+    /// Adds dots of this radius, px; see [`line`](Self::line).
     pub fn dots(
         mut self,
         series: &str,
-        points: impl IntoIterator<Item = (f64, f64)>,
+        points: impl IntoIterator<Item = [f64; 2]>,
         color: &str,
         radius: f64,
     ) -> Self {
-        let points = self.take(series, points);
+        let points = self.add_points(series, points);
         if !points.is_empty() {
             self.add_entry(series, color, false);
-            let dots = ScatterPlot::new().with_data(points).with_color(color).with_size(radius);
-            self.marks.push(Mark::Dots(dots));
+            let dots = ScatterPlot::new().with_data(points.into_iter().map(<(f64, f64)>::from));
+            self.marks.push(Mark::Dots(dots.with_color(color).with_size(radius)));
         }
         self
     }
 
-    /// A line of a series with the interval of each point as a band.
-    pub fn line_with_band(
-        mut self,
-        series: &str,
-        points: &[((f64, f64), [f64; 2])],
-        color: &str,
-    ) -> Self {
-        let edge = |k: usize| points.iter().map(move |((x, _), ends)| (*x, ends[k]));
-        let (low, high) = (self.take("", edge(0)), self.take("", edge(1)));
-        let heights = |points: &Points| points.iter().map(|(_, y)| *y).collect::<Vec<f64>>();
+    /// Adds a series as dots of this radius, px, that a line connects.
+    pub fn dotted_line(self, series: &str, points: Points, color: &str, radius: f64) -> Self {
+        self.line("", points.iter().copied(), color).dots(series, points, color, radius)
+    }
+
+    /// Adds a line with the interval of each point as a band along y.
+    pub fn line_with_band(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
+        let edge = |k: usize| points.iter().map(move |p| [p.at[0], p.ends[k]]);
+        let (low, high) = (self.add_points("", edge(0)), self.add_points("", edge(1)));
+        let heights = |points: &Points| points.iter().map(|[_, y]| *y).collect::<Vec<f64>>();
         let (below, above) = (heights(&low), heights(&high));
-        let line = LinePlot::new().with_data(low).with_color(color).with_stroke_width(0.0);
-        self.marks.push(Mark::Line(line.with_band(below, above)));
-        let chart = self.line("", points.iter().map(|(point, _)| *point), color);
-        chart.with_intervals(series, points)
+        self.marks.push(Mark::Line(stroke(low, color, 0.0).with_band(below, above)));
+        let mut chart = self.line("", points.iter().map(|p| p.at), color);
+        chart.add_intervals(series, points, 1);
+        chart
     }
 
-    /// Points of a series, each with a horizontal bar over its interval.
-    pub fn dots_with_bars(
-        mut self,
-        series: &str,
-        points: &[((f64, f64), [f64; 2])],
-        color: &str,
-    ) -> Self {
-        for ((_, y), [low, high]) in points {
-            self = self.line("", [(*low, *y), (*high, *y)], color);
+    /// Adds dots with the interval of each point as a bar along x.
+    pub fn dots_with_bars(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
+        for IntervalPoint { at: [_, y], ends: [low, high] } in points {
+            self = self.line("", [[*low, *y], [*high, *y]], color);
         }
-        let chart = self.dots("", points.iter().map(|(point, _)| *point), color, 4.0);
-        chart.with_intervals(series, points)
+        let mut chart = self.dots("", points.iter().map(|p| p.at), color, 4.0);
+        chart.add_intervals(series, points, 0);
+        chart
     }
 
-    /// A stem from the axis to each point, which are decoration.
-    pub fn stems(mut self, points: impl IntoIterator<Item = (f64, f64)>, color: &str) -> Self {
-        for (x, y) in self.take("", points) {
-            let stem = LinePlot::new().with_data([(x, 0.0), (x, y)]).with_color(color);
-            self.marks.push(Mark::Line(stem.with_stroke_width(2.0)));
+    /// Adds a stem from the x axis to each point, as decoration.
+    pub fn stems(mut self, points: impl IntoIterator<Item = [f64; 2]>, color: &str) -> Self {
+        for [x, y] in self.add_points("", points) {
+            self.marks.push(Mark::Line(stroke(vec![[x, 0.0], [x, y]], color, 2.0)));
         }
-        self.include(1, 0.0);
+        self.axes[1].include(0.0);
         self
     }
 
-    /// A horizontal line, always inside the range.
+    /// Adds a horizontal reference line, which is always in the range.
     pub fn level(mut self, y: f64) -> Self {
         if y.is_finite() {
-            self.include(1, y);
+            self.axes[1].include(y);
             self.lines.push(ReferenceLine::horizontal(y));
         }
         self
     }
 
-    /// A vertical line.
+    /// Adds a vertical reference line at an SI value.
     pub fn mark(mut self, x: f64) -> Self {
+        let x = x / self.axes[0].factor;
         if x.is_finite() {
-            self.include(0, x);
+            self.axes[0].include(x);
             self.lines.push(ReferenceLine::vertical(x));
         }
         self
     }
 
-    /// A horizontal band, always inside the range.
+    /// Shades the band between two ordinates, which is always in the range.
     pub fn band(mut self, low: f64, high: f64) -> Self {
         if low.is_finite() && high.is_finite() {
-            self.include(1, low);
-            self.include(1, high);
+            [low, high].into_iter().for_each(|y| self.axes[1].include(y));
             let band = ShadedRegion::horizontal(low, high);
             self.regions.push(band.with_color("var(--band)").with_opacity(1.0));
         }
         self
     }
 
-    /// The names of the series beside their colors, as HTML, where there are several.
+    /// The names of several series beside their colors, as HTML, and a note if points were thinned out.
     pub fn legend(&self) -> String {
-        let entry = |entry: &Entry| {
-            let class = if entry.is_line { "stroke" } else { "dot" };
-            let Entry { name, color, .. } = entry;
+        let entry = |LegendEntry { name, color, is_line }: &LegendEntry| {
+            let class = if *is_line { "stroke" } else { "dot" };
             format!("<i class=\"{class}\" style=\"background:{color}\"></i>{} ", escaped(name))
         };
-        let thinned = match self.thinned {
+        let thinning = match self.thinning {
             1 => String::new(),
             n => format!("(one of {n} points drawn) "),
         };
         let entries = if self.legend.len() > 1 { &self.legend[..] } else { &[] };
-        entries.iter().map(entry).collect::<String>() + &thinned
+        entries.iter().map(entry).collect::<String>() + &thinning
     }
 
-    /// The chart without the names of the series so far in its legend.
+    /// Removes the series added so far from the legend.
     pub fn without_legend(mut self) -> Self {
         self.legend.clear();
         self
     }
 
-    /// A link to the plotted data as a CSV file, which is named after the chart; nothing without data.
+    /// A link to the plotted data as a CSV file with this name; nothing without data.
     pub fn csv(&self, name: &str) -> String {
+        let labels = self.axes.each_ref().map(|axis| &axis.label[..]);
         match self.data.is_empty() {
             true => String::new(),
-            false => csv::link(name, &csv_rows(&self.data, &self.labels, &self.rows)),
+            false => csv_link(name, &csv_rows(&self.data, labels, &self.row_names)),
         }
     }
 
-    fn with_intervals(mut self, series: &str, points: &[((f64, f64), [f64; 2])]) -> Self {
-        let finite = points.iter().filter(|((x, y), _)| x.is_finite() && y.is_finite());
-        self.data.extend(finite.map(|(point, ends)| Datum {
+    /// Adds points with intervals along an axis to the data of a series.
+    fn add_intervals(&mut self, series: &str, points: &[IntervalPoint], axis: usize) {
+        let factor = self.axes[axis].factor;
+        let finite = points.iter().filter(|p| p.at.iter().all(|x| x.is_finite()));
+        let data = finite.map(|p| Datum {
             series: series.into(),
-            point: *point,
-            interval: Some(*ends),
-        }));
-        self
+            point: self.displayed(p.at),
+            interval: Some(p.ends.map(|end| end / factor)),
+        });
+        let data: Vec<Datum> = data.collect();
+        self.data.extend(data);
     }
 
+    /// Adds a series to the legend unless it has no name or is there.
     fn add_entry(&mut self, series: &str, color: &str, is_line: bool) {
         let is_new = self.legend.iter().all(|entry| entry.name != series);
         if !series.is_empty() && is_new {
-            self.legend.push(Entry { name: series.into(), color: color.into(), is_line });
+            self.legend.push(LegendEntry { name: series.into(), color: color.into(), is_line });
         }
     }
 
-    /// The points that can be drawn, thinned out, which extend the range; the data of the series.
-    fn take(&mut self, series: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Points {
-        let [log_x, log_y] = self.log;
-        let is_drawn = |(x, y): &(f64, f64)| {
-            x.is_finite() && y.is_finite() && (!log_x || *x > 0.0) && (!log_y || *y > 0.0)
-        };
-        let points: Points = points.into_iter().filter(is_drawn).collect();
-        for (x, y) in &points {
-            self.include(0, *x);
-            self.include(1, *y);
+    /// A point in the units of the axes.
+    fn displayed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x / self.axes[0].factor, y / self.axes[1].factor]
+    }
+
+    /// Extends ranges and data by the points that can be drawn, and returns these in the units of the axes, thinned out.
+    fn add_points(&mut self, series: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Points {
+        let points = points.into_iter().map(|point| self.displayed(point));
+        let can_show = |[x, y]: &[f64; 2]| self.axes[0].can_show(*x) && self.axes[1].can_show(*y);
+        let points: Points = points.filter(can_show).collect();
+        for point in &points {
+            self.axes.iter_mut().zip(point).for_each(|(axis, x)| axis.include(*x));
         }
         let every = points.len().div_ceil(MAX_POINTS).max(1);
-        self.thinned = self.thinned.max(every);
+        self.thinning = self.thinning.max(every);
         let kept: Points = points.into_iter().step_by(every).collect();
         if !series.is_empty() {
             let datum =
-                |point: &(f64, f64)| Datum { series: series.into(), point: *point, interval: None };
+                |point: &[f64; 2]| Datum { series: series.into(), point: *point, interval: None };
             self.data.extend(kept.iter().map(datum));
         }
         kept
     }
 
-    fn include(&mut self, axis: usize, value: f64) {
-        if !(self.log[axis] && value <= 0.0) {
-            let [low, high] = &mut self.range[axis];
-            (*low, *high) = (low.min(value), high.max(value));
-        }
-    }
-
     /// The range of an axis with a margin, never without extent.
-    pub fn padded(&self, axis: usize) -> [f64; 2] {
-        let [low, high] = self.range[axis];
-        if self.log[axis] {
+    pub fn padded_range(&self, axis: usize) -> [f64; 2] {
+        let Axis { range: [low, high], is_log, .. } = self.axes[axis];
+        if is_log {
             let low = low.max(high * 10_f64.powf(-DECADES));
             let margin = (high / low).powf(0.05).max(1.1);
             return [low / margin, high * margin];
         }
-        if axis == 1 && !self.rows.is_empty() {
+        if axis == 1 && !self.row_names.is_empty() {
             return [low, high];
         }
+        // A single value, or values that differ by rounding errors, get an axis of their own size.
         let margin = 0.05 * (high - low);
-        // A single value, or rounding errors of one, needs an axis too.
-        let least = 1e-9 * low.abs().max(high.abs());
-        let margin = if margin > least { margin } else { (0.1 * high.abs()).max(1.0) };
-        let is_along = axis == 0 && !self.equal;
-        let margin = if is_along && margin > least { 0.4 * margin } else { margin };
+        let has_extent = margin > 1e-9 * low.abs().max(high.abs());
+        let margin = match has_extent {
+            true if axis == 0 && !self.has_equal_scales => 0.4 * margin,
+            true => margin,
+            false => (0.1 * high.abs()).max(1.0),
+        };
         [low - margin, high + margin]
     }
 }
 
-/// The label of an axis: the quantity and its unit.
+/// A line of a color and a width, px, through displayed points.
+fn stroke(points: Points, color: &str, width: f64) -> LinePlot {
+    let line = LinePlot::new().with_data(points.into_iter().map(<(f64, f64)>::from));
+    line.with_color(color).with_stroke_width(width)
+}
+
+/// The label of a quantity with its unit.
 pub(super) fn labeled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.into() } else { format!("{name} ({unit})") }
 }

@@ -1,163 +1,146 @@
 //! The page that compares several fits: a plot and a table of every parameter, with the grades.
 
-use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, QuotedInterval, interval_heading};
-use crate::page::card::{Tone, card};
-use crate::page::chart::{Chart, labeled};
-use crate::page::estimate::interval;
+use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
+use crate::page::card::{card, tone_class};
+use crate::page::chart::{Axis, Chart, IntervalPoint};
+use crate::page::estimate::{NOT_IDENTIFIABLE, error_heading, quoted_interval};
 use crate::page::figure::{OBSERVED, figure};
-use crate::page::fit::{error_head, tone};
-use crate::page::html::{capitalized, escaped, section, with_explanation};
-use crate::page::number::{NONE, Scale};
+use crate::page::html::{capitalized, escaped, percent_encoded, section, with_explanation};
+use crate::page::number::{MISSING, Scale};
 use crate::page::page;
-use crate::page::table::Table;
+use crate::page::plane::range;
+use crate::page::table::HtmlTable;
 use crate::summary::quantity::counted;
+use crate::summary::{Tone, distinct};
 
-/// Height of a row of a plot, and of its axis, px.
+/// Height of a row of a plot, px.
 const ROW_HEIGHT: f64 = 24.0;
+/// Height of the axis of a plot, px.
 const AXIS_HEIGHT: f64 = 70.0;
-/// Fits that are drawn with their names; the plot of more has their numbers.
+/// Most fits that are drawn with their names; the plot of more has their numbers.
 const MAX_NAMED: usize = 60;
 /// Rows of a table that are not folded.
-const SHOWN: usize = 60;
+const SHOWN_FITS: usize = 60;
 /// Fewest values with a mean and a standard deviation.
-const FEWEST: usize = 3;
+const MIN_VALUES: usize = 3;
 
 /// A self-contained HTML page that compares fits. `title` names them, for example their campaign.
 pub fn comparison_page(fits: &[FitSummary], title: &str) -> String {
-    let mut labels: Vec<String> = Vec::new();
-    for label in fits.iter().flat_map(|fit| &fit.parameters).map(Estimate::label) {
-        if !labels.contains(&label) {
-            labels.push(label);
-        }
+    let labels = distinct(fits.iter().flat_map(|fit| &fit.parameters).map(Estimate::label));
+    let parameters: Vec<ComparedParameter> =
+        labels.iter().map(|label| ComparedParameter::new(fits, label)).collect();
+    let mut body = first_card(fits, &parameters);
+    for parameter in &parameters {
+        body += &section(parameter.label, &(parameter.plot() + &parameter.table()));
     }
-    let mut body = first_card(fits, &labels);
-    for label in &labels {
-        body += &section(&escaped(label), &parameter(fits, label));
-    }
-    body += &section("Grades and warnings", &grades(fits));
+    body += &section("Grades and warnings", &grade_table(fits));
     page("Comparison", title, &body, None)
 }
 
+/// A parameter with its estimate in each fit that identifies it.
+struct ComparedParameter<'a> {
+    label: &'a str,
+    unit: &'static str,
+    estimates: Vec<ComparedEstimate<'a>>,
+}
+
 /// The estimate of a parameter in a fit.
-fn estimate<'a>(fit: &'a FitSummary, label: &str) -> Option<&'a Estimate> {
-    fit.parameters.iter().find(|e| e.label() == *label)
+struct ComparedEstimate<'a> {
+    fit: &'a FitSummary,
+    estimate: &'a Estimate,
 }
 
-/// The numbers of fits of each grade, and the mean of every parameter with its scatter.
-fn first_card(fits: &[FitSummary], labels: &[String]) -> String {
-    let is = |tone: Tone| move |fit: &FitSummary| tone_of(fit) == tone;
-    let tone = match (fits.iter().all(is(Tone::Good)), fits.iter().any(is(Tone::Bad))) {
-        (true, _) => Tone::Good,
-        (_, true) => Tone::Bad,
-        _ => Tone::Doubtful,
-    };
-    let mut counts: Vec<(String, usize)> = Vec::new();
-    for name in fits.iter().map(|fit| grade_of(fit.grade)) {
-        match counts.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((name, 1)),
-        }
+/// Mean, standard deviation and range of the values of a parameter.
+struct ValueStatistics {
+    count: usize,
+    mean: f64,
+    /// `None` of fewer than [`MIN_VALUES`] values.
+    std: Option<f64>,
+    range: [f64; 2],
+}
+
+impl<'a> ComparedParameter<'a> {
+    /// The estimates of the parameter with a label.
+    fn new(fits: &'a [FitSummary], label: &'a str) -> Self {
+        let own = |fit: &'a FitSummary| {
+            let estimate = fit.parameters.iter().find(|e| e.label() == *label)?;
+            Some(ComparedEstimate { fit, estimate })
+        };
+        let estimates: Vec<ComparedEstimate> = fits.iter().filter_map(own).collect();
+        let unit = estimates.first().map_or("", |own| own.estimate.name.unit());
+        Self { label, unit, estimates }
     }
-    let counts: Vec<String> =
-        counts.iter().map(|(name, count)| format!("{count}: {}", escaped(name))).collect();
-    let heads = [
-        "parameter",
-        "fits",
-        "mean",
-        "standard deviation between fits",
-        "smallest",
-        "largest",
-        "unit",
-    ];
-    let mut table = Table::new("means over all fits", heads).id("answer");
-    for label in labels {
-        let own: Vec<&Estimate> = fits.iter().filter_map(|fit| estimate(fit, label)).collect();
-        let values: Vec<f64> =
-            own.iter().filter(|e| e.identifiable).filter_map(|e| e.value).collect();
-        let Some(first) = own.first().filter(|_| !values.is_empty()) else { continue };
-        let scale = Scale::fitting(values.iter().copied(), first.name.unit());
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
+
+    /// The values of fits that identify the parameter.
+    fn values(&self) -> Vec<f64> {
+        let identifiable = self.estimates.iter().map(|own| own.estimate).filter(|e| e.identifiable);
+        identifiable.filter_map(|e| e.value).collect()
+    }
+
+    /// The statistics of the values; none without values.
+    fn statistics(&self) -> Option<ValueStatistics> {
+        let values = self.values();
+        let count = values.len();
+        let mean = values.iter().sum::<f64>() / count as f64;
         let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
-        let std = (values.len() >= FEWEST).then(|| (squares / (n - 1.0)).sqrt());
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let show = |x: f64| scale.show(x, std);
-        let cells = vec![
-            Some(values.len().to_string()),
-            std.map(|_| format!("<b>{}</b>", show(mean))),
-            std.map(show),
-            Some(show(low)),
-            Some(show(high)),
-            Some(escaped(&scale.unit)),
-        ];
-        table.row(escaped(label), cells);
+        let std = (count >= MIN_VALUES).then(|| (squares / (count as f64 - 1.0)).sqrt());
+        let range = range(values);
+        (count > 0).then_some(ValueStatistics { count, mean, std, range })
     }
-    let content = format!("<p>{}.</p>\n{}", counts.join(", "), table.html());
-    card(tone, &counted(fits.len(), "fit"), &content, &[])
-}
 
-fn tone_of(fit: &FitSummary) -> Tone {
-    fit.grade.map_or(Tone::Bad, tone)
-}
-
-fn grade_of(grade: Option<Grade>) -> String {
-    grade.map_or("without a result".into(), |grade| grade.to_string())
-}
-
-/// The name of a fit, linked to its page where it has one.
-fn linked(fit: &FitSummary) -> String {
-    let name = escaped(&fit.name);
-    match &fit.page {
-        Some(page) => format!("<a href=\"{}\">{name}</a>", escaped(&address(page))),
-        None => name,
+    /// The scale of all values and ends of intervals.
+    fn scale(&self) -> Scale {
+        let sizes = self.estimates.iter().map(|own| own.estimate);
+        let sizes = sizes.flat_map(|e| e.value.into_iter().chain(ends(e).into_iter().flatten()));
+        Scale::for_values(sizes, self.unit)
     }
-}
 
-/// A relative address: a colon or another special character of a name is no part of its syntax.
-fn address(path: &str) -> String {
-    let mut address = String::from("./");
-    for byte in path.bytes() {
-        match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b'/' => {
-                address.push(char::from(byte));
-            }
-            _ => address += &format!("%{byte:02X}"),
-        }
+    /// The intervals of all fits.
+    fn plot(&self) -> String {
+        let count = self.estimates.len();
+        let name = |(k, own): (usize, &ComparedEstimate)| match count <= MAX_NAMED {
+            true => own.fit.name.clone(),
+            false => (k + 1).to_string(),
+        };
+        let point = |(k, own): (usize, &ComparedEstimate)| {
+            let value = own.estimate.value?;
+            let ends = ends(own.estimate).unwrap_or([value; 2]);
+            Some(IntervalPoint { at: [value, -(k as f64)], ends })
+        };
+        let numbered = || self.estimates.iter().enumerate();
+        let points: Vec<IntervalPoint> = numbered().filter_map(point).collect();
+        let size = [520.0, AXIS_HEIGHT + ROW_HEIGHT * count as f64];
+        let chart = Chart::new(Axis::new(self.label, &self.scale()), "fit", size)
+            .row_names(numbered().map(name).collect())
+            .dots_with_bars(self.label, &points, OBSERVED);
+        let name = format!("{} of every fit", self.label);
+        figure("Estimates", &name, &chart, "bars: 95 % intervals")
     }
-    address
-}
 
-/// A plot of the intervals of a parameter, and its table.
-fn parameter(fits: &[FitSummary], label: &str) -> String {
-    let own: Vec<(&FitSummary, &Estimate)> =
-        fits.iter().filter_map(|fit| Some((fit, estimate(fit, label)?))).collect();
-    let Some((_, first)) = own.first() else { return String::new() };
-    let sizes =
-        own.iter().flat_map(|(_, e)| e.value.into_iter().chain(ends(e).into_iter().flatten()));
-    let scale = Scale::fitting(sizes, first.name.unit());
-    let numbered = |k: usize, fit: &FitSummary| match own.len() <= MAX_NAMED {
-        true => fit.name.clone(),
-        false => (k + 1).to_string(),
-    };
-    let names = own.iter().enumerate().map(|(k, (fit, _))| numbered(k, fit)).collect();
-    let height = AXIS_HEIGHT + ROW_HEIGHT * own.len() as f64;
-    let points: Vec<((f64, f64), [f64; 2])> = own
-        .iter()
-        .enumerate()
-        .filter_map(|(k, (_, e))| {
-            let value = e.value?;
-            let ends = ends(e).unwrap_or([value; 2]);
-            Some(((value / scale.factor, -(k as f64)), ends.map(|end| end / scale.factor)))
-        })
-        .collect();
-    let chart = Chart::new(labeled(label, &scale.unit), "fit")
-        .size(520.0, height)
-        .rows(names)
-        .dots_with_bars(label, &points, OBSERVED);
-    let drawn =
-        figure("Estimates", &format!("{label} of every fit"), &chart, "bars: 95 % intervals");
-    drawn + &table(&own, label, &scale)
+    /// The estimates of all fits with their grades.
+    fn table(&self) -> String {
+        let scale = self.scale();
+        let quoted: Vec<QuotedEstimate> =
+            self.estimates.iter().map(|own| QuotedEstimate::of(own.estimate)).collect();
+        let bound_error = |std: Option<f64>, bound: f64| std.unwrap_or(1e-3 * bound.abs());
+        let show = |row: &QuotedEstimate, x: f64| scale.format(x, Some(bound_error(row.std, x)));
+        let rows = self.estimates.iter().zip(&quoted);
+        HtmlTable::new(&format!("{} of every fit", self.label), rows)
+            .html("fit", |(own, _)| linked_name(own.fit))
+            .html("estimate", |(own, row)| match own.estimate.value {
+                Some(value) => format!("<b>{}</b>", show(row, value)),
+                None if own.estimate.lower95.is_some() => MISSING.into(),
+                None => NOT_IDENTIFIABLE.into(),
+            })
+            .text(error_heading(&quoted), |(_, row)| row.std.map(|std| show(row, std)))
+            .text(interval_heading(&quoted), |(_, row)| {
+                let bound_error = |bound: f64| bound_error(row.std, bound);
+                row.interval.map(|x| quoted_interval(x, row.std, &scale, bound_error))
+            })
+            .text("unit", |_| scale.unit.clone())
+            .html("grade", |(own, _)| colored_grade(own.fit))
+            .render_folded(SHOWN_FITS, "fits")
+    }
 }
 
 /// Ends of the quoted interval.
@@ -165,69 +148,88 @@ fn ends(e: &Estimate) -> Option<[f64; 2]> {
     e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded).or(e.interval95)
 }
 
-fn table(own: &[(&FitSummary, &Estimate)], label: &str, scale: &Scale) -> String {
-    let rows: Vec<QuotedEstimate> = own.iter().map(|(_, e)| QuotedEstimate::of(e)).collect();
-    let heads = ["fit", "estimate", error_head(&rows), interval_heading(&rows), "unit", "grade"];
-    let mut table = Table::new(&format!("{label} of every fit"), heads);
-    for ((fit, e), quoted) in own.iter().zip(&rows) {
-        let show = |x: f64| scale.show(x, quoted.std.or(Some(1e-3 * x.abs())));
-        let bound = quoted.interval.map(|bound| match bound {
-            QuotedInterval::AtLeast(lower) => format!("at least {} (one-sided)", show(lower)),
-            QuotedInterval::AtMost(upper) => format!("at most {} (one-sided)", show(upper)),
-            QuotedInterval::Between(ends) => interval(ends, quoted.std, scale),
-        });
-        let value = match e.value {
-            Some(value) => format!("<b>{}</b>", show(value)),
-            None if e.lower95.is_some() => NONE.into(),
-            None => "<td class=\"bad\">not identifiable</td>".into(),
-        };
-        let cells = vec![
-            Some(value),
-            quoted.std.map(show),
-            bound,
-            Some(escaped(&scale.unit)),
-            Some(colored(fit)),
-        ];
-        table.row(linked(fit), cells);
+/// The numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.
+fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
+    let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
+    let tone = match (fits.iter().all(is(Tone::Good)), fits.iter().any(is(Tone::Bad))) {
+        (true, _) => Tone::Good,
+        (_, true) => Tone::Bad,
+        _ => Tone::Doubtful,
+    };
+    let names: Vec<String> = fits.iter().map(grade_name).collect();
+    let count = |name: String| {
+        let count = names.iter().filter(|other| **other == name).count();
+        format!("{count}: {}", escaped(&name))
+    };
+    let counts: Vec<String> = distinct(names.iter().cloned()).into_iter().map(count).collect();
+    let statistics = parameters.iter().filter_map(|parameter| {
+        let scale = Scale::for_values(parameter.values(), parameter.unit);
+        Some((parameter.label, parameter.statistics()?, scale))
+    });
+    let table = HtmlTable::new("means over all fits", statistics)
+        .id("answer")
+        .text("parameter", |(label, ..)| label.to_string())
+        .text("fits", |(_, s, _)| s.count.to_string())
+        .html("mean", |(_, s, scale)| {
+            s.std.map(|std| format!("<b>{}</b>", scale.format(s.mean, Some(std))))
+        })
+        .text("standard deviation between fits", |(_, s, scale)| {
+            s.std.map(|std| scale.format(std, Some(std)))
+        })
+        .text("smallest", |(_, s, scale)| scale.format(s.range[0], s.std))
+        .text("largest", |(_, s, scale)| scale.format(s.range[1], s.std))
+        .text("unit", |(.., scale)| scale.unit.clone());
+    let content = format!("<p>{}.</p>\n{}", counts.join(", "), table.render());
+    card(tone, &counted(fits.len(), "fit"), &content, &[])
+}
+
+/// The severity of a fit's grade; a fit without a result has the worst.
+fn fit_tone(fit: &FitSummary) -> Tone {
+    fit.grade.map_or(Tone::Bad, Grade::tone)
+}
+
+/// The grade of a fit in words.
+fn grade_name(fit: &FitSummary) -> String {
+    fit.grade.map_or("without a result".into(), |grade| grade.to_string())
+}
+
+/// The name of a fit, linked to its page if it has one.
+fn linked_name(fit: &FitSummary) -> String {
+    let name = escaped(&fit.name);
+    match &fit.page {
+        // The leading "./" keeps a colon in a name from being read as that of a scheme.
+        Some(page) => format!("<a href=\"./{}\">{name}</a>", percent_encoded(page, b"/")),
+        None => name,
     }
-    table.folded_after(SHOWN, "fits")
 }
 
 /// The grade in its color.
-fn colored(fit: &FitSummary) -> String {
-    let class = tone_of(fit).class();
-    format!("<td class=\"{class}\">{}</td>", escaped(&grade_of(fit.grade)))
+fn colored_grade(fit: &FitSummary) -> String {
+    format!("<td class=\"{}\">{}</td>", tone_class(fit_tone(fit)), escaped(&grade_name(fit)))
 }
 
-/// Grade, warnings and changed keys of every fit.
-fn grades(fits: &[FitSummary]) -> String {
-    let mut keys: Vec<&str> = Vec::new();
-    for (key, _) in fits.iter().flat_map(|fit| &fit.changes) {
-        if !keys.contains(&&key[..]) {
-            keys.push(key);
-        }
+/// The table of grade, warnings and changed keys of every fit.
+fn grade_table(fits: &[FitSummary]) -> String {
+    let keys = distinct(fits.iter().flat_map(|fit| &fit.changes).map(|(key, _)| key));
+    let mut table = HtmlTable::new("grades and warnings", fits)
+        .id("grades")
+        .html("fit", |fit| linked_name(fit))
+        .html("grade", |fit| colored_grade(fit))
+        .html("warnings", |fit| {
+            let codes = fit.warning_codes.iter();
+            let codes = codes.map(|code| format!("<code>{}</code>", escaped(code)));
+            codes.collect::<Vec<_>>().join(" ")
+        })
+        .html("status", |fit| {
+            let status = with_explanation(&capitalized(&fit.status));
+            let is_shown = fit.status != "converged" && !status.is_empty();
+            is_shown.then(|| format!("<td class=\"long\">{status}</td>"))
+        });
+    for key in keys {
+        table = table.text(key, |fit| {
+            let own = fit.changes.iter().find(|(other, _)| other == key);
+            own.map(|(_, value)| value.clone())
+        });
     }
-    let heads = ["fit", "grade", "warnings", "status"].map(String::from).into_iter();
-    let heads = heads.chain(keys.iter().map(|key| escaped(key)));
-    let mut table = Table::new("grades and warnings", heads).id("grades");
-    for fit in fits {
-        let codes: Vec<String> = fit
-            .warning_codes
-            .iter()
-            .map(|code| format!("<code>{}</code>", escaped(code)))
-            .collect();
-        let status = match fit.status.as_str() {
-            "converged" => String::new(),
-            status => with_explanation(&capitalized(status)),
-        };
-        let status = (!status.is_empty()).then(|| format!("<td class=\"long\">{status}</td>"));
-        let mut cells = vec![Some(colored(fit)), Some(codes.join(" ")), status];
-        let value = |key: &&str| {
-            let own = fit.changes.iter().find(|(own, _)| own == key);
-            own.map(|(_, value)| escaped(value))
-        };
-        cells.extend(keys.iter().map(value));
-        table.row(linked(fit), cells);
-    }
-    table.folded_after(SHOWN, "fits")
+    table.render_folded(SHOWN_FITS, "fits")
 }

@@ -1,31 +1,31 @@
-//! The data of a chart as a CSV file inside the page.
+//! The data of a chart as a CSV file inside the page, in a link that saves it.
 
 use crate::input::text_cell::to_cell;
-use crate::page::html::escaped;
-use std::fmt::Write;
+use crate::page::html::{escaped, percent_encoded};
 
-/// Significant digits of numbers in these files: enough for any use, without the noise of the last bits.
+/// Significant digits of numbers: more than any use needs, without the rounding errors of the last bits.
 const DIGITS: usize = 10;
-/// Longest name of a file.
+/// Longest name of a file, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// A link that saves rows of cells, the first of which is the header, as `name.csv`.
-pub(super) fn link(name: &str, rows: &[Vec<String>]) -> String {
+/// A link that saves rows of cells as a file named after `name`. The first row is the header.
+pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     let mut text = String::new();
     for row in rows {
         let cells: Vec<String> = row.iter().map(|cell| quoted(cell)).collect();
         text += &cells.join(",");
         text += "\n";
     }
-    let (file, name) = (file_name(name), escaped(name));
     format!(
-        "<a download=\"{file}\" aria-label=\"CSV of {name}\" href=\"data:text/csv;charset=utf-8,{}\">CSV</a>",
-        encoded(&text)
+        "<a download=\"{}\" aria-label=\"CSV of {}\" href=\"data:text/csv;charset=utf-8,{}\">CSV</a>",
+        file_name(name),
+        escaped(name),
+        percent_encoded(&text, b",")
     )
 }
 
-/// A number as short as its digits allow.
-pub(super) fn number(value: f64) -> String {
+/// A number with at most [`DIGITS`] digits and without trailing zeros.
+pub(super) fn csv_number(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     match rounded.abs() {
         size if size != 0.0 && !(1e-4..1e15).contains(&size) => format!("{rounded:e}"),
@@ -33,6 +33,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// A cell that no spreadsheet computes, in quotes where CSV requires them (RFC 4180).
 fn quoted(cell: &str) -> String {
     let cell = to_cell(cell);
     match cell.contains([',', '"', '\n', '\r']) {
@@ -41,23 +42,7 @@ fn quoted(cell: &str) -> String {
     }
 }
 
-/// Percent-encoding of everything that has a meaning in addresses or in HTML (RFC 3986).
-fn encoded(text: &str) -> String {
-    let mut encoded = String::with_capacity(text.len() + text.len() / 8);
-    for byte in text.bytes() {
-        match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b',' => {
-                encoded.push(char::from(byte));
-            }
-            _ => {
-                let _ = write!(encoded, "%{byte:02X}");
-            }
-        }
-    }
-    encoded
-}
-
-/// Letters and digits of a name, joined by hyphens.
+/// The letters and digits of a name, joined by hyphens, with the ending `.csv`. The end of a long name is kept.
 fn file_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { ' ' };
     let plain: String = name.chars().map(plain).collect();
@@ -73,7 +58,7 @@ mod tests {
     #[test]
     fn files_keep_names_apart_from_markup_addresses_and_formulas() {
         let row = |cells: [&str; 2]| cells.map(String::from).to_vec();
-        let link = link("<a> \"b\" & c, x", &[row(["time (s)", "=1+1"]), row(["a,b", "0.5"])]);
+        let link = csv_link("<a> \"b\" & c, x", &[row(["time (s)", "=1+1"]), row(["a,b", "0.5"])]);
         assert!(link.contains("download=\"a-b-c-x.csv\""), "{link}");
         assert!(
             link.contains("aria-label=\"CSV of &lt;a&gt; &quot;b&quot; &amp; c, x\""),
@@ -87,7 +72,7 @@ mod tests {
         for (value, text) in
             [(0.1 + 0.2, "0.3"), (-2.5e-7, "-2.5e-7"), (0.0, "0"), (1e6 / 3.0, "333333.3333")]
         {
-            assert_eq!(number(value), text);
+            assert_eq!(csv_number(value), text);
         }
     }
 }

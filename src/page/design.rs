@@ -5,107 +5,99 @@ use crate::fit::{
     Advice, Choice, Contribution, Design, DesignVariable, Estimate, quoted_estimates,
 };
 use crate::page::budget::budgets;
-use crate::page::card::{Tone, card};
-use crate::page::chart::{Chart, labeled};
-use crate::page::correlation::Correlations;
+use crate::page::card::{MessageList, card};
+use crate::page::chart::{Axis, Chart, Points};
+use crate::page::correlation::correlation_matrix;
 use crate::page::effects::{largest_biases, undetected_bias};
-use crate::page::figure::{figure, row};
-use crate::page::html::{capitalized, escaped, folded, note, section, section_if_any};
+use crate::page::estimate::estimate_table;
+use crate::page::figure::{figure, row, series_color};
+use crate::page::html::{capitalized, folded, note, section};
 use crate::page::number::{Scale, percent, quantity};
-use crate::page::table::{Table, of_keys};
-use crate::page::{estimate, page};
+use crate::page::page;
+use crate::page::table::{HtmlTable, KeyTable};
+use crate::summary::Tone;
 
-/// Colors of the parameters.
-const COLORS: usize = 6;
-/// Measurements that are not folded.
-const SHOWN: usize = 12;
+/// Measurements in the table of contributions; the others are folded.
+const SHOWN_MEASUREMENTS: usize = 12;
 
 /// A self-contained HTML page of a planned experiment. `title` names the plan, for example its file.
 pub fn design_page(design: &Design, title: &str) -> String {
-    let mut body = first_card(design);
-    let contributions = contributions(&design.contributions, &design.parameters);
-    body += &section_if_any("Contribution of each measurement", &contributions);
-    let choice = |advice| format!("<div>{}</div>", choice(advice, design));
-    let choices: String = design.advice.iter().map(choice).collect();
-    let choices = row(&choices.replace("<div></div>", ""));
-    body += &section_if_any("Marker position, duration and frame rate", &choices);
-    body += &section_if_any("Uncertainty budget", &budgets(&design.parameters));
-    body += &section_if_any("Undetected bias", &undetected_bias(&design.undetected_bias));
-    body += &section_if_any("Correlation matrix", &Correlations::from(design).html());
-    let rows = [
-        ("cost", format!("{:.1} simulations", design.simulations)),
-        ("wall-clock time", quantity(design.wall_seconds, "s")),
-    ];
-    body += &section("Cost", &of_keys(&rows));
+    let choices: String = design.advice.iter().map(|advice| choice(advice, design)).collect();
+    let (parameters, singular_values) = (&design.parameters, &design.singular_values);
+    let matrix = correlation_matrix(parameters, &design.correlation, singular_values);
+    let cost = KeyTable::default()
+        .row("cost", format!("{:.1} simulations", design.simulations))
+        .row("wall-clock time", quantity(design.wall_seconds, "s"));
+    let contributions = contributions(&design.contributions, parameters);
+    let body = first_card(design)
+        + &section("Contribution of each measurement", &contributions)
+        + &section("Marker position, duration and frame rate", &row(&choices))
+        + &section("Uncertainty budget", &budgets(parameters))
+        + &section("Undetected bias", &undetected_bias(&design.undetected_bias))
+        + &section("Correlation matrix", &matrix)
+        + &section("Cost", &cost.render());
     page("Plan", title, &body, None)
 }
 
 /// The expected standard errors and intervals, and the warnings.
 fn first_card(design: &Design) -> String {
-    let unknown = design.parameters.iter().filter(|e| !e.identifiable).count();
-    let (tone, headline) = match (unknown, design.warnings.is_empty()) {
-        (0, true) => (Tone::Good, "The plan determines all parameters".to_string()),
-        (0, false) => (Tone::Doubtful, "The plan determines all parameters, with warnings".into()),
-        (n, _) => {
-            let all = design.parameters.len();
-            (Tone::Bad, format!("The plan does not determine {n} of {all} parameters"))
-        }
+    let (unknown, all) =
+        (design.parameters.iter().filter(|e| !e.identifiable).count(), design.parameters.len());
+    let headline = match (unknown, design.warnings.is_empty()) {
+        (0, true) => "The plan determines all parameters".to_string(),
+        (0, false) => "The plan determines all parameters, with warnings".into(),
+        (n, _) => format!("The plan does not determine {n} of {all} parameters"),
     };
-    let heads = ["assumed value", "expected standard error"];
-    let mut content = estimate::table(&quoted_estimates(&design.parameters, &[]), heads);
-    content += &note(&largest_biases(&design.undetected_bias, &design.parameters));
+    let tone = Tone::of_result(unknown == 0, !design.warnings.is_empty());
+    let estimates = quoted_estimates(&design.parameters, &[]);
+    let content = estimate_table(&estimates, "assumed value", "expected standard error")
+        + &note(&largest_biases(&design.undetected_bias, &design.parameters));
     let findings = design.not_identifiable.iter();
-    let findings: Vec<String> =
-        findings.map(|f| f.kind.code().behind(capitalized(&f.description))).collect();
+    let findings = findings.map(|f| f.kind.code().behind(capitalized(&f.description)));
     let never = design.never_identifiable.iter();
     let never = never.map(|name| {
         format!("{name}: not identifiable with any other marker, duration or frame rate")
     });
-    card(
-        tone,
-        &headline,
-        &content,
-        &[
-            ("Warnings", design.warnings.clone()),
-            ("Not identifiable", findings.into_iter().chain(never).collect()),
-        ],
-    )
+    let not_identifiable = findings.chain(never).collect();
+    let lists = [
+        MessageList { heading: "Warnings", messages: design.warnings.clone() },
+        MessageList { heading: "Not identifiable", messages: not_identifiable },
+    ];
+    card(tone, &headline, &content, &lists)
 }
 
-/// A standard error, in per cent of a value that is positive.
-fn error_of(e: &Estimate, error: Option<f64>) -> Option<String> {
-    let error = error?;
-    Some(match e.value.filter(|value| e.name.is_positive() && *value > 0.0) {
-        Some(value) => percent(error / value),
-        None => escaped(&quantity(error, e.name.unit())),
-    })
+/// The k-th of the standard errors of all parameters, that of `e`: in per cent of a value that is positive.
+fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
+    let error = errors.get(k).copied().flatten();
+    match (error, e.value.filter(|value| e.name.is_positive() && *value > 0.0)) {
+        (None, _) => "not identifiable".into(),
+        (Some(error), Some(value)) => percent(error / value),
+        (Some(error), None) => quantity(error, e.name.unit()),
+    }
 }
 
+/// The table of expected standard errors by each measurement alone, and by all others.
 fn contributions(contributions: &[Contribution], parameters: &[Estimate]) -> String {
     if contributions.is_empty() {
         return String::new();
     }
-    let of_each = |e: &Estimate| {
-        ["alone", "without it"].map(|kind| format!("{}, {kind}", escaped(&e.label())))
-    };
-    let heads = ["measurement".to_string(), "values".into()].into_iter();
-    let heads = heads.chain(parameters.iter().flat_map(of_each));
-    let mut table = Table::new("contribution of each measurement", heads).id("contributions");
-    for one in contributions {
-        let name = match one.axis.is_empty() {
-            true => escaped(&one.measurement),
-            false => format!("{}: {}", escaped(&one.measurement), escaped(&one.axis)),
-        };
-        let errors = one.std_error_alone.iter().zip(&one.std_error_without).zip(parameters);
-        let errors = errors.flat_map(|((alone, without), e)| {
-            [alone, without].map(|error| error_of(e, *error).or(Some("not identifiable".into())))
-        });
-        let cells = std::iter::once(Some(one.values.to_string())).chain(errors).collect();
-        table.row(name, cells);
+    let mut table = HtmlTable::new("contribution of each measurement", contributions)
+        .id("contributions")
+        .text("measurement", |c| match c.axis.is_empty() {
+            true => c.measurement.clone(),
+            false => format!("{}: {}", c.measurement, c.axis),
+        })
+        .text("values", |c| c.values.to_string());
+    for (k, e) in parameters.iter().enumerate() {
+        table = table
+            .text(&format!("{}, alone", e.label()), |c| shown_error(e, &c.std_error_alone, k))
+            .text(&format!("{}, without it", e.label()), |c| {
+                shown_error(e, &c.std_error_without, k)
+            });
     }
     note(
         "Expected standard errors by the measurement alone, and by all others without it. Both include the priors.",
-    ) + &table.folded_after(SHOWN, "measurements")
+    ) + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
 }
 
 /// Title, name of the abscissa and its unit.
@@ -117,70 +109,56 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
     }
 }
 
-/// The standard errors over one choice, relative to those of the plan, with a table.
+/// The standard errors over one choice, relative to those of the plan, with a table; nothing if no choice determines any
+/// parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
-    let is_determined = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
-    if !advice.choices.iter().any(is_determined) {
+    let Advice { variable, choices, observation, .. } = advice;
+    if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {
         return String::new();
     }
-    let [title, name, unit] = wording(advice.variable);
-    let scale = Scale::fitting(advice.choices.iter().map(|choice| choice.value), unit);
-    let mut chart = Chart::new(labeled(name, &scale.unit), "standard error / that of the plan")
-        .log(advice.variable != DesignVariable::MarkerPosition, true)
-        .size(520.0, 300.0);
+    let [title, name, unit] = wording(*variable);
+    let scale = Scale::for_values(choices.iter().map(|choice| choice.value), unit);
+    let x = Axis::new(name, &scale).log(*variable != DesignVariable::MarkerPosition);
+    let y = Axis::from("standard error / that of the plan").log(true);
+    let mut chart = Chart::new(x, y, [520.0, 300.0]);
     for (j, e) in design.parameters.iter().enumerate() {
-        let points = relative_errors(&advice.choices, j);
-        let points: Vec<(f64, f64)> =
-            points.into_iter().map(|(x, y)| (x / scale.factor, y)).collect();
-        let color = format!("var(--scheme{})", j % COLORS);
-        chart =
-            chart.line("", points.iter().copied(), &color).dots(&e.label(), points, &color, 3.5);
+        chart = chart.dotted_line(&e.label(), relative_errors(choices, j), &series_color(j), 3.5);
     }
-    if let Some(planned) = advice.choices.iter().find(|choice| choice.planned) {
-        chart = chart.mark(planned.value / scale.factor);
+    if let Some(planned) = choices.iter().find(|choice| choice.planned) {
+        chart = chart.mark(planned.value);
     }
-    let best = advice.choices.iter().find(|choice| choice.best);
-    let best =
-        best.map_or(String::new(), |best| format!("; recommended: {}", quantity(best.value, unit)));
-    let of = if advice.observation.is_empty() {
-        String::new()
-    } else {
-        format!(", {}", advice.observation)
+    let best = choices.iter().find(|choice| choice.best);
+    let best = best.map(|best| format!("; recommended: {}", quantity(best.value, unit)));
+    let of = match observation.is_empty() {
+        true => String::new(),
+        false => format!(", {observation}"),
     };
     let drawn = figure(
-        &format!("{title}{}", escaped(&of)),
+        &format!("{title}{of}"),
         &format!("standard errors over the {}{of}", title.to_lowercase()),
         &chart,
-        &format!("dashed: the plan{best}"),
+        &format!("dashed: the plan{}", best.unwrap_or_default()),
     );
-    drawn + &folded("standard errors", &choice_table(advice, design, name, unit))
+    let mut table = HtmlTable::new(&format!("expected standard errors over the {name}"), choices)
+        .row_class(|choice| if choice.best { "chosen" } else { "" })
+        .text(name, |choice| quantity(choice.value, unit));
+    for (k, e) in design.parameters.iter().enumerate() {
+        table = table.text(&e.label(), |choice| shown_error(e, &choice.std_error, k));
+    }
+    let table = table.text("", |choice| {
+        let marks = [(choice.planned, "planned"), (choice.best, "recommended")];
+        let marks = marks.into_iter().filter(|(is_marked, _)| *is_marked);
+        marks.map(|(_, mark)| mark).collect::<Vec<_>>().join(", ")
+    });
+    format!("<div>{drawn}{}</div>", folded("standard errors", &table.render()))
 }
 
-/// Standard errors of a parameter over those of the plan, or over the smallest where the plan does not determine it.
-fn relative_errors(choices: &[Choice], parameter: usize) -> Vec<(f64, f64)> {
+/// The standard error of a parameter over the values of a choice, relative to that of the plan, or to the smallest if the
+/// plan does not determine the parameter.
+fn relative_errors(choices: &[Choice], parameter: usize) -> Points {
     let error = |choice: &Choice| choice.std_error.get(parameter).copied().flatten();
     let planned = choices.iter().find(|choice| choice.planned).and_then(error);
-    let least = choices.iter().filter_map(error).fold(f64::INFINITY, f64::min);
-    let unit = planned.unwrap_or(least);
-    choices.iter().filter_map(|choice| Some((choice.value, error(choice)? / unit))).collect()
-}
-
-fn choice_table(advice: &Advice, design: &Design, name: &str, unit: &str) -> String {
-    let labels = design.parameters.iter().map(|e| escaped(&e.label()));
-    let heads = std::iter::once(name.to_string()).chain(labels).chain(["".to_string()]);
-    let mut table = Table::new(&format!("expected standard errors over the {name}"), heads);
-    for choice in &advice.choices {
-        let mut cells: Vec<Option<String>> = choice
-            .std_error
-            .iter()
-            .zip(&design.parameters)
-            .map(|(error, e)| error_of(e, *error).or(Some("not identifiable".into())))
-            .collect();
-        let marks = [(choice.planned, "planned"), (choice.best, "recommended")];
-        let marks: Vec<&str> = marks.iter().filter(|(is, _)| *is).map(|(_, m)| *m).collect();
-        cells.push(Some(marks.join(", ")));
-        let class = if choice.best { "chosen" } else { "" };
-        table.marked_row(class, quantity(choice.value, unit), cells);
-    }
-    table.html()
+    let smallest = choices.iter().filter_map(error).fold(f64::INFINITY, f64::min);
+    let unit = planned.unwrap_or(smallest);
+    choices.iter().filter_map(|choice| Some([choice.value, error(choice)? / unit])).collect()
 }

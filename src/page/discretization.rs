@@ -1,46 +1,40 @@
-//! The discretization error of the parameters.
+//! The discretization error of the parameters: the bias of each estimate by mesh and time step.
 
 use crate::fit::{DiscretizationError, Estimate};
-use crate::page::html::{escaped, note};
-use crate::page::number::{change, percent, quantity};
-use crate::page::table::Table;
+use crate::page::html::note;
+use crate::page::number::{percent, quantity, signed_percent, signed_quantity};
+use crate::page::table::HtmlTable;
 
-/// Errors below this part of a value are shown as below it.
+/// Errors below this fraction of a value are shown as below it.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// A table of the errors of mesh and step; nothing where none was estimated.
+/// An error as a fraction of its estimate. A value near zero has no meaningful fraction, so that the error of a parameter
+/// that is not positive is in its unit; a correction has a sign.
+fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
+    let value = e.value.filter(|_| !e.name.is_positive()).map(f64::abs);
+    match (value, is_correction) {
+        (Some(value), true) => signed_quantity(fraction * value, e.name.unit()),
+        (Some(value), false) => quantity(fraction * value, e.name.unit()),
+        (None, true) => signed_percent(fraction),
+        (None, false) if fraction < NEGLIGIBLE => "below 0.001 %".into(),
+        (None, false) => percent(fraction),
+    }
+}
+
+/// A table of the estimated errors with a note on their correction; nothing without errors.
 pub(super) fn discretization(errors: &[DiscretizationError], parameters: &[Estimate]) -> String {
-    let heads = ["parameter", "correction", "mesh", "time step", "remaining error, at most"];
-    let mut table = Table::new("discretization error", heads);
-    for (error, e) in errors.iter().zip(parameters) {
-        // Fractions of a value near zero have no meaning.
-        let in_unit = e.value.filter(|_| !e.name.is_positive()).map(f64::abs);
-        let size = |part: f64| match in_unit {
-            Some(value) => escaped(&quantity(part * value, e.name.unit())),
-            None if part < NEGLIGIBLE => "below 0.001 %".into(),
-            None => percent(part),
-        };
-        let correction = error.correction.map(|by| match in_unit {
-            Some(value) => escaped(&change(by * value, e.name.unit())),
-            None if by > 0.0 => format!("+{}", percent(by)),
-            None => percent(by),
-        });
-        let cells = vec![
-            correction,
-            error.mesh.map(size),
-            error.step.map(size),
-            error.relative.map(|all| format!("<b>{}</b>", size(all))),
-        ];
-        table.row(escaped(&e.label()), cells);
-    }
-    let corrected = errors.iter().any(|error| error.correction.is_some());
-    match (table.len(), corrected) {
-        (0, _) => String::new(),
-        (_, true) => {
-            table.html() + &note("Estimates are corrected; intervals include the remaining error.")
-        }
-        (_, false) => {
-            table.html() + &note("Estimates are not corrected for a given mesh and step.")
-        }
-    }
+    let table = HtmlTable::new("discretization error", errors.iter().zip(parameters))
+        .text("parameter", |(_, e)| e.label())
+        .text("correction", |(error, e)| error.correction.map(|x| shown_error(x, e, true)))
+        .text("mesh", |(error, e)| error.mesh.map(|x| shown_error(x, e, false)))
+        .text("time step", |(error, e)| error.step.map(|x| shown_error(x, e, false)))
+        .html("remaining error, at most", |(error, e)| {
+            error.relative.map(|x| format!("<b>{}</b>", shown_error(x, e, false)))
+        })
+        .render();
+    let correction = match errors.iter().any(|error| error.correction.is_some()) {
+        true => "Estimates are corrected; intervals include the remaining error.",
+        false => "Estimates are not corrected for a given mesh and step.",
+    };
+    if table.is_empty() { table } else { table + &note(correction) }
 }

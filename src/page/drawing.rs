@@ -1,7 +1,8 @@
-//! Charts drawn as SVG in the colors and letters of the page.
+//! Drawings of charts as SVG, by kuva, in the colors and letters of the page.
 
 use crate::page::chart::{Chart, Mark};
-use crate::page::number::{scientific, signed, superscripts};
+use crate::page::html::no_data;
+use crate::page::number::{scientific, superscripts, with_minus_sign};
 use kuva::prelude::{Layout, LinePlot, ReferenceLine, SvgBackend, Theme, TickFormat};
 use kuva::render::annotations::{add_reference_lines, add_shaded_regions};
 use kuva::render::layout::ComputedLayout;
@@ -11,43 +12,43 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Margins left and right of the axes, px; the same for all charts, so that their axes align.
 const MARGINS: [f64; 2] = [88.0, 16.0];
-/// Width of a letter in the names of rows, px, and the largest number of letters.
-const LETTER: f64 = 9.0;
+/// Width of a letter in the names of rows, px.
+const LETTER_WIDTH: f64 = 9.0;
+/// Letters of a name of a row; longer names are shortened.
 const MAX_LETTERS: usize = 24;
-/// Ticks of the axes; fewer beside the names of rows and on low charts, which leave less room.
+/// Ticks of the axes.
 const TICKS: usize = 6;
+/// Ticks beside the names of rows, which leave less room.
 const TICKS_BESIDE_NAMES: usize = 3;
+/// Ticks of charts up to [`LOW_HEIGHT`].
 const TICKS_OF_LOW: usize = 4;
-/// Charts up to this height are low, px.
-const LOW: f64 = 200.0;
+/// Height of charts that have fewer ticks, px.
+const LOW_HEIGHT: f64 = 200.0;
 /// Charts wider than this have no room for the label of the y axis on narrow screens.
-const BROAD: f64 = 600.0;
+const BROAD_WIDTH: f64 = 600.0;
 
-/// The drawing of a chart, or a note where there are no data.
+/// The drawing of a chart as SVG, or a note if there are no data.
 pub(super) fn svg(chart: &Chart) -> String {
     if chart.marks.is_empty() {
-        return "<p class=\"none\">no data</p>".into();
+        return no_data("no data");
     }
-    inline(&SvgBackend::default().render_scene(&scene(chart)))
+    inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
+/// Axes, margins and ticks of a chart.
 fn layout(chart: &Chart) -> Layout {
-    let range = [chart.padded(0), chart.padded(1)];
-    let [[left, right], [low, high]] = range;
-    let names: Vec<String> = chart.rows.iter().map(|name| cut(name)).collect();
+    let [x, y] = &chart.axes;
+    let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
+    let [width, height] = chart.size;
+    let names: Vec<String> = chart.row_names.iter().map(|name| shortened(name)).collect();
     let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    let margin = MARGINS[0].max(LETTER * longest as f64 + 24.0);
+    let margin = MARGINS[0].max(LETTER_WIDTH * longest as f64 + 24.0);
     let mut layout = Layout::new((left, right), (low, high))
-        .with_width(chart.size[0])
-        .with_height(chart.size[1])
+        .with_width(width)
+        .with_height(height)
         .with_theme(theme())
         .with_label_size(13)
         .with_tick_size(12)
-        .with_ticks(match (names.is_empty(), chart.size[1] <= LOW) {
-            (false, _) => TICKS_BESIDE_NAMES,
-            (true, true) => TICKS_OF_LOW,
-            (true, false) => TICKS,
-        })
         .with_axis_line_width(1.0)
         .with_grid_line_width(1.0)
         .with_force_margins(margin, MARGINS[1])
@@ -55,44 +56,42 @@ fn layout(chart: &Chart) -> Layout {
         .with_x_axis_max(right)
         .with_y_axis_min(low)
         .with_y_axis_max(high)
-        .with_x_label(chart.labels[0].clone())
-        .with_x_tick_format(ticks(range[0], chart.log[0]))
-        .with_y_tick_format(match names.is_empty() {
-            true => ticks(range[1], chart.log[1]),
-            false => TickFormat::Custom(Arc::new(move |y| name_at(&names, y))),
-        });
-    if chart.rows.is_empty() {
-        layout = layout.with_y_label(chart.labels[1].clone());
-    }
-    if chart.log[0] {
+        .with_x_label(x.label.clone())
+        .with_x_tick_format(tick_labels([left, right], x.is_log));
+    layout = match names.is_empty() {
+        true => layout
+            .with_ticks(if height <= LOW_HEIGHT { TICKS_OF_LOW } else { TICKS })
+            .with_y_label(y.label.clone())
+            .with_y_tick_format(tick_labels([low, high], y.is_log)),
+        false => layout
+            .with_ticks(TICKS_BESIDE_NAMES)
+            .with_y_tick_step(1.0)
+            .with_y_tick_format(TickFormat::Custom(Arc::new(move |y| row_name(&names, y)))),
+    };
+    if x.is_log {
         layout = layout.with_log_x();
     }
-    if chart.log[1] {
+    if y.is_log {
         layout = layout.with_log_y();
     }
-    if chart.equal {
+    if chart.has_equal_scales {
         layout = layout.with_equal_aspect();
     }
-    if chart.whole {
+    if chart.has_whole_ticks {
         layout = layout.with_x_tick_step(((right - left) / 8.0).ceil().max(1.0));
-    }
-    if !chart.rows.is_empty() {
-        layout = layout.with_y_tick_step(1.0);
     }
     layout
 }
 
-/// The name of the row at a height.
-fn name_at(names: &[String], y: f64) -> String {
-    let k = -y.round();
-    match (y + k).abs() < 1e-6 && k >= 0.0 {
-        true => names.get(k as usize).cloned().unwrap_or_default(),
-        false => String::new(),
-    }
+/// The name of the row at a height; nothing between two rows.
+fn row_name(names: &[String], height: f64) -> String {
+    let row = -height.round();
+    let is_row = (height + row).abs() < 1e-6 && row >= 0.0;
+    names.get(row as usize).filter(|_| is_row).cloned().unwrap_or_default()
 }
 
-/// A name with an ellipsis in its middle where it is too long for an axis.
-fn cut(name: &str) -> String {
+/// A name with an ellipsis in its middle if it has more than [`MAX_LETTERS`] letters.
+fn shortened(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= MAX_LETTERS {
         return name.into();
@@ -102,15 +101,16 @@ fn cut(name: &str) -> String {
     letters[..start].iter().chain(&['\u{2026}']).chain(&letters[end..]).collect()
 }
 
-/// The axes, then bands, marks and lines, clipped to the axes. The function of kuva for several plots does the same,
-/// and adds all its dozens of kinds of plots to the program.
+/// The primitives of a chart: axes, then bands, marks and lines, clipped to the axes.
 fn scene(chart: &Chart) -> Scene {
     let layout = || layout(chart);
     let computed = ComputedLayout::from_layout(&layout());
     let mut scene = render_line(&LinePlot::new(), layout());
     let axes = scene.elements.len();
-    clip(&mut scene, &computed);
+    clip_to_axes(&mut scene, &computed);
     add_shaded_regions(&chart.regions, &mut scene, &computed);
+    // Each mark is rendered as a chart of its own, without its axes. The function of kuva for several plots would link
+    // the code of all its kinds of plots.
     for mark in &chart.marks {
         let alone = match mark {
             Mark::Line(line) => render_line(line, layout()),
@@ -118,14 +118,17 @@ fn scene(chart: &Chart) -> Scene {
         };
         scene.elements.extend(alone.elements.into_iter().skip(axes));
     }
-    let lines: Vec<ReferenceLine> = chart.lines.iter().cloned().map(dashed).collect();
+    let dashed = |line: &ReferenceLine| {
+        line.clone().with_color("var(--mark)").with_stroke_width(1.2).with_dasharray("5 4")
+    };
+    let lines: Vec<ReferenceLine> = chart.lines.iter().map(dashed).collect();
     add_reference_lines(&lines, &mut scene, &computed);
     scene.elements.push(Primitive::ClipEnd);
     scene
 }
 
 /// Begins the part of the drawing that is clipped to the axes.
-fn clip(scene: &mut Scene, axes: &ComputedLayout) {
+fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     // Identifiers are unique on the page.
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let id = format!("clip-{}", COUNT.fetch_add(1, Ordering::Relaxed));
@@ -138,55 +141,45 @@ fn clip(scene: &mut Scene, axes: &ComputedLayout) {
     scene.elements.push(Primitive::ClipStart { x, y, width, height, id });
 }
 
-fn dashed(line: ReferenceLine) -> ReferenceLine {
-    line.with_color("var(--mark)").with_stroke_width(1.2).with_dasharray("5 4")
-}
-
-/// Labels of ticks with as many decimals as the axis needs.
-fn ticks([low, high]: [f64; 2], log: bool) -> TickFormat {
+/// Labels of ticks: powers of ten on a logarithmic axis, else numbers with as many decimals as the range needs.
+fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
+    if is_log {
+        return TickFormat::Custom(Arc::new(log_tick_label));
+    }
     let step = (high - low) / 10.0;
-    let decimals = if log { 0 } else { (1.0 - step.log10().floor()).clamp(0.0, 9.0) as usize };
-    let largest = low.abs().max(high.abs());
-    let is_plain = (1e-3..1e6).contains(&largest);
+    let decimals = (1.0 - step.log10().floor()).clamp(0.0, 9.0) as usize;
+    let is_plain = (1e-3..1e6).contains(&low.abs().max(high.abs()));
     TickFormat::Custom(Arc::new(move |x| {
-        if log {
-            return decade(x);
-        }
+        // Rounding errors of a tick at zero.
         let x = if x.abs() < 1e-9 * step { 0.0 } else { x };
-        let text = match is_plain {
-            false if x != 0.0 => return without_zeros(scientific(x, 2)),
-            _ => format!("{x:.decimals$}"),
-        };
-        let text = match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-            false => text,
-        };
-        signed(text)
+        if is_plain || x == 0.0 {
+            return with_minus_sign(without_trailing_zeros(&format!("{x:.decimals$}")));
+        }
+        let text = scientific(x, 2);
+        let (mantissa, power) = text.split_once('\u{d7}').unwrap_or((&text, ""));
+        format!("{}\u{d7}{power}", without_trailing_zeros(mantissa))
     }))
 }
 
-/// A power of ten whose mantissa has no zeros at its end.
-fn without_zeros(number: String) -> String {
-    match number.split_once('\u{d7}') {
-        Some((mantissa, power)) => {
-            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-            format!("{mantissa}\u{d7}{power}")
-        }
-        None => number,
+/// A number without zeros at the end of its decimals.
+fn without_trailing_zeros(number: &str) -> String {
+    match number.contains('.') {
+        true => number.trim_end_matches('0').trim_end_matches('.').into(),
+        false => number.into(),
     }
 }
 
-/// A tick of a logarithmic axis: a power of ten, or a number near one.
-fn decade(x: f64) -> String {
+/// The label of a tick on a logarithmic axis: a power of ten, or a number near one.
+fn log_tick_label(x: f64) -> String {
     let power = x.log10().round();
     match (x / 10_f64.powf(power) - 1.0).abs() < 1e-6 {
-        true if power.abs() > 1.0 => format!("10{}", superscripts(power as i32)),
+        true if power.abs() > 1.0 => format!("10{}", superscripts(&power.to_string())),
         _ if (1e-2..1e3).contains(&x) => format!("{}", (x * 1e4).round() / 1e4),
         _ => scientific(x, 0),
     }
 }
 
-/// The variables of the page, so that the drawing is light or dark with it.
+/// Colors as CSS variables of the page, so that a drawing is light or dark with it.
 fn theme() -> Theme {
     Theme {
         background: "none".into(),
@@ -198,54 +191,55 @@ fn theme() -> Theme {
     }
 }
 
-/// A drawing that shrinks with the page; inside of HTML it needs no namespace.
-fn inline(svg: &str) -> String {
+/// An SVG document as an element of HTML, which needs no namespace and shrinks with the page.
+fn inline_svg(svg: &str) -> String {
     let Some((head, body)) = svg.split_once('>') else { return String::new() };
-    let value = |key: &str| {
-        let rest = head.split_once(&format!(" {key}=\""))?.1;
-        rest.split_once('"').map(|(value, _)| value.to_string())
+    let attribute = |key: &str| Some(head.split_once(&format!(" {key}=\""))?.1.split_once('"')?.0);
+    let (Some(width), Some(height)) = (attribute("width"), attribute("height")) else {
+        return String::new();
     };
-    match (value("width"), value("height")) {
-        (Some(width), Some(height)) => {
-            let is_broad = width.parse::<f64>().is_ok_and(|width| width > BROAD);
-            let class = if is_broad { " class=\"broad\"" } else { "" };
-            format!(
-                "<svg{class} viewBox=\"0 0 {width} {height}\" \
-                 style=\"max-width:{width}px;--width:{width}\" role=\"img\">{body}"
-            )
-        }
-        _ => String::new(),
-    }
+    let is_broad = width.parse::<f64>().is_ok_and(|width| width > BROAD_WIDTH);
+    let class = if is_broad { " class=\"broad\"" } else { "" };
+    format!(
+        "<svg{class} viewBox=\"0 0 {width} {height}\" \
+         style=\"max-width:{width}px;--width:{width}\" role=\"img\">{body}"
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::page::chart::{Axis, IntervalPoint};
+
+    const SIZE: [f64; 2] = [640.0, 300.0];
 
     #[test]
     fn empty_and_extreme_data_still_give_a_drawing() {
-        let none: [(f64, f64); 0] = [];
-        assert!(svg(&Chart::new("x", "y").line("a", none, "red")).contains("no data"));
-        let bad = [(f64::NAN, 1.0), (1.0, f64::INFINITY)];
-        let chart = Chart::new("x", "y").dots("a", bad, "red", 3.0);
+        let none: [[f64; 2]; 0] = [];
+        assert!(svg(&Chart::new("x", "y", SIZE).line("a", none, "red")).contains("no data"));
+        let bad = [[f64::NAN, 1.0], [1.0, f64::INFINITY]];
+        let chart = Chart::new("x", "y", SIZE).dots("a", bad, "red", 3.0);
         assert!(svg(&chart).contains("no data") && chart.csv("a").is_empty());
         for (log, value) in [(false, 0.0), (false, 1e9), (true, 1e-300), (false, -1e-12)] {
-            let svg =
-                svg(&Chart::new("x", "y").log(log, log).dots("a", [(value, value)], "red", 3.0));
+            let axis = || Axis::from("x").log(log);
+            let chart = Chart::new(axis(), axis(), SIZE).dots("a", [[value; 2]], "red", 3.0);
+            let svg = svg(&chart);
             assert!(svg.contains("<circle") && !svg.contains("NaN"), "{value}");
             assert!(!svg.contains("http") && svg.contains("viewBox"));
         }
-        let zero = Chart::new("x", "y").log(true, true).dots("a", [(0.0, -1.0)], "red", 3.0);
+        let axis = || Axis::from("x").log(true);
+        let zero = Chart::new(axis(), axis(), SIZE).dots("a", [[0.0, -1.0]], "red", 3.0);
         assert!(svg(&zero).contains("no data"));
     }
 
     #[test]
     fn small_values_without_a_prefix_have_powers_in_their_ticks() {
-        let points = (0..5).map(|k| (f64::from(k), 1e-7 * f64::from(k)));
-        let small = svg(&Chart::new("x", "y").dots("a", points, "red", 3.0));
+        let points = (0..5).map(|k| [f64::from(k), 1e-7 * f64::from(k)]);
+        let small = svg(&Chart::new("x", "y", SIZE).dots("a", points, "red", 3.0));
         assert!(small.contains("\u{d7}10\u{207b}\u{2077}<"), "{small}");
-        let wide = [(1e-3, 1.0), (1e7, 2.0)];
-        let wide = svg(&Chart::new("x", "y").log(true, false).dots("a", wide, "red", 3.0));
+        let wide = [[1e-3, 1.0], [1e7, 2.0]];
+        let chart = Chart::new(Axis::from("x").log(true), "y", SIZE);
+        let wide = svg(&chart.dots("a", wide, "red", 3.0));
         assert!(wide.contains(">10\u{207b}\u{b3}<") && !wide.contains(">0\u{d7}"), "{wide}");
     }
 
@@ -253,8 +247,13 @@ mod tests {
     fn rows_have_their_names_and_their_points_in_the_file() {
         let names =
             vec!["first".to_string(), "a name of more than twenty-four letters".to_string()];
-        let points = [((2.0, 0.0), [1.0, 3.0]), ((4.0, -1.0), [3.5, 4.5])];
-        let chart = Chart::new("E (MPa)", "fit").rows(names).dots_with_bars("fits", &points, "red");
+        let points = [
+            IntervalPoint { at: [2.0, 0.0], ends: [1.0, 3.0] },
+            IntervalPoint { at: [4.0, -1.0], ends: [3.5, 4.5] },
+        ];
+        let chart = Chart::new("E (MPa)", "fit", SIZE)
+            .row_names(names)
+            .dots_with_bars("fits", &points, "red");
         let svg = svg(&chart);
         assert!(svg.contains(">first<") && svg.contains(">a name of m\u{2026}four letters<"));
         assert!(

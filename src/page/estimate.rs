@@ -1,78 +1,111 @@
-//! The interval of an estimate that is to be quoted, and tables of estimates.
+//! The table of estimates with their quoted intervals, and their parts as text.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};
-use crate::page::number::{NONE, Scale, short};
-use crate::page::table::Table;
+use crate::page::number::{MISSING, Scale, three_digits};
+use crate::page::table::HtmlTable;
 
-/// The scale of an estimate, or of its bound.
-pub(super) fn scale(e: &Estimate) -> Scale {
+/// The cell in the place of the value of a parameter that the data do not determine.
+pub(super) const NOT_IDENTIFIABLE: &str = "<td class=\"bad\">not identifiable</td>";
+
+/// The scale of an estimate, or of its one-sided bound.
+pub(super) fn estimate_scale(e: &Estimate) -> Scale {
     let size = e.lower95.or(e.value.filter(|value| *value != 0.0)).or(e.upper95);
-    Scale::of(size.unwrap_or(0.0), e.name.unit())
+    Scale::for_size(size.unwrap_or(0.0), e.name.unit())
 }
 
-/// Ends of an interval with the digits of an error.
+/// An interval of SI values with the digits of an error.
 pub(super) fn interval([low, high]: [f64; 2], std: Option<f64>, scale: &Scale) -> String {
-    format!("[{}, {}]", scale.show(low, std), scale.show(high, std))
+    format!("[{}, {}]", scale.format(low, std), scale.format(high, std))
 }
 
-/// The estimates with the intervals that are to be quoted. `wording` has the heads of the columns of the estimate and of
-/// its error.
-pub(super) fn table(rows: &[QuotedEstimate], [estimate, error]: [&str; 2]) -> String {
-    let heads = ["parameter", estimate, error, interval_heading(rows), "unit"];
-    let mut table = Table::new("estimates and intervals", heads).id("answer");
-    for row in rows {
-        let mut cells = cells(row);
-        if row.is_part {
-            (cells[0], cells[3]) = (None, None);
-            let cells = cells.into_iter().take(3).map(|cell| cell.or(Some(" ".into())));
-            table.marked_row("sub", row.label.clone(), cells.collect());
-        } else {
-            table.row(format!("<b>{}</b>", escaped(&row.label)), cells);
-        }
+/// A quoted interval in a scale; the digits of a one-sided bound are those of `bound_error` of it.
+pub(super) fn quoted_interval(
+    quoted: QuotedInterval,
+    std: Option<f64>,
+    scale: &Scale,
+    bound_error: impl Fn(f64) -> f64,
+) -> String {
+    let one_sided = |side: &str, bound: f64| {
+        format!("{side} {} (one-sided)", scale.format(bound, Some(bound_error(bound))))
+    };
+    match quoted {
+        QuotedInterval::AtLeast(lower) => one_sided("at least", lower),
+        QuotedInterval::AtMost(upper) => one_sided("at most", upper),
+        QuotedInterval::Between(ends) => interval(ends, std, scale),
     }
+}
+
+/// The heading of the standard errors: that of the guide to uncertainty (GUM) if inputs are uncertain.
+pub(super) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
+    if rows.iter().any(|row| row.is_expanded) { "standard uncertainty" } else { "standard error" }
+}
+
+/// The table of estimates with their quoted intervals, and the basis of these.
+pub(super) fn estimate_table(
+    rows: &[QuotedEstimate],
+    value_heading: &str,
+    error_heading: &str,
+) -> String {
+    // The statistical part of an estimate has blank cells where it repeats the row above.
+    let or_blank =
+        |row: &QuotedEstimate, text: Option<String>| text.or(row.is_part.then(|| " ".into()));
+    let table = HtmlTable::new("estimates and intervals", rows)
+        .id("answer")
+        .row_class(|row| if row.is_part { "sub" } else { "" })
+        .html("parameter", |row| match row.is_part {
+            true => row.label.clone(),
+            false => format!("<b>{}</b>", escaped(&row.label)),
+        })
+        .html(value_heading, |row| or_blank(row, value_cell(row).filter(|_| !row.is_part)))
+        .html(error_heading, |row| or_blank(row, error_cell(row)))
+        .html(interval_heading(rows), |row| or_blank(row, interval_cell(row)))
+        .text("unit", |row| {
+            let has_unit = !row.is_part && (row.value.is_some() || is_lower_bound(row));
+            has_unit.then(|| scale(row).unit)
+        });
     let basis = match rows.iter().any(|row| row.is_expanded) {
         true => "Expanded interval: noise, inputs with a stated uncertainty, and discretization.",
         false => "Statistical interval: inputs are taken as exact.",
     };
     let has_interval = rows.iter().any(|row| row.std.is_some());
-    table.html() + &if has_interval { note(basis) } else { String::new() }
+    table.render() + &note(if has_interval { basis } else { "" })
 }
 
-fn cells(row: &QuotedEstimate) -> Vec<Option<String>> {
-    let scale = Scale::of(row.size(), &row.unit);
-    let unit = Some(escaped(&scale.unit));
-    let bound = |text: &str, bound: f64| {
-        Some(format!("{text} {} (one-sided)", scale.show(bound, Some(0.01 * bound))))
-    };
+/// The scale of a row.
+fn scale(row: &QuotedEstimate) -> Scale {
+    Scale::for_size(row.size(), &row.unit)
+}
+
+/// Whether the data bound the value from below only.
+fn is_lower_bound(row: &QuotedEstimate) -> bool {
+    matches!(row.interval, Some(QuotedInterval::AtLeast(_)))
+}
+
+/// The value of a row; none beside a lower bound.
+fn value_cell(row: &QuotedEstimate) -> Option<String> {
     match (row.interval, row.value) {
-        (Some(QuotedInterval::AtLeast(lower)), _) => {
-            vec![None, None, bound("at least", lower), unit]
-        }
-        (_, None) => {
-            vec![Some("<td class=\"bad\">not identifiable</td>".into()), None, None, None]
-        }
+        (Some(QuotedInterval::AtLeast(_)), _) => None,
+        (_, None) => Some(NOT_IDENTIFIABLE.into()),
         (Some(QuotedInterval::AtMost(upper)), Some(value)) => {
-            let value = scale.show(value, Some(0.01 * upper));
-            vec![Some(value), None, bound("at most", upper), unit]
+            Some(scale(row).format(value, Some(0.01 * upper)))
         }
-        (ends, Some(value)) => {
-            let ends = match ends {
-                Some(QuotedInterval::Between(ends)) => Some(interval(ends, row.std, &scale)),
-                _ => None,
-            };
-            let value = format!("<b>{}</b>", scale.show(value, row.std));
-            vec![Some(value), row.std.and_then(|std| error_text(row, std, &scale)), ends, unit]
-        }
+        (_, Some(value)) => Some(format!("<b>{}</b>", scale(row).format(value, row.std))),
     }
 }
 
-/// An error in the unit of the estimate, and in per cent of an estimate that is positive.
-fn error_text(row: &QuotedEstimate, std: f64, scale: &Scale) -> Option<String> {
-    let own = scale.show(std, Some(std));
-    match row.relative {
-        _ if own == NONE => None,
-        Some(relative) => Some(format!("{own} ({} %)", short(100.0 * relative))),
-        None => Some(own),
-    }
+/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive; none beside a
+/// one-sided bound.
+fn error_cell(row: &QuotedEstimate) -> Option<String> {
+    let is_two_sided = matches!(row.interval, None | Some(QuotedInterval::Between(_)));
+    let std = row.std.filter(|_| is_two_sided && row.value.is_some())?;
+    let text = scale(row).format(std, Some(std));
+    let percent = row.relative.map(|x| format!(" ({} %)", three_digits(100.0 * x)));
+    (text != MISSING).then(|| text + &percent.unwrap_or_default())
+}
+
+/// The interval of a row; none of a parameter that is not identifiable.
+fn interval_cell(row: &QuotedEstimate) -> Option<String> {
+    let quoted = row.interval.filter(|_| row.value.is_some() || is_lower_bound(row))?;
+    Some(quoted_interval(quoted, row.std, &scale(row), |bound| 0.01 * bound))
 }

@@ -4,24 +4,32 @@ use crate::page::chart::Chart;
 use crate::page::drawing::svg;
 use crate::page::html::escaped;
 
-/// Colors of observations and of the model.
+/// CSS color of observations.
 pub(super) const OBSERVED: &str = "var(--observed)";
+/// CSS color of the model.
 pub(super) const MODEL: &str = "var(--model)";
 
-/// A figure. `title` and `caption` are HTML; `name` is text, unique on the page, which names the drawing and its CSV.
+/// CSS color of the k-th of several series. The colors repeat after the sixth.
+pub(super) fn series_color(k: usize) -> String {
+    format!("var(--scheme{})", k % 6)
+}
+
+/// A figure in HTML. `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and the
+/// file of the data.
 pub(super) fn figure(title: &str, name: &str, chart: &Chart, caption: &str) -> String {
-    let drawing = svg(chart);
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
-    let drawing = drawing.replacen("role=\"img\"", &label, 1);
-    let parts = [chart.legend(), caption.into()];
-    let parts: Vec<&str> = parts.iter().map(|part| part.trim()).filter(|p| !p.is_empty()).collect();
+    let drawing = svg(chart).replacen("role=\"img\"", &label, 1);
+    let legend = chart.legend();
+    let mut parts = vec![legend.trim(), caption.trim()];
+    parts.retain(|part| !part.is_empty());
     let link = match (chart.csv(name), parts.is_empty()) {
         (link, _) if link.is_empty() => link,
         (link, true) => format!("<span class=\"csv\">{link}</span>"),
         (link, false) => format!("<span class=\"csv\"> \u{2013} {link}</span>"),
     };
     format!(
-        "<figure><h3 class=\"small\">{title}</h3>{drawing}<figcaption>{}{link}</figcaption></figure>\n",
+        "<figure><h3 class=\"small\">{}</h3>{drawing}<figcaption>{}{link}</figcaption></figure>\n",
+        escaped(title),
         parts.join(" \u{2013} ")
     )
 }

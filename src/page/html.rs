@@ -1,26 +1,36 @@
-//! Parts of pages in HTML: escaped text, sections, folded lists, warnings with their codes.
+//! HTML elements of the pages: escaped text, sections, folded lists, and messages with the explanation of their code.
+//!
+//! Functions return HTML. An element without content is an empty string, so that a page leaves it out.
 
 use crate::code::explained;
+use std::fmt::Write;
 
-/// Entries of a list that are shown; the others are folded.
-pub(super) const SHOWN: usize = 3;
+/// Entries of a message list that are shown; the others are folded.
+const SHOWN_ENTRIES: usize = 3;
 
-/// A section with its heading; both are HTML.
-pub(super) fn section(title: &str, content: &str) -> String {
-    format!("<section><h2>{title}</h2>\n{content}\n</section>\n")
+/// A section of the page: its heading (text) over its content (HTML).
+pub(super) fn section(heading: &str, content: &str) -> String {
+    match content.is_empty() {
+        true => String::new(),
+        false => format!("<section><h2>{}</h2>\n{content}\n</section>\n", escaped(heading)),
+    }
 }
 
-/// The same, or nothing without content.
-pub(super) fn section_if_any(title: &str, content: &str) -> String {
-    if content.is_empty() { String::new() } else { section(title, content) }
+/// A part of a section: its heading (text; none if empty) over its content (HTML).
+pub(super) fn subsection(heading: &str, content: &str) -> String {
+    match content.is_empty() || heading.is_empty() {
+        true => content.into(),
+        false => format!("<h3>{}</h3>\n{content}", escaped(heading)),
+    }
 }
 
-/// Content that is folded under a line; both are HTML.
-pub(super) fn folded(line: &str, content: &str) -> String {
-    format!("<details class=\"fold\"><summary>{line}</summary>\n{content}</details>\n")
+/// Content (HTML) that a click on the summary line (text) unfolds.
+pub(super) fn folded(summary: &str, content: &str) -> String {
+    let summary = escaped(summary);
+    format!("<details class=\"fold\"><summary>{summary}</summary>\n{content}</details>\n")
 }
 
-/// A small paragraph of HTML; nothing without content.
+/// A small paragraph of HTML.
 pub(super) fn note(content: &str) -> String {
     match content.is_empty() {
         true => String::new(),
@@ -28,41 +38,57 @@ pub(super) fn note(content: &str) -> String {
     }
 }
 
-/// A list of entries in HTML, of which those beyond the first [`SHOWN`] are folded; `name` is their plural.
-pub(super) fn list(entries: &[String], name: &str) -> String {
+/// A paragraph in the place of missing data.
+pub(super) fn no_data(reason: &str) -> String {
+    format!("<p class=\"none\">{reason}</p>")
+}
+
+/// A list of entries in HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name;
+/// a single one is not worth folding.
+pub(super) fn list(entries: &[String], plural: &str) -> String {
     let items = |entries: &[String]| {
         let items: String = entries.iter().map(|entry| format!("<li>{entry}</li>\n")).collect();
         format!("<ul>\n{items}</ul>\n")
     };
-    match entries.len() {
-        0 => String::new(),
-        n if n <= SHOWN + 1 => items(entries),
-        n => {
-            let more = format!("{} more {name}", n - SHOWN);
-            items(&entries[..SHOWN]) + &folded(&more, &items(&entries[SHOWN..]))
+    match entries.split_at_checked(SHOWN_ENTRIES) {
+        _ if entries.is_empty() => String::new(),
+        Some((shown, others)) if others.len() > 1 => {
+            items(shown) + &folded(&format!("{} more {plural}", others.len()), &items(others))
         }
+        _ => items(entries),
     }
 }
 
-/// Text as HTML.
+/// Text with the characters escaped that have a meaning in HTML.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Text with its first letter in upper case.
 pub(super) fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
-    letters
-        .next()
-        .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
-/// A message as HTML. The explanation of a code in brackets at its end is folded below it.
+/// Text in percent-encoding (RFC 3986): all bytes but letters, digits, `-_.~` and those of `kept`.
+pub(super) fn percent_encoded(text: &str, kept: &[u8]) -> String {
+    let mut encoded = String::with_capacity(text.len() + text.len() / 8);
+    for byte in text.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte) || kept.contains(&byte) {
+            encoded.push(char::from(byte));
+        } else {
+            // Writing to a string cannot fail.
+            let _ = write!(encoded, "%{byte:02X}");
+        }
+    }
+    encoded
+}
+
+/// A message as HTML. If it ends with a code in brackets, a click unfolds the explanation of the code.
 pub(super) fn with_explanation(message: &str) -> String {
-    let coded = message.rsplit_once(" [").and_then(|(text, code)| {
-        let code = code.strip_suffix(']')?;
-        Some((text, code, explained(code)?))
-    });
-    match coded {
+    let coded = message.strip_suffix(']').and_then(|message| message.rsplit_once(" ["));
+    match coded.and_then(|(text, code)| Some((text, code, explained(code)?))) {
         Some((text, code, explanation)) => format!(
             "<details><summary>{} <code>{code}</code></summary>{}</details>",
             escaped(text),
@@ -72,9 +98,10 @@ pub(super) fn with_explanation(message: &str) -> String {
     }
 }
 
-/// Paragraphs of the explanation of a code.
-fn paragraphs(text: &str) -> String {
+/// The explanation of a code, in Markdown with bold and code spans, as paragraphs of HTML.
+fn paragraphs(markdown: &str) -> String {
     let marked = |text: String, mark: &str, tag: &str| -> String {
+        // Odd parts stand between a pair of marks.
         let parts = text.split(mark).enumerate().map(|(i, part)| match i % 2 {
             0 => part.to_string(),
             _ => format!("<{tag}>{part}</{tag}>"),
@@ -83,7 +110,7 @@ fn paragraphs(text: &str) -> String {
     };
     let paragraph =
         |text: &str| format!("<p>{}</p>", marked(marked(escaped(text), "**", "b"), "`", "code"));
-    text.split("\n\n").map(paragraph).collect()
+    markdown.split("\n\n").map(paragraph).collect()
 }
 
 #[cfg(test)]
@@ -106,5 +133,10 @@ mod tests {
         assert_eq!(escaped("<a href=\"x\">&"), "&lt;a href=&quot;x&quot;&gt;&amp;");
         assert_eq!(with_explanation("<b> [no-such-code]"), "&lt;b&gt; [no-such-code]");
         assert!(with_explanation("text [trustworthy]").contains("<code>trustworthy</code>"));
+    }
+
+    #[test]
+    fn percent_encoding_keeps_unreserved_and_listed_bytes() {
+        assert_eq!(percent_encoded("a b/c,d", b"/"), "a%20b/c%2Cd");
     }
 }

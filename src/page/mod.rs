@@ -15,9 +15,9 @@ mod field;
 mod figure;
 mod fit;
 mod html;
-mod moments;
 mod number;
 mod parameters;
+mod plane;
 mod player;
 mod plotted;
 mod prediction;
@@ -26,10 +26,11 @@ mod recordings;
 mod residuals;
 mod search;
 mod settings;
-mod shapes;
 mod simulation;
+mod snapshots;
 mod study;
 mod table;
+mod trajectory;
 
 pub use comparison::comparison_page;
 pub use design::design_page;
@@ -42,12 +43,13 @@ pub use study::study_page;
 use crate::page::html::escaped;
 use marker_files::printable::printable;
 
+/// The style sheet of all pages.
 const STYLE: &str = include_str!("page.css");
 /// The title of the program in citations.
 const CITED_TITLE: &str = "rodfit: simulation of slender elastic rods and identification of their parameters from recorded motion";
 
 /// A whole page. `kind` and `body` are HTML, `title` is text; `version` is that of the program that computed the result,
-/// by default this one. Control characters of names are escaped.
+/// by default this one. Control characters are escaped, as names from files may have them.
 fn page(kind: &str, title: &str, body: &str, version: Option<&str>) -> String {
     let title = escaped(&printable(title));
     let body = printable(body);

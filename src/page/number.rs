@@ -1,21 +1,21 @@
-//! Numbers with units as engineers write them: a prefix of the unit, and no more digits than the error has.
+//! Numbers with units on pages: an SI prefix by the size, and digits by the error.
 
 /// Symbols of SI units that take prefixes. A gram replaces the kilogram where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
 /// Units whose prefix always follows the size.
-const SIMPLE: [&str; 7] = ["m", "s", "Pa", "Hz", "N", "rad", "J"];
-/// Sizes that other units show without a prefix.
+const ALWAYS_PREFIXED: [&str; 7] = ["m", "s", "Pa", "Hz", "N", "rad", "J"];
+/// Sizes without a prefix in all other units, and without a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
 /// Prefixes from 10^-12 to 10^12, in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "\u{b5}", "m", "", "k", "M", "G", "T"];
-/// The place of no prefix in the list.
+/// Index of the empty prefix in [`PREFIXES`].
 const NO_PREFIX: i32 = 4;
-/// Digits of a number without an error.
-const DIGITS: f64 = 4.0;
-/// What stands where there is no number.
-pub(super) const NONE: &str = "\u{2013}";
+/// Decimals of a number of order one without an error.
+const DECIMALS_WITHOUT_ERROR: f64 = 4.0;
+/// Text in the place of a missing number.
+pub(super) const MISSING: &str = "\u{2013}";
 
-/// The divisor of displayed numbers, and the unit that they then have.
+/// The divisor of displayed numbers, and the unit of the quotients.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     pub factor: f64,
@@ -23,15 +23,15 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// For numbers of this size.
-    pub fn of(size: f64, unit: &str) -> Self {
+    /// The scale for numbers of this size in an SI unit.
+    pub fn for_size(size: f64, unit: &str) -> Self {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
-        let is_plain = !SIMPLE.contains(&unit) && PLAIN.contains(&size);
+        let is_plain = !ALWAYS_PREFIXED.contains(&unit) && PLAIN.contains(&size);
         if !(size.is_finite() && size > 0.0) || is_plain {
             return plain;
         }
-        // The first symbol takes the prefix, to the power that it has itself.
+        // The first symbol takes the prefix. In m^2 a prefix counts twice: mm^2 is 1e-6 m^2.
         let end = unit.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(unit.len());
         let (symbol, rest) = unit.split_at(end);
         let (symbol, grams) = if symbol == "kg" { ("g", 1e3) } else { (symbol, 1.0) };
@@ -47,107 +47,107 @@ impl Scale {
         Self { factor, unit: with_superscripts(&format!("{prefix}{symbol}{rest}")) }
     }
 
-    /// For the largest of these.
-    pub fn fitting(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
+    /// The scale for the largest of these numbers.
+    pub fn for_values(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
         let finite = values.into_iter().filter(|x| x.is_finite());
-        Self::of(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
+        Self::for_size(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
     }
 
-    /// A number in this unit with digits down to the second of its `error`.
-    pub fn show(&self, value: f64, error: Option<f64>) -> String {
+    /// An SI value as a number in this unit, with decimals down to the second digit of its SI `error`.
+    pub fn format(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
-        // Decimals that show the second digit of the error.
-        let needed = match error.map(|e| (e / self.factor).abs()) {
+        let decimals = match error.map(|e| (e / self.factor).abs()) {
             Some(error) if error.is_finite() && error > 0.0 => 1.0 - error.log10().floor(),
             _ if value == 0.0 => 0.0,
-            _ => DIGITS - value.abs().log10().floor(),
+            _ => DECIMALS_WITHOUT_ERROR - value.abs().log10().floor(),
         };
         if !value.is_finite() {
-            return NONE.into();
+            return MISSING.into();
         }
         if value != 0.0 && !(1e-6..1e7).contains(&value.abs()) {
-            let decimals = needed + value.abs().log10().floor();
+            let decimals = decimals + value.abs().log10().floor();
             return scientific(value, decimals.clamp(1.0, 9.0) as usize);
         }
-        let decimals = needed.clamp(0.0, 9.0) as usize;
-        signed(format!("{value:.decimals$}"))
+        let decimals = decimals.clamp(0.0, 9.0) as usize;
+        with_minus_sign(format!("{value:.decimals$}"))
     }
 
-    /// The same, followed by the unit.
-    pub fn with_unit(&self, value: f64, error: Option<f64>) -> String {
-        format!("{} {}", self.show(value, error), self.unit).trim_end().into()
+    /// The number of [`format`](Self::format), followed by the unit.
+    pub fn format_with_unit(&self, value: f64, error: Option<f64>) -> String {
+        format!("{} {}", self.format(value, error), self.unit).trim_end().into()
     }
 }
 
-/// A number in three digits with its unit.
+/// An SI value in three digits with its unit.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
-    let scale = Scale::of(value, unit);
-    format!("{} {}", short(value / scale.factor), scale.unit).trim_end().to_string()
+    let scale = Scale::for_size(value, unit);
+    format!("{} {}", three_digits(value / scale.factor), scale.unit).trim_end().to_string()
 }
 
-/// The same with a plus sign where it is positive.
-pub(super) fn change(value: f64, unit: &str) -> String {
+/// An SI value in three digits with its unit and with the sign of positive values.
+pub(super) fn signed_quantity(value: f64, unit: &str) -> String {
     let sign = if value > 0.0 { "+" } else { "" };
     format!("{sign}{}", quantity(value, unit))
 }
 
 /// A fraction in per cent, in three digits.
 pub(super) fn percent(fraction: f64) -> String {
-    format!("{} %", short(100.0 * fraction))
+    format!("{} %", three_digits(100.0 * fraction))
+}
+
+/// A fraction in per cent, in three digits and with the sign of positive values.
+pub(super) fn signed_percent(fraction: f64) -> String {
+    let sign = if fraction > 0.0 { "+" } else { "" };
+    format!("{sign}{}", percent(fraction))
 }
 
 /// A number without a unit in three digits.
-pub(super) fn short(value: f64) -> String {
+pub(super) fn three_digits(value: f64) -> String {
     match value.abs() {
-        size if !size.is_finite() => NONE.into(),
+        size if !size.is_finite() => MISSING.into(),
         0.0 => "0".into(),
         size if PLAIN.contains(&size) => {
             // The power of ten after rounding: 0.9999 is 1.00.
             let rounded: f64 = format!("{size:.2e}").parse().unwrap_or(size);
             let decimals = (2.0 - rounded.log10().floor()).max(0.0) as usize;
-            signed(format!("{value:.decimals$}"))
+            with_minus_sign(format!("{value:.decimals$}"))
         }
         _ => scientific(value, 2),
     }
 }
 
-/// A mantissa with a power of ten.
+/// A number as a mantissa with these decimals and a power of ten.
 pub(super) fn scientific(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$e}");
     let (mantissa, power) = text.split_once('e').unwrap_or((&text, "0"));
-    let power = power.parse().unwrap_or(0);
-    signed(format!("{mantissa}\u{d7}10{}", superscripts(power)))
+    with_minus_sign(format!("{mantissa}\u{d7}10")) + &superscripts(power)
 }
 
-/// With a minus sign that is as wide as a plus.
-pub(super) fn signed(number: String) -> String {
+/// A number with a minus sign as wide as a plus in the place of its hyphen.
+pub(super) fn with_minus_sign(number: String) -> String {
     number.replace('-', "\u{2212}")
 }
 
-/// An integer as an exponent.
-pub(super) fn superscripts(power: i32) -> String {
-    power.to_string().chars().map(superscript).collect()
-}
-
-fn superscript(digit: char) -> char {
-    match digit {
+/// Digits and hyphens as superscripts; other characters are kept.
+pub(super) fn superscripts(text: &str) -> String {
+    let superscript = |c: char| match c {
         '-' => '\u{207b}',
         '1' => '\u{b9}',
         '2' => '\u{b2}',
         '3' => '\u{b3}',
-        '0' => '\u{2070}',
-        digit => char::from_u32('\u{2070}' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    }
+        '0' | '4'..='9' => char::from_u32('\u{2070}' as u32 + c as u32 - '0' as u32).unwrap_or(c),
+        c => c,
+    };
+    text.chars().map(superscript).collect()
 }
 
-/// A unit with its exponents raised.
+/// A unit with its exponents as superscripts, such as those of `kg/m^3`.
 fn with_superscripts(unit: &str) -> String {
     let mut parts = unit.split('^');
     let first = parts.next().unwrap_or_default().to_string();
     parts.fold(first, |unit, part| {
         let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
-        let power: String = part[..end].chars().map(superscript).collect();
-        unit + &power + &part[end..]
+        unit + &superscripts(&part[..end]) + &part[end..]
     })
 }
 
@@ -157,18 +157,18 @@ mod tests {
 
     #[test]
     fn digits_follow_the_error_and_prefixes_the_size() {
-        let mega = Scale::of(9.9935e7, "Pa");
+        let mega = Scale::for_size(9.9935e7, "Pa");
         assert_eq!((mega.factor, mega.unit.as_str()), (1e6, "MPa"));
-        assert_eq!(mega.show(9.99352e7, Some(3.6e4)), "99.935");
-        assert_eq!(mega.show(3.6e4, Some(3.6e4)), "0.036");
-        assert_eq!(Scale::of(1.017e-3, "m").show(1.017e-3, None), "1.0170");
-        assert_eq!(Scale::of(0.75, "").show(0.75, Some(2e-3)), "0.7500");
-        assert_eq!(Scale::of(0.0, "m"), Scale { factor: 1.0, unit: "m".into() });
-        assert_eq!(Scale::of(f64::NAN, "m").show(f64::NAN, None), "\u{2013}");
-        assert_eq!(Scale::of(1e3, "Pa").unit, "kPa");
-        assert_eq!(Scale::of(-2e-2, "rad").show(-2e-2, Some(1e-3)), "\u{2212}20.0");
+        assert_eq!(mega.format(9.99352e7, Some(3.6e4)), "99.935");
+        assert_eq!(mega.format(3.6e4, Some(3.6e4)), "0.036");
+        assert_eq!(Scale::for_size(1.017e-3, "m").format(1.017e-3, None), "1.0170");
+        assert_eq!(Scale::for_size(0.75, "").format(0.75, Some(2e-3)), "0.7500");
+        assert_eq!(Scale::for_size(0.0, "m"), Scale { factor: 1.0, unit: "m".into() });
+        assert_eq!(Scale::for_size(f64::NAN, "m").format(f64::NAN, None), "\u{2013}");
+        assert_eq!(Scale::for_size(1e3, "Pa").unit, "kPa");
+        assert_eq!(Scale::for_size(-2e-2, "rad").format(-2e-2, Some(1e-3)), "\u{2212}20.0");
         assert_eq!(
-            (short(0.0123), short(1.0), short(-4e-9)),
+            (three_digits(0.0123), three_digits(1.0), three_digits(-4e-9)),
             ("0.0123".into(), "1.00".into(), "\u{2212}4.00\u{d7}10\u{207b}\u{2079}".into())
         );
     }
@@ -193,11 +193,11 @@ mod tests {
         ];
         for (value, unit, text) in cases {
             assert_eq!(quantity(value, unit), text);
-            let scale = Scale::of(value, unit);
+            let scale = Scale::for_size(value, unit);
             assert!(!scale.unit.contains("10"), "{unit}: {}", scale.unit);
         }
-        assert_eq!(change(2e-3, "m"), "+2.00 mm");
+        assert_eq!(signed_quantity(2e-3, "m"), "+2.00 mm");
         assert_eq!(percent(0.0213), "2.13 %");
-        assert_eq!((short(0.99996), short(9.9996)), ("1.00".into(), "10.0".into()));
+        assert_eq!((three_digits(0.99996), three_digits(9.9996)), ("1.00".into(), "10.0".into()));
     }
 }

@@ -1,97 +1,85 @@
 //! All intervals of the parameters, with their priors, bounds and start values.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate};
-use crate::page::estimate::{interval, scale};
-use crate::page::html::escaped;
-use crate::page::number::{NONE, Scale, percent, quantity};
-use crate::page::table::Table;
+use crate::page::estimate::{NOT_IDENTIFIABLE, estimate_scale, interval};
+use crate::page::html::subsection;
+use crate::page::number::{MISSING, Scale, percent, quantity};
+use crate::page::table::HtmlTable;
 
-/// The table of all parameters.
-pub(super) fn parameters(report: &FitReport) -> String {
-    let heads = [
-        "parameter",
-        "value \u{b1} standard error (statistical)",
-        "95 % interval (statistical)",
-        "unit",
-        "95 % interval (expanded)",
-        "between experiments, 95 %",
-        "residuals alone, 95 %",
-        "observed information",
-        "profile likelihood, 95 %",
-        "bootstrap",
-        "prior",
-        "bounds",
-        "start",
-    ];
-    let mut table = Table::new("parameters", heads).id("parameters");
-    for (i, e) in report.parameters.iter().enumerate() {
-        let scale = scale(e);
-        let range = report.plot_data.as_ref().and_then(|plots| plots.ranges.get(i));
-        let bounds = range.and_then(|range| range.bounds);
-        let start = range.and_then(|range| range.start);
-        let mut cells = intervals(e, &scale);
-        cells.push(bounds.map(|ends| {
-            let [low, high] = ends.map(|end| quantity(end, e.name.unit()));
-            escaped(&format!("{low} \u{2026} {high}"))
-        }));
-        cells.push(start.map(|start| escaped(&quantity(start, e.name.unit()))));
-        table.row(escaped(&e.label()), cells);
-    }
-    table.html() + &groups(report)
+/// An error with a plus-minus sign, with the digits of the standard error.
+fn plus_minus(e: &Estimate, error: f64) -> String {
+    format!("\u{b1} {}", estimate_scale(e).format(error, e.std_error.or(Some(error))))
 }
 
-fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
-    let std = e.std_error;
-    let plus_minus = |error: f64| format!("\u{b1} {}", scale.show(error, std.or(Some(error))));
-    let value = match (e.value, std) {
-        (Some(value), Some(_)) => {
-            let error = std.map_or(String::new(), plus_minus);
-            format!("<b>{}</b> {error}", scale.show(value, std))
+/// An interval with the digits of the standard error.
+fn own_interval(e: &Estimate, ends: [f64; 2]) -> String {
+    interval(ends, e.std_error, &estimate_scale(e))
+}
+
+/// The value with its standard error, as HTML.
+fn value_cell(e: &Estimate) -> String {
+    let scale = estimate_scale(e);
+    match (e.value, e.std_error) {
+        (Some(value), Some(std)) => {
+            format!("<b>{}</b> {}", scale.format(value, Some(std)), plus_minus(e, std))
         }
-        (Some(value), None) => format!("<b>{}</b>, no error", scale.show(value, None)),
-        (None, _) if e.lower95.is_some() => NONE.into(),
-        (None, _) => "<td class=\"bad\">not identifiable</td>".into(),
-    };
-    let across = e.cluster_jackknife.as_ref();
-    let expanded = e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded);
-    let profile = e.profile95.map(|ends| {
-        let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, std));
-        format!("[{}, {}]", end(ends[0]), end(ends[1]))
-    });
-    let prior = e.prior.map(|prior| {
-        let sigma = Some(prior.sigma);
-        format!("{} \u{b1} {}", scale.show(prior.mean, sigma), scale.show(prior.sigma, sigma))
-    });
-    vec![
-        Some(value),
-        e.interval95.map(|ends| interval(ends, std, scale)),
-        Some(escaped(&scale.unit)),
-        expanded.map(|ends| interval(ends, e.combined_std, scale)),
-        across.map(|across| interval(across.interval95, std, scale)),
-        across.map(|across| interval(across.residual_interval95, std, scale)),
-        e.observed_std_error.map(plus_minus),
-        profile,
-        e.bootstrap.as_ref().map(|b| {
-            format!("{}, {}", plus_minus(b.std_error), interval(b.interval95, std, scale))
-        }),
-        prior,
-    ]
+        (Some(value), None) => format!("<b>{}</b>, no error", scale.format(value, None)),
+        (None, _) if e.lower95.is_some() => MISSING.into(),
+        (None, _) => NOT_IDENTIFIABLE.into(),
+    }
 }
 
-/// Ratios that the data determine without the density.
-fn groups(report: &FitReport) -> String {
-    let mut table =
-        Table::new("ratios known without the density", ["ratio", "value", "standard error"]);
-    for group in report.determined_groups.iter().filter(|group| group.interval95.is_none()) {
-        let std = group.value * group.relative_std_error;
-        let value = Scale::of(group.value, &group.unit).with_unit(group.value, Some(std));
-        table.row(
-            escaped(&group.name),
-            vec![Some(escaped(&value)), Some(percent(group.relative_std_error))],
-        );
-    }
-    match table.html() {
-        html if html.is_empty() => html,
-        html => format!("<h3>Known without the density</h3>\n{html}"),
-    }
+/// The table of all parameters, and the table of ratios that are known without the density.
+pub(super) fn parameters(report: &FitReport) -> String {
+    let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
+    let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())
+        .id("parameters")
+        .text("parameter", |(_, e)| e.label())
+        .html("value \u{b1} standard error (statistical)", |(_, e)| value_cell(e))
+        .text("95 % interval (statistical)", |(_, e)| e.interval95.map(|x| own_interval(e, x)))
+        .text("unit", |(_, e)| estimate_scale(e).unit)
+        .text("95 % interval (expanded)", |(_, e)| {
+            let expanded = e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded);
+            expanded.map(|ends| interval(ends, e.combined_std, &estimate_scale(e)))
+        })
+        .text("between experiments, 95 %", |(_, e)| {
+            e.cluster_jackknife.as_ref().map(|c| own_interval(e, c.interval95))
+        })
+        .text("residuals alone, 95 %", |(_, e)| {
+            e.cluster_jackknife.as_ref().map(|c| own_interval(e, c.residual_interval95))
+        })
+        .text("observed information", |(_, e)| e.observed_std_error.map(|x| plus_minus(e, x)))
+        .text("profile likelihood, 95 %", |(_, e)| {
+            let end = |x: f64| estimate_scale(e).format(x, e.std_error);
+            let [low, high] = e.profile95?.map(|x| x.map_or("none".into(), end));
+            Some(format!("[{low}, {high}]"))
+        })
+        .text("bootstrap", |(_, e)| {
+            let b = e.bootstrap.as_ref()?;
+            Some(format!("{}, {}", plus_minus(e, b.std_error), own_interval(e, b.interval95)))
+        })
+        .text("prior", |(_, e)| {
+            let prior = e.prior?;
+            let shown = |x: f64| estimate_scale(e).format(x, Some(prior.sigma));
+            Some(format!("{} \u{b1} {}", shown(prior.mean), shown(prior.sigma)))
+        })
+        .text("bounds", |(k, e)| {
+            let [low, high] = ranges.get(*k)?.bounds?.map(|end| quantity(end, e.name.unit()));
+            Some(format!("{low} \u{2026} {high}"))
+        })
+        .text("start", |(k, e)| Some(quantity(ranges.get(*k)?.start?, e.name.unit())));
+    table.render() + &density_free_ratios(report)
+}
+
+/// The table of combinations of parameters that the data determine without the density.
+fn density_free_ratios(report: &FitReport) -> String {
+    let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
+    let table = HtmlTable::new("ratios known without the density", groups)
+        .text("ratio", |group| group.name.clone())
+        .text("value", |group| {
+            let std = group.value * group.relative_std_error;
+            Scale::for_size(group.value, &group.unit).format_with_unit(group.value, Some(std))
+        })
+        .text("standard error", |group| percent(group.relative_std_error));
+    subsection("Known without the density", &table.render())
 }

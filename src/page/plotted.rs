@@ -1,59 +1,64 @@
 //! The plotted data of a chart as the rows of a CSV file.
 
-use crate::page::csv::number;
+use crate::page::csv::csv_number;
 
-/// A plotted point with its series, and a 95 % interval of it.
+/// A plotted point in the units of the axes, with its series and its 95 % interval.
 pub(super) struct Datum {
     pub series: String,
-    pub point: (f64, f64),
+    pub point: [f64; 2],
     pub interval: Option<[f64; 2]>,
 }
 
-/// Header and rows of the data of a chart with these labels of its axes. A chart whose y axis has names has a row for
-/// each name. Series with the same abscissas have a column each; other series follow each other.
+/// Header and rows of the data of a chart, whose axes have these labels.
+///
+/// If the y axis has `names`, there is a row for each name. Series with the same abscissas have a column each; other
+/// series follow each other, in the order in which they were plotted.
 pub(super) fn csv_rows(
     data: &[Datum],
-    [x_label, y_label]: &[String; 2],
+    [x_label, y_label]: [&str; 2],
     names: &[String],
 ) -> Vec<Vec<String>> {
     let has_intervals = data.iter().any(|datum| datum.interval.is_some());
-    let ends_of = |label: &str| ["low", "high"].map(|end| format!("95 % {end}: {label}"));
-    let ends = |datum: &Datum| datum.interval.map(|ends| ends.map(number)).unwrap_or_default();
-    if !names.is_empty() {
-        let name = |y: f64| names.get((-y).round().max(0.0) as usize).cloned().unwrap_or_default();
-        let row = |datum: &Datum| {
-            let mut row = vec![name(datum.point.1), number(datum.point.0)];
-            row.extend(ends(datum));
-            row
-        };
-        let mut header = vec![y_label.clone(), x_label.clone()];
-        header.extend(ends_of(x_label));
-        return std::iter::once(header).chain(data.iter().map(row)).collect();
-    }
+    let interval_heads = |label: &str| {
+        let heads = ["low", "high"].map(|end| format!("95 % {end}: {label}"));
+        heads.into_iter().filter(move |_| has_intervals)
+    };
+    // A fit without an interval has empty cells.
+    let ends = |datum: &Datum| {
+        let ends = datum.interval.map(|ends| ends.map(csv_number)).unwrap_or_default();
+        ends.into_iter().filter(move |_| has_intervals)
+    };
+    let mut rows: Vec<Vec<String>> = Vec::new();
     let series: Vec<&[Datum]> = data.chunk_by(|a, b| a.series == b.series).collect();
-    let abscissas = |own: &[Datum]| own.iter().map(|datum| datum.point.0).collect::<Vec<f64>>();
-    let Some(first) = series.first().map(|own| abscissas(own)) else { return Vec::new() };
-    if !has_intervals && series.iter().all(|own| abscissas(own) == first) {
-        let head = |own: &[Datum]| match series.len() {
-            1 => y_label.clone(),
+    let abscissas = |own: &[Datum]| own.iter().map(|datum| datum.point[0]).collect::<Vec<f64>>();
+    let Some(first) = series.first().map(|own| abscissas(own)) else { return rows };
+    if !names.is_empty() {
+        let heads = [y_label.to_string(), x_label.to_string()].into_iter();
+        rows.push(heads.chain(interval_heads(x_label)).collect());
+        for datum in data {
+            let [x, y] = datum.point;
+            let name = names.get((-y).round().max(0.0) as usize).cloned().unwrap_or_default();
+            rows.push([name, csv_number(x)].into_iter().chain(ends(datum)).collect());
+        }
+    } else if !has_intervals && series.iter().all(|own| abscissas(own) == first) {
+        let head = |own: &&[Datum]| match series.len() {
+            1 => y_label.to_string(),
             _ => format!("{}: {y_label}", own[0].series),
         };
-        let header =
-            std::iter::once(x_label.clone()).chain(series.iter().map(|own| head(own))).collect();
-        let row = |k: usize| {
-            let values = series.iter().map(|own| number(own[k].point.1));
-            std::iter::once(number(first[k])).chain(values).collect()
-        };
-        return std::iter::once(header).chain((0..first.len()).map(row)).collect();
+        rows.push([x_label.to_string()].into_iter().chain(series.iter().map(head)).collect());
+        for (k, x) in first.iter().enumerate() {
+            let values = series.iter().map(|own| own[k].point[1]);
+            rows.push([*x].into_iter().chain(values).map(csv_number).collect());
+        }
+    } else {
+        let heads = ["series", x_label, y_label].map(String::from).into_iter();
+        rows.push(heads.chain(interval_heads(y_label)).collect());
+        for datum in data {
+            let cells = [vec![datum.series.clone()], datum.point.map(csv_number).to_vec()];
+            rows.push(cells.into_iter().flatten().chain(ends(datum)).collect());
+        }
     }
-    let mut header = vec!["series".to_string(), x_label.clone(), y_label.clone()];
-    header.extend(ends_of(y_label).into_iter().filter(|_| has_intervals));
-    let row = |datum: &Datum| {
-        let mut row = vec![datum.series.clone(), number(datum.point.0), number(datum.point.1)];
-        row.extend(ends(datum).into_iter().filter(|_| has_intervals));
-        row
-    };
-    std::iter::once(header).chain(data.iter().map(row)).collect()
+    rows
 }
 
 #[cfg(test)]
@@ -61,12 +66,11 @@ mod tests {
     use super::*;
 
     fn datum(series: &str, x: f64, y: f64) -> Datum {
-        Datum { series: series.into(), point: (x, y), interval: None }
+        Datum { series: series.into(), point: [x, y], interval: None }
     }
 
     fn joined(data: &[Datum]) -> Vec<String> {
-        let labels = ["t (s)".to_string(), "x (mm)".to_string()];
-        csv_rows(data, &labels, &[]).iter().map(|row| row.join(";")).collect()
+        csv_rows(data, ["t (s)", "x (mm)"], &[]).iter().map(|row| row.join(";")).collect()
     }
 
     #[test]

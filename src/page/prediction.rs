@@ -1,21 +1,22 @@
 //! The page of predictions: the errors of every measurement, then data and model.
 
-use crate::fit::{MeasurementError, ValidationReport, ValidationSummary};
-use crate::page::card::{Tone, card};
-use crate::page::html::{escaped, note, section, section_if_any};
+use crate::fit::{MeasurementError, ValidationReport};
+use crate::page::card::{MessageList, card};
+use crate::page::html::{note, section};
 use crate::page::number::quantity;
 use crate::page::recordings::recordings;
-use crate::page::table::Table;
-use crate::page::{page, residuals, settings, shapes};
+use crate::page::table::HtmlTable;
+use crate::page::trajectory::trajectories;
+use crate::page::{page, residuals, settings};
+use crate::summary::Tone;
 
-/// Measurements that are not folded.
-const SHOWN: usize = 12;
+/// Measurements in the table; the others are folded.
+const SHOWN_MEASUREMENTS: usize = 12;
 
 /// A self-contained HTML page of predictions. `title` names them, such as the scene. Series are shown if they were
 /// [kept](crate::Fit::keep_plot_data).
 pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
-    let mut body = first_card(report);
-    body += &section("Prediction errors", &errors(&report.errors));
+    let mut body = first_card(report) + &section("Prediction errors", &error_table(&report.errors));
     let plots = report.plot_data.as_ref();
     if let Some(errors) = &report.recordings {
         let drawn = plots.and_then(|plots| plots.recordings.as_ref());
@@ -23,43 +24,40 @@ pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
     }
     if let Some(plots) = plots {
         body += &section("Residuals", &residuals::all_series(&plots.series, None));
-        let shapes = shapes::shapes(false, plots);
-        body += &section_if_any(shapes::heading(plots), &shapes);
-        body += &section("Settings", &settings::settings(&plots.settings));
+        body += &trajectories(false, plots);
+        body += &section("Settings", &settings::settings(&plots.settings).render());
     }
     page("Prediction", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-/// The errors of all measurements, and the warnings.
+/// The errors over all measurements, and the warnings.
 fn first_card(report: &ValidationReport) -> String {
-    let heads = ["measurements", "mean error", "median", "worst", "worst measurement"];
-    let mut table = Table::new("summary of the prediction errors", heads).id("answer");
-    for ValidationSummary { measurements, mean, median, worst, unit, worst_observation, .. } in
-        &report.summary
-    {
-        let [mean, median, worst] =
-            [mean, median, worst].map(|x| Some(escaped(&quantity(*x, unit))));
-        let cells = vec![mean, median, worst, Some(escaped(worst_observation))];
-        table.row(measurements.to_string(), cells);
-    }
+    let table = HtmlTable::new("summary of the prediction errors", &report.summary)
+        .id("answer")
+        .text("measurements", |s| s.measurements.to_string())
+        .text("mean error", |s| quantity(s.mean, &s.unit))
+        .text("median", |s| quantity(s.median, &s.unit))
+        .text("worst", |s| quantity(s.worst, &s.unit))
+        .text("worst measurement", |s| s.worst_observation.clone());
     let failed = report.failed.iter();
-    let failed: Vec<String> =
-        failed.map(|f| format!("not simulated: {} ({})", f.experiment, f.reason)).collect();
-    let messages: Vec<String> = failed.into_iter().chain(report.warnings.clone()).collect();
+    let failed = failed.map(|f| format!("not simulated: {} ({})", f.experiment, f.reason));
+    let messages: Vec<String> = failed.chain(report.warnings.clone()).collect();
     let tone = if messages.is_empty() { Tone::Good } else { Tone::Doubtful };
-    card(tone, "Prediction without a fit", &table.html(), &[("Warnings", messages)])
+    let warnings = MessageList { heading: "Warnings", messages };
+    card(tone, "Prediction without a fit", &table.render(), &[warnings])
 }
 
-fn errors(errors: &[MeasurementError]) -> String {
-    let heads = ["measurement", "mean", "median", "worst", "RMS", "values", "remarks"];
-    let mut table = Table::new("prediction errors", heads).id("errors");
-    for e in errors {
-        let [mean, median, worst, rms] =
-            [e.mean, e.median, e.worst, e.rms].map(|x| Some(escaped(&quantity(x, &e.unit))));
-        let remarks = escaped(&e.remarks().replace("sigma", "\u{3c3}"));
-        let cells = vec![mean, median, worst, rms, Some(e.values.to_string()), Some(remarks)];
-        table.row(escaped(&e.observation), cells);
-    }
+/// The table of the errors of every measurement.
+fn error_table(errors: &[MeasurementError]) -> String {
+    let table = HtmlTable::new("prediction errors", errors)
+        .id("errors")
+        .text("measurement", |e| e.observation.clone())
+        .text("mean", |e| quantity(e.mean, &e.unit))
+        .text("median", |e| quantity(e.median, &e.unit))
+        .text("worst", |e| quantity(e.worst, &e.unit))
+        .text("RMS", |e| quantity(e.rms, &e.unit))
+        .text("values", |e| e.values.to_string())
+        .text("remarks", |e| e.remarks().replace("sigma", "\u{3c3}"));
     note("Absolute differences between simulated and measured values.")
-        + &table.folded_after(SHOWN, "measurements")
+        + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
 }

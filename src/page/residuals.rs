@@ -2,32 +2,33 @@
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
-use crate::page::chart::{Chart, labeled};
+use crate::page::chart::{Axis, Chart, Points};
 use crate::page::figure::{MODEL, OBSERVED, figure};
-use crate::page::html::{escaped, folded, note};
-use crate::page::number::{Scale, short};
+use crate::page::html::{escaped, folded, no_data, note, subsection};
+use crate::page::number::{Scale, three_digits};
 use std::cmp::Reverse;
 
 /// Lags of the autocorrelation, samples.
 const LAGS: usize = 40;
-/// With more coordinates than this only those with the largest residuals are drawn, and so many of them.
+/// Most coordinates of which all are drawn.
 const MAX_SERIES: usize = 36;
+/// Coordinates that are drawn of more than [`MAX_SERIES`]: those with the largest residuals.
 const WORST_SERIES: usize = 12;
 /// Coordinates that are not folded.
-const UNFOLDED: usize = 6;
+const UNFOLDED_SERIES: usize = 6;
 
-/// The size of the residuals, down-weighted observations, validation data and rows left out, a line each.
+/// The size of the residuals, down-weighted observations, validation errors and rows left out, a line each.
 pub(super) fn summary(report: &FitReport) -> String {
     let series = report.plot_data.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
         true => "m",
-        // Series are in the unit of the data.
+        // Series are in the unit of the data, the RMS residual is in SI units.
         false if series[0].unit == "Hz" => "rad/s",
         false => &series[0].unit,
     };
     let in_unit = |value: f64, unit: &str| {
         let (value, unit) = report.in_data_unit(value, unit);
-        Scale::of(value, unit).with_unit(value, Some(0.01 * value))
+        Scale::for_size(value, unit).format_with_unit(value, Some(0.01 * value))
     };
     let mut lines = vec![format!("RMS residual {}", in_unit(report.residual_rms, unit))];
     lines.extend(report.losses.iter().map(|l| {
@@ -45,13 +46,12 @@ pub(super) fn summary(report: &FitReport) -> String {
     lines.iter().map(|line| note(&format!("{}.", escaped(line)))).collect()
 }
 
-/// All coordinates of all observations. `tests` are those of the residuals, where tests were made.
+/// All coordinates of all observations, or the worst of many. `tests` are those of the residuals, if any were made.
 pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> String {
     if series.is_empty() {
-        return "<p class=\"none\">no comparison of the whole record: the fit was interrupted</p>"
-            .into();
+        return no_data("no comparison of the whole record: the fit was interrupted");
     }
-    let shown = worst(series);
+    let shown = drawn_series(series);
     let mut html = String::new();
     if shown.len() < series.len() {
         html += &note(&format!(
@@ -60,60 +60,60 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
             series.len()
         ));
     }
-    let [first, others] = match shown.len() > UNFOLDED + 1 {
-        true => [&shown[..UNFOLDED], &shown[UNFOLDED..]],
-        false => [&shown[..], &[]],
-    };
-    html += &drawn(first, tests);
-    if !others.is_empty() {
-        html += &folded(&format!("{} more coordinates", others.len()), &drawn(others, tests));
+    match shown.split_at_checked(UNFOLDED_SERIES) {
+        Some((first, others)) if others.len() > 1 => {
+            let summary = format!("{} more coordinates", others.len());
+            html + &observations(first, tests) + &folded(&summary, &observations(others, tests))
+        }
+        _ => html + &observations(&shown, tests),
     }
-    html
 }
 
 /// Coordinates under the names of their observations.
-fn drawn(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
+fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     let mut html = String::new();
-    let mut before = None;
-    for series in shown {
-        let name = name(series, ": ");
-        if before.as_ref() != Some(&name) {
-            html += &format!("<h3>{}</h3>\n", escaped(&name));
-        }
-        // Center lines are tested along their normal.
-        let is_own = |t: &&ResidualTests| {
-            t.observation == name && (t.axis == series.axis || t.axis == "normal")
+    for observation in shown.chunk_by(|a, b| name(a, ": ") == name(b, ": ")) {
+        let name = name(observation[0], ": ");
+        let tested_coordinate = |series: &&Series| {
+            // Center lines are tested along their normal.
+            let is_own = |t: &&ResidualTests| {
+                t.observation == name && (t.axis == series.axis || t.axis == "normal")
+            };
+            let tests = tests.map(|tests| match tests.iter().find(is_own) {
+                Some(tests) => test_table(tests),
+                None => no_data("too few values to test for noise"),
+            });
+            coordinate(series, &tests.unwrap_or_default())
         };
-        html += &one_series(series, tests.map(|tests| tests.iter().find(is_own)));
-        before = Some(name);
+        html += &subsection(&name, &observation.iter().map(tested_coordinate).collect::<String>());
     }
     html
 }
 
 /// Experiment and observation of a coordinate.
 fn name(series: &Series, separator: &str) -> String {
-    let parts = [series.experiment.as_str(), series.label.as_str()];
-    let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    let mut parts = vec![series.experiment.as_str(), series.label.as_str()];
+    parts.retain(|part| !part.is_empty());
     parts.join(separator)
 }
 
-/// All coordinates, or those with the largest residuals where there are many, in their order.
-fn worst(series: &[Series]) -> Vec<&Series> {
+/// All coordinates, or the [`WORST_SERIES`] with the largest RMS residuals of many, in their order.
+fn drawn_series(series: &[Series]) -> Vec<&Series> {
     let variance = |s: &Series| {
         let residuals = s.residuals();
         residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64
     };
-    let mut ranked: Vec<(usize, f64)> = series.iter().map(variance).enumerate().collect();
+    let mut ranked: Vec<usize> = (0..series.len()).collect();
     if ranked.len() > MAX_SERIES {
-        ranked.sort_by_cached_key(|x| Reverse(total_order(x.1)));
+        ranked.sort_by_cached_key(|i| Reverse(total_order(variance(&series[*i]))));
         ranked.truncate(WORST_SERIES);
-        ranked.sort_by_key(|(i, _)| *i);
+        ranked.sort_unstable();
     }
-    ranked.into_iter().map(|(i, _)| &series[i]).collect()
+    ranked.into_iter().map(|i| &series[i]).collect()
 }
 
-/// Data and model, residuals, their autocorrelation and tests of one coordinate.
-fn one_series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String {
+/// Data and model, residuals, autocorrelation, and the tests (HTML) of one coordinate.
+fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
         Abscissa::ArcLength => ("m", "arc length"),
@@ -121,104 +121,86 @@ fn one_series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String 
         Abscissa::Reading => ("", "reading number"),
     };
     let is_counted = matches!(series.abscissa, Abscissa::Mode | Abscissa::Reading);
-    let across = match is_counted {
-        true => Scale::of(1.0, unit),
-        false => Scale::fitting(series.abscissa_values.iter().copied(), unit),
+    let abscissas = || series.abscissa_values.iter().copied();
+    let x_scale = match is_counted {
+        true => Scale::for_size(1.0, unit),
+        false => Scale::for_values(abscissas(), unit),
     };
-    let up = Scale::fitting(series.observed.iter().copied(), &series.unit);
-    let x_label = labeled(quantity, &across.unit);
-    let at = |x: f64| x / across.factor;
-    let points = |y: &[f64]| -> Vec<(f64, f64)> {
-        series.abscissa_values.iter().zip(y).map(|(x, y)| (at(*x), y / up.factor)).collect()
-    };
-    let curve: Vec<(f64, f64)> = match series.curve.is_empty() {
+    let points = |y: &[f64]| abscissas().zip(y).map(|(x, y)| [x, *y]).collect::<Points>();
+    let curve = match series.curve.is_empty() {
         true => points(&series.simulated),
-        false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
+        false => series.curve.clone(),
     };
-    let all: Vec<f64> = curve
-        .iter()
-        .map(|(x, _)| *x)
-        .chain(series.abscissa_values.iter().map(|x| at(*x)))
-        .collect();
-    let axes = |y: String| {
-        let chart = Chart::new(x_label.clone(), y).covering(all.iter().copied());
-        if is_counted { chart.whole() } else { chart }
+    // Both charts have the same x axis.
+    let axes = |y: Axis, height: f64| {
+        let chart = Chart::new(Axis::new(quantity, &x_scale), y, [680.0, height]);
+        let chart = chart.covering(curve.iter().map(|[x, _]| *x).chain(abscissas()));
+        if is_counted { chart.whole_ticks() } else { chart }
     };
-    let both = axes(labeled(&series.axis, &up.unit)).size(680.0, 290.0);
-    let both = match is_counted {
-        true => both.dots("model", curve, MODEL, 6.0).dots(
-            "observed",
-            points(&series.observed),
-            OBSERVED,
-            3.5,
+    let y_scale = Scale::for_values(series.observed.iter().copied(), &series.unit);
+    let values = axes(Axis::new(&series.axis, &y_scale), 290.0);
+    let observed = points(&series.observed);
+    let values = match is_counted {
+        true => values
+            .dots("model", curve.iter().copied(), MODEL, 6.0)
+            .dots("observed", observed, OBSERVED, 3.5),
+        false => values.dots("observed", observed, OBSERVED, 2.6).line(
+            "model",
+            curve.iter().copied(),
+            MODEL,
         ),
-        false => both
-            .dots("observed", points(&series.observed), OBSERVED, 2.6)
-            .line("model", curve, MODEL),
     };
-    let residuals = series.residuals();
-    let left = axes("(model \u{2212} data) / \u{3c3}".into())
-        .size(680.0, 200.0)
+    let r = series.residuals();
+    let residuals = axes("(model \u{2212} data) / \u{3c3}".into(), 200.0)
         .band(-2.0, 2.0)
         .level(0.0)
-        .dots(
-            "residual",
-            series.abscissa_values.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)),
-            OBSERVED,
-            2.6,
-        );
-    let sigma = Scale::of(series.sigma, &series.unit);
-    let sigma = escaped(&sigma.with_unit(series.sigma, Some(0.01 * series.sigma)));
+        .dots("residual", points(&r), OBSERVED, 2.6);
+    let sigma = Scale::for_size(series.sigma, &series.unit);
+    let sigma = escaped(&sigma.format_with_unit(series.sigma, Some(0.01 * series.sigma)));
     let figure = |part: &str, chart: &Chart, caption: &str| {
         let title = format!("{}: {part}", series.axis);
-        figure(&escaped(&title), &format!("{}, {title}", name(series, ", ")), chart, caption)
+        figure(&title, &format!("{}, {title}", name(series, ", ")), chart, caption)
     };
+    let band = "band: \u{b1}1.96/\u{221a}n, 95 % of the values of white noise";
+    let autocorrelation = autocorrelation_chart(&r);
+    let autocorrelation =
+        autocorrelation.map(|chart| figure("residual autocorrelation", &chart, band));
     format!(
-        "<div class=\"series\"><div>{}{}</div><div>{}{}</div></div>\n",
-        figure("data and model", &both, ""),
-        figure("residuals", &left, &format!("\u{3c3} = {sigma}; band: \u{b1}2 \u{3c3}")),
-        match autocorrelation_chart(&residuals) {
-            Some(chart) => figure(
-                "residual autocorrelation",
-                &chart,
-                "band: \u{b1}1.96/\u{221a}n, 95 % of the values of white noise"
-            ),
-            None => String::new(),
-        },
-        tests.map_or(String::new(), |tests| tests.map_or(
-            "<p class=\"none\">too few values to test for noise</p>".to_string(),
-            probabilities,
-        )),
+        "<div class=\"series\"><div>{}{}</div><div>{}{tests}</div></div>\n",
+        figure("data and model", &values, ""),
+        figure("residuals", &residuals, &format!("\u{3c3} = {sigma}; band: \u{b1}2 \u{3c3}")),
+        autocorrelation.unwrap_or_default(),
     )
 }
 
+/// The chart of the autocorrelation with the band of white noise; none of fewer than four residuals.
 fn autocorrelation_chart(residuals: &[f64]) -> Option<Chart> {
     let lags = autocorrelation(residuals);
     let band = 1.96 / (residuals.len() as f64).max(1.0).sqrt();
-    let chart = Chart::new("lag (samples)", "autocorrelation")
-        .size(400.0, 290.0)
-        .whole()
+    let chart = Chart::new("lag (samples)", "autocorrelation", [400.0, 290.0])
+        .whole_ticks()
         .band(-band, band)
         .stems(lags.iter().copied(), OBSERVED)
         .dots("autocorrelation", lags.iter().copied(), OBSERVED, 3.0);
     (!lags.is_empty()).then_some(chart)
 }
 
-/// About zero: a fit has no mean of its own to remove.
-fn autocorrelation(r: &[f64]) -> Vec<(f64, f64)> {
+/// The autocorrelation of residuals, `sum r_i r_(i+k) / sum r_i^2`, over the lag `k`. The mean is not removed: that of
+/// residuals is zero unless the model is wrong.
+fn autocorrelation(r: &[f64]) -> Points {
     let power: f64 = r.iter().map(|r| r * r).sum();
-    let lags = LAGS.min(r.len() / 4);
-    let at = |lag: usize| {
+    let coefficient = |lag: usize| {
         let product: f64 = r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum();
-        (lag as f64, product / power)
+        [lag as f64, product / power]
     };
-    (1..=lags).map(at).collect()
+    (1..=LAGS.min(r.len() / 4)).map(coefficient).collect()
 }
 
-fn probabilities(tests: &ResidualTests) -> String {
+/// The p-values of the residual tests and their verdict.
+fn test_table(tests: &ResidualTests) -> String {
     let row = |name: &str, p: f64| {
         let class = if p < tests.significance_level { " class=\"bad\"" } else { "" };
-        format!("<tr><th>{name}</th><td{class}>{}</td></tr>", short(p))
+        format!("<tr><th>{name}</th><td{class}>{}</td></tr>", three_digits(p))
     };
     let class = if tests.passed { "good" } else { "bad" };
     format!(

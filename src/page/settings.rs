@@ -1,51 +1,33 @@
-//! What was simulated and measured, experiment by experiment.
+//! Settings of the simulations and how the measurements were read, experiment by experiment.
 
-use crate::fit::{FitReport, Measured, PlotData, Recording, SimulationSettings, Vertical};
-use crate::page::number::{quantity, short};
-use crate::page::table::of_keys;
+use crate::fit::{Measured, Recording, SimulationSettings, Vertical};
+use crate::page::number::{quantity, three_digits};
+use crate::page::table::KeyTable;
 
-/// Keys with plain text.
-type Rows = Vec<(&'static str, String)>;
-
-/// The settings of all experiments.
-pub(super) fn settings(all: &[SimulationSettings]) -> String {
-    of_keys(&rows(all))
-}
-
-/// Settings and cost of a fit.
-pub(super) fn of_fit(report: &FitReport, plots: Option<&PlotData>) -> String {
-    let mut rows = rows(plots.map_or(&[][..], |e| &e.settings));
-    rows.push(("cost", format!("{:.1} simulations", report.simulations)));
-    rows.push(("wall-clock time", quantity(report.wall_seconds, "s")));
-    of_keys(&rows)
-}
-
-fn rows(all: &[SimulationSettings]) -> Rows {
-    let mut rows = Rows::new();
+/// The rows of all experiments.
+pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
+    let mut table = KeyTable::default();
     for settings in all {
-        if !settings.experiment.is_empty() {
-            rows.push(("experiment", settings.experiment.clone()));
-        }
-        rows.extend(settings.scene.iter().map(|scene| ("scene", scene.clone())));
-        rows.extend(settings.measurements.iter().map(|own| ("measured", measured(own))));
-        rows.push(("model", settings.model.clone()));
-        rows.extend(settings.scheme.iter().map(|scheme| ("scheme", scheme.clone())));
-        if let (Some(step), Some(end)) = (settings.step, settings.end) {
-            rows.push((
-                "time step",
-                format!("{} up to {}", quantity(step, "s"), quantity(end, "s")),
-            ));
-        }
+        let experiment = Some(&settings.experiment).filter(|name| !name.is_empty());
+        table =
+            table.row_if_any("experiment", experiment).row_if_any("scene", settings.scene.as_ref());
+        table =
+            settings.measurements.iter().fold(table, |table, m| table.row("measured", measured(m)));
+        let steps = settings.step.zip(settings.end);
         let edge = settings.length / settings.segments.max(1) as f64;
-        let mesh = format!(
-            "{} segments of about {} on {}",
-            settings.segments,
-            quantity(edge, "m"),
-            quantity(settings.length, "m"),
-        );
-        rows.push(("mesh", mesh));
+        let [edge, length] = [edge, settings.length].map(|x| quantity(x, "m"));
+        table = table
+            .row("model", &settings.model)
+            .row_if_any("scheme", settings.scheme.as_ref())
+            .row_if_any("time step", steps.map(|(step, end)| time_steps(step, end)))
+            .row("mesh", format!("{} segments of about {edge} on {length}", settings.segments));
     }
-    rows
+    table
+}
+
+/// A time step and the end of a simulation, s.
+pub(super) fn time_steps(step: f64, end: f64) -> String {
+    format!("{} up to {}", quantity(step, "s"), quantity(end, "s"))
 }
 
 /// The size of a measurement, and how its file was read.
@@ -55,21 +37,19 @@ fn measured(measured: &Measured) -> String {
     if let Some(recording) = recording {
         let Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero, sigma } =
             recording;
-        parts.extend(sigma.as_ref().map(|_| "standard deviation of each row given".to_string()));
-        parts.extend(format.map(|format| format!("file of {}", format.program())));
-        parts.extend(marker.as_ref().map(|marker| format!("marker {marker}")));
-        parts.extend(likelihood.map(|least| format!("likelihood {} or more", short(least))));
-        parts.extend(axes.map(|axes| format!("axes {}", Vec::from(axes).join(", "))));
-        parts.extend(fps.map(|fps| format!("{fps} frames per second")));
-        parts.extend(scale.map(|scale| format!("{} per pixel", quantity(scale, "m"))));
-        parts.extend(origin.map(|[x, y, z]| format!("origin at ({x}, {y}, {z})")));
-        parts.extend(y.map(|y| match y {
-            Vertical::Up => "y up".to_string(),
-            Vertical::Down => "y down".to_string(),
-        }));
-        parts.extend(
+        let keys = [
+            sigma.as_ref().map(|_| "standard deviation of each row given".to_string()),
+            format.map(|format| format!("file of {}", format.program())),
+            marker.as_ref().map(|marker| format!("marker {marker}")),
+            likelihood.map(|least| format!("likelihood {} or more", three_digits(least))),
+            axes.map(|axes| format!("axes {}", Vec::from(axes).join(", "))),
+            fps.map(|fps| format!("{fps} frames per second")),
+            scale.map(|scale| format!("{} per pixel", quantity(scale, "m"))),
+            origin.map(|[x, y, z]| format!("origin at ({x}, {y}, {z})")),
+            y.map(|y| if y == Vertical::Up { "y up" } else { "y down" }.to_string()),
             time_zero.map(|t| format!("motion from {t} on the clock of the file, in its unit")),
-        );
+        ];
+        parts.extend(keys.into_iter().flatten());
     }
     parts.join("; ")
 }

@@ -1,23 +1,25 @@
 //! The page of a simulation: its result, the trajectory, energies and tip, and its settings.
 
 use crate::dynamics::{Film, Frame, Sample, SimulationReport};
-use crate::page::card::{Tone, card};
-use crate::page::chart::{Chart, labeled};
-use crate::page::figure::{figure, row};
+use crate::page::card::{MessageList, card};
+use crate::page::chart::{Axis, Chart, labeled};
+use crate::page::figure::{figure, row, series_color};
 use crate::page::html::{capitalized, escaped, note, section, with_explanation};
-use crate::page::moments::{Moment, strip};
 use crate::page::number::{Scale, quantity};
 use crate::page::page;
+use crate::page::plane::{AXES, Plane, planes};
 use crate::page::player::player;
-use crate::page::shapes::{AXES, planes};
-use crate::page::table::{Table, of_keys};
+use crate::page::settings::time_steps;
+use crate::page::snapshots::{DrawnSnapshot, strip};
+use crate::page::table::{HtmlTable, KeyTable};
 use crate::problem::Problem;
 use crate::rod::Energies;
+use crate::summary::Tone;
 
-/// Shapes drawn side by side.
-const MOMENTS: usize = 12;
-/// Second digit of positions behind the point, in the displayed unit.
-const DIGIT: f64 = 0.1;
+/// Most shapes that are drawn side by side.
+const MAX_SNAPSHOTS: usize = 12;
+/// Error that sets the digits of positions of the tip, in the displayed unit.
+const DISPLAYED_ERROR: f64 = 0.1;
 
 /// A self-contained HTML page of a simulation, with a script of its own that plays the motion. `title` names the
 /// simulation, for example its scene file.
@@ -27,14 +29,14 @@ pub fn simulation_page(
     problem: &Problem,
     title: &str,
 ) -> String {
-    let mut body = first_card(report, film.samples());
-    let frames = film.frames();
+    let (frames, samples) = (film.frames(), film.samples());
+    let mut body = first_card(report, samples);
     let planes = planes(|| frames.iter().flat_map(|frame| &frame.nodes));
     if !frames.is_empty() {
         body += &section("Trajectory", &player(report, film, problem, &planes));
-        body += &section("Shapes over time", &moments(frames, &planes));
-        body += &section("Energy", &energy(film.samples()));
-        body += &section("Tip trajectory", &tip(film.samples(), &planes));
+        body += &section("Shapes over time", &snapshots(frames, &planes));
+        body += &section("Energy", &energy(samples));
+        body += &section("Tip trajectory", &tip(samples, &planes));
     }
     body += &section("Settings and cost", &settings(report, problem));
     page("Simulation", title, &body, None)
@@ -42,21 +44,28 @@ pub fn simulation_page(
 
 /// The end of the run, the motion of the tip, energy and discretization error, and the warnings.
 fn first_card(report: &SimulationReport, samples: &[Sample]) -> String {
-    let tone = match (report.status == "completed", report.warnings.is_empty()) {
-        (true, true) => Tone::Good,
-        (true, false) => Tone::Doubtful,
-        (false, _) => Tone::Bad,
-    };
+    let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let energy = escaped(&capitalized(&report.energy_in_words()));
     let mut content = tip_table(samples) + &format!("<p>{energy}.</p>\n");
     if let Some(resolution) = &report.resolution {
         content += &note(&format!("{}.", escaped(&capitalized(&resolution.words()))));
     }
     let headline = with_explanation(&capitalized(&report.status));
-    card(tone, &headline, &content, &[("Warnings", report.warnings.clone())])
+    let warnings = MessageList { heading: "Warnings", messages: report.warnings.clone() };
+    card(tone, &headline, &content, &[warnings])
 }
 
-/// Position of the tip at the start, at its largest displacement and at the end.
+/// The scale of the positions of the tip.
+fn tip_scale(samples: &[Sample]) -> Scale {
+    Scale::for_values(samples.iter().flat_map(|sample| sample.tip), "m")
+}
+
+/// The time axis of all charts.
+fn time_axis(samples: &[Sample]) -> Axis {
+    Axis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
+}
+
+/// The table of positions of the tip at the start, at its largest displacement and at the end.
 fn tip_table(samples: &[Sample]) -> String {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return String::new() };
     let displacement = |sample: &Sample| {
@@ -65,114 +74,98 @@ fn tip_table(samples: &[Sample]) -> String {
     };
     let farthest =
         samples.iter().max_by(|a, b| displacement(a).total_cmp(&displacement(b))).unwrap_or(last);
-    let scale = Scale::fitting(samples.iter().flat_map(|sample| sample.tip), "m");
-    let heads = ["tip", "time"].map(String::from).into_iter();
-    let heads = heads.chain(AXES.map(|axis| labeled(axis, &scale.unit)));
-    let heads = heads.chain([labeled("displacement", &scale.unit)]);
-    let mut table = Table::new("position of the tip", heads).id("answer");
+    let scale = tip_scale(samples);
+    let shown = |x: f64| scale.format(x, Some(DISPLAYED_ERROR * scale.factor));
     let rows =
         [("at the start", first), ("at the largest displacement", farthest), ("at the end", last)];
-    let shown = |x: f64| Some(scale.show(x, Some(DIGIT * scale.factor)));
-    let is_used = |c: usize| samples.iter().any(|sample| sample.tip[c] != 0.0);
-    for (name, sample) in rows {
-        let mut cells = vec![Some(quantity(sample.time, "s"))];
-        cells.extend((0..3).map(|c| shown(sample.tip[c]).filter(|_| is_used(c))));
-        cells.push(shown(displacement(sample)));
-        table.row(name, cells);
+    let mut table = HtmlTable::new("position of the tip", rows)
+        .id("answer")
+        .text("tip", |(name, _)| name.to_string())
+        .text("time", |(_, sample)| quantity(sample.time, "s"));
+    for (c, axis) in AXES.iter().enumerate() {
+        // A tip that stays in a plane has no column for the normal of the plane.
+        let is_used = samples.iter().any(|sample| sample.tip[c] != 0.0);
+        let head = labeled(axis, &scale.unit);
+        table = table.text(&head, |(_, sample)| is_used.then(|| shown(sample.tip[c])));
     }
-    table.html()
+    let head = labeled("displacement", &scale.unit);
+    table.text(&head, |(_, sample)| shown(displacement(sample))).render()
 }
 
-/// Some shapes side by side, for paper.
-fn moments(frames: &[Frame], planes: &[[usize; 2]]) -> String {
-    let count = frames.len().min(MOMENTS);
-    let chosen = (0..count).map(|k| &frames[(frames.len() - 1) * k / (count - 1).max(1)]);
-    let moments: Vec<Moment> = chosen
-        .map(|f| Moment {
-            time: f.time,
-            nodes: &f.nodes,
-            observed: &[],
-            caption: quantity(f.time, "s"),
-        })
-        .collect();
-    planes.iter().map(|plane| strip(&moments, *plane, "The rod", "")).collect()
+/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in time, for paper.
+fn snapshots(frames: &[Frame], planes: &[Plane]) -> String {
+    let count = frames.len().min(MAX_SNAPSHOTS);
+    let drawn = |k: usize| {
+        let frame = &frames[(frames.len() - 1) * k / (count - 1).max(1)];
+        let caption = quantity(frame.time, "s");
+        DrawnSnapshot { time: frame.time, nodes: &frame.nodes, observed: &[], caption }
+    };
+    let snapshots: Vec<DrawnSnapshot> = (0..count).map(drawn).collect();
+    planes.iter().map(|plane| strip(&snapshots, *plane, "The rod", "")).collect()
 }
 
-/// The energies over time, without those that stay zero. The potential of the loads has no zero of its own: its change
-/// is shown.
+/// The energies over time, without those that stay zero. The potential of the loads has an arbitrary zero: its change is
+/// shown.
 fn energy(samples: &[Sample]) -> String {
-    type Term = (&'static str, &'static str, fn(&Energies) -> f64);
-    let terms: [Term; 7] = [
-        ("total", "var(--ink)", |e| e.total()),
-        ("kinetic", "var(--scheme0)", |e| e.kinetic),
-        ("bending", "var(--scheme1)", |e| e.bend),
-        ("stretching", "var(--scheme2)", |e| e.stretch),
-        ("twisting", "var(--scheme3)", |e| e.twist),
-        ("potential of the loads, change", "var(--scheme4)", |e| e.potential),
-        ("user-defined", "var(--scheme5)", |e| e.own),
+    let terms: [(&str, fn(&Energies) -> f64); 7] = [
+        ("total", |e| e.total()),
+        ("kinetic", |e| e.kinetic),
+        ("bending", |e| e.bend),
+        ("stretching", |e| e.stretch),
+        ("twisting", |e| e.twist),
+        ("potential of the loads, change", |e| e.potential),
+        ("user-defined", |e| e.own),
     ];
     let start = samples.first().map_or(0.0, |sample| sample.energies.potential);
-    let energies: Vec<Energies> = samples
-        .iter()
-        .map(|s| Energies { potential: s.energies.potential - start, ..s.energies })
-        .collect();
-    let largest =
-        |of: fn(&Energies) -> f64| energies.iter().map(of).fold(0.0, |m, e| e.abs().max(m));
-    let all = terms.map(|(.., of)| largest(of)).into_iter().fold(0.0, f64::max);
-    let (up, over) =
-        (Scale::of(all, "J"), Scale::fitting(samples.iter().map(|sample| sample.time), "s"));
-    let mut chart =
-        Chart::new(labeled("time", &over.unit), labeled("energy", &up.unit)).size(760.0, 360.0);
-    for (name, color, of) in terms {
-        if largest(of) > 0.0 {
-            let both = samples.iter().zip(&energies);
-            let points = both.map(|(s, e)| (s.time / over.factor, of(e) / up.factor));
-            chart = chart.line(name, points, color);
+    let change = |s: &Sample| Energies { potential: s.energies.potential - start, ..s.energies };
+    let energies: Vec<Energies> = samples.iter().map(change).collect();
+    let all = terms.iter().flat_map(|(_, term)| energies.iter().map(term));
+    let y = Axis::new("energy", &Scale::for_values(all, "J"));
+    let mut chart = Chart::new(time_axis(samples), y, [760.0, 360.0]);
+    for (k, (name, term)) in terms.iter().enumerate() {
+        if energies.iter().any(|e| term(e).abs() > 0.0) {
+            let points = samples.iter().zip(&energies).map(|(s, e)| [s.time, term(e)]);
+            let color = if k == 0 { "var(--ink)".into() } else { series_color(k - 1) };
+            chart = chart.line(name, points, &color);
         }
     }
     figure("Energy over time", "energies over time", &chart, "")
 }
 
 /// Position of the tip over time, and its path in the planes of the motion.
-fn tip(samples: &[Sample], planes: &[[usize; 2]]) -> String {
-    let scale = Scale::fitting(samples.iter().flat_map(|sample| sample.tip), "m");
-    let over = Scale::fitting(samples.iter().map(|sample| sample.time), "s");
-    let place = |s: &Sample, c: usize| s.tip[c] / scale.factor;
-    let mut chart = Chart::new(labeled("time", &over.unit), labeled("position", &scale.unit))
-        .size(520.0, 340.0);
+fn tip(samples: &[Sample], planes: &[Plane]) -> String {
+    let scale = tip_scale(samples);
+    let size = [520.0, 340.0];
+    let mut chart = Chart::new(time_axis(samples), Axis::new("position", &scale), size);
     for c in (0..3).filter(|c| planes.iter().flatten().any(|axis| axis == c)) {
-        let color = format!("var(--scheme{c})");
-        let points = samples.iter().map(|s| (s.time / over.factor, place(s, c)));
-        chart = chart.line(AXES[c], points, &color);
+        let points = samples.iter().map(|s| [s.time, s.tip[c]]);
+        chart = chart.line(AXES[c], points, &series_color(c));
     }
-    let mut drawn = figure("Position over time", "tip position over time", &chart, "");
-    for [a, b] in planes {
-        let label = |c: usize| labeled(AXES[c], &scale.unit);
-        let path = samples.iter().map(|s| (place(s, *a), place(s, *b)));
-        let chart = Chart::new(label(*a), label(*b)).size(520.0, 340.0).equal();
+    let mut figures = figure("Position over time", "tip position over time", &chart, "");
+    for [a, b] in planes.iter().copied() {
+        let [x, y] = [a, b].map(|c| Axis::new(AXES[c], &scale));
+        let path = samples.iter().map(|s| [s.tip[a], s.tip[b]]);
+        let chart = Chart::new(x, y, size).equal_scales();
         let chart = chart.line("path of the tip", path, "var(--observed)");
-        let title = format!("Path in the {}{} plane", AXES[*a], AXES[*b]);
-        drawn += &figure(&title, &format!("tip: {title}"), &chart, "");
+        let title = format!("Path in the {}{} plane", AXES[a], AXES[b]);
+        figures += &figure(&title, &format!("tip: {title}"), &chart, "");
     }
-    row(&drawn)
+    row(&figures)
 }
 
+/// The scene, its mesh and steps, and the cost of the run.
 fn settings(report: &SimulationReport, problem: &Problem) -> String {
     let scene = problem.scene();
-    let mut rows: Vec<(&str, String)> = Vec::new();
-    if let Some(path) = &scene.path {
-        rows.push(("scene", path.display().to_string()));
-    }
-    rows.push(("model", format!("{}, {} degrees of freedom", report.model, report.dof)));
-    let (segments, length) = (problem.segments(), problem.length());
-    rows.push(("mesh", format!("{segments} segments on {}", quantity(length, "m"))));
-    if let Some(time) = &scene.time {
-        let step = format!("{} up to {}", quantity(time.step_size(), "s"), quantity(time.end, "s"));
-        rows.push(("time step", step));
-        rows.push(("scheme", time.scheme.name().into()));
-    }
+    let mesh = format!("{} segments on {}", problem.segments(), quantity(problem.length(), "m"));
+    let steps = scene.time.as_ref().map(|time| time_steps(time.step_size(), time.end));
     let cost = format!("{} steps, {} Newton iterations", report.steps, report.newton_iterations);
-    rows.push(("cost", cost));
-    rows.push(("wall-clock time", quantity(report.wall_seconds, "s")));
-    of_keys(&rows)
+    KeyTable::default()
+        .row_if_any("scene", scene.path.as_ref().map(|path| path.display().to_string()))
+        .row("model", format!("{}, {} degrees of freedom", report.model, report.dof))
+        .row("mesh", mesh)
+        .row_if_any("time step", steps)
+        .row_if_any("scheme", scene.time.as_ref().map(|time| time.scheme.name()))
+        .row("cost", cost)
+        .row("wall-clock time", quantity(report.wall_seconds, "s"))
+        .render()
 }

@@ -1,17 +1,15 @@
 //! The page of a work-precision study.
 
 use crate::numerics::total_order;
-use crate::page::card::{Tone, card};
-use crate::page::chart::{Chart, labeled};
-use crate::page::figure::figure;
-use crate::page::html::{escaped, folded, note, section};
+use crate::page::card::card;
+use crate::page::chart::{Axis, Chart, Points};
+use crate::page::figure::{figure, series_color};
+use crate::page::html::{folded, note, section};
 use crate::page::number::{Scale, quantity, scientific};
 use crate::page::page;
-use crate::page::table::Table;
-use crate::study::{Row, Study, name};
-
-/// Colors of the schemes.
-const COLORS: usize = 6;
+use crate::page::table::HtmlTable;
+use crate::study::{Study, StudyRow, scheme_name};
+use crate::summary::Tone;
 
 /// A self-contained HTML page of a study: the recommended settings first, then the work-precision plot and all runs.
 /// `scene` names the scene.
@@ -20,89 +18,68 @@ pub fn study_page(study: &Study, scene: &str) -> String {
         "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
         scientific(study.reference_error, 1)
     );
-    let content = recommended(study) + &note(&reference);
+    let content = recommended_settings(study) + &note(&reference);
     let headline = "Fastest settings for an error of the tip";
-    let runs = folded(&format!("all {} runs", study.rows.len()), &runs(study));
+    let runs = folded(&format!("all {} runs", study.rows.len()), &run_table(study));
     let body = card(Tone::Good, headline, &content, &[])
         + &section("Error and cost", &(work_precision(study) + &runs));
     page("Study", scene, &body, None)
 }
 
-/// The fastest run for every error.
-fn recommended(study: &Study) -> String {
-    let heads = ["tip error / length", "scheme", "time step", "segments", "wall-clock time"];
-    let mut table = Table::new("fastest settings", heads).id("answer");
-    for advice in &study.advice {
-        let cells = match advice.row.map(|i| &study.rows[i]) {
-            Some(row) => vec![
-                Some(escaped(&name(row))),
-                Some(quantity(row.step, "s")),
-                Some(row.segments.to_string()),
-                Some(quantity(row.wall_seconds, "s")),
-            ],
-            None => vec![Some("none of these runs is that accurate".into()), None, None, None],
-        };
-        table.row(scientific(advice.error, 0), cells);
-    }
-    table.html()
+/// The table of the fastest run for every error.
+fn recommended_settings(study: &Study) -> String {
+    let advice = study.advice.iter().map(|advice| (advice, advice.row.map(|i| &study.rows[i])));
+    HtmlTable::new("fastest settings", advice)
+        .id("answer")
+        .text("tip error / length", |(advice, _)| scientific(advice.error, 0))
+        .text("scheme", |(_, row)| {
+            row.map_or("none of these runs is that accurate".into(), scheme_name)
+        })
+        .text("time step", |(_, row)| row.map(|row| quantity(row.step, "s")))
+        .text("segments", |(_, row)| row.map(|row| row.segments.to_string()))
+        .text("wall-clock time", |(_, row)| row.map(|row| quantity(row.wall_seconds, "s")))
+        .render()
 }
 
-/// A table of all runs.
-fn runs(study: &Study) -> String {
-    let heads = [
-        "scheme",
-        "time step",
-        "segments",
-        "tip error / length",
-        "by the time step",
-        "by the mesh",
-        "wall-clock time",
-        "Newton iterations",
-        "energy error / largest kinetic energy",
-        "status",
-    ];
-    let mut table = Table::new("all runs", heads);
-    for row in &study.rows {
-        let cells = vec![
-            Some(quantity(row.step, "s")),
-            Some(row.segments.to_string()),
-            Some(row.error.map_or("failed".into(), |error| scientific(error, 2))),
-            row.step_error.map(|error| scientific(error, 2)),
-            Some(scientific(row.mesh_error, 2)),
-            Some(quantity(row.wall_seconds, "s")),
-            Some(row.newton_iterations.to_string()),
-            Some(scientific(row.energy_drift, 1)),
-            Some(escaped(&row.status)),
-        ];
-        table.row(escaped(&name(row)), cells);
-    }
-    table.html()
+/// The table of all runs.
+fn run_table(study: &Study) -> String {
+    HtmlTable::new("all runs", &study.rows)
+        .text("scheme", |row| scheme_name(row))
+        .text("time step", |row| quantity(row.step, "s"))
+        .text("segments", |row| row.segments.to_string())
+        .text("tip error / length", |row| {
+            row.error.map_or("failed".into(), |error| scientific(error, 2))
+        })
+        .text("by the time step", |row| row.step_error.map(|error| scientific(error, 2)))
+        .text("by the mesh", |row| scientific(row.mesh_error, 2))
+        .text("wall-clock time", |row| quantity(row.wall_seconds, "s"))
+        .text("Newton iterations", |row| row.newton_iterations.to_string())
+        .text("energy error / largest kinetic energy", |row| scientific(row.energy_drift, 1))
+        .text("status", |row| row.status.clone())
+        .render()
 }
 
 /// Error over time on logarithmic axes: a dot for every run, and a line through the best runs of each scheme.
 fn work_precision(study: &Study) -> String {
-    let mut names: Vec<String> = study.rows.iter().map(name).collect();
+    let mut names: Vec<String> = study.rows.iter().map(scheme_name).collect();
     names.dedup();
-    let scale = Scale::fitting(study.rows.iter().map(|row| row.wall_seconds), "s");
-    let mut chart = Chart::new(labeled("wall-clock time", &scale.unit), "tip error / length")
-        .log(true, true)
-        .size(760.0, 460.0);
+    let scale = Scale::for_values(study.rows.iter().map(|row| row.wall_seconds), "s");
+    let x = Axis::new("wall-clock time", &scale).log(true);
+    let mut chart = Chart::new(x, Axis::from("tip error / length").log(true), [760.0, 460.0]);
     for (k, scheme) in names.iter().enumerate() {
-        let color = format!("var(--scheme{})", k % COLORS);
-        let own = study.rows.iter().filter(|row| name(row) == *scheme);
-        let point = |row: &Row| Some((row.wall_seconds / scale.factor, row.error?));
-        let mut points: Vec<(f64, f64)> = own.filter_map(point).collect();
-        points.sort_by_cached_key(|x| total_order(x.0));
+        let own = study.rows.iter().filter(|row| scheme_name(row) == *scheme);
+        let point = |row: &StudyRow| Some([row.wall_seconds, row.error?]);
+        let mut points: Points = own.filter_map(point).collect();
+        points.sort_by_cached_key(|[time, _]| total_order(*time));
+        // The front: runs that no faster run of the scheme excels.
         let mut best = f64::INFINITY;
-        let front: Vec<(f64, f64)> = points
-            .iter()
-            .copied()
-            .filter(|(_, error)| {
-                let is_better = *error < best;
-                best = best.min(*error);
-                is_better
-            })
-            .collect();
+        let is_best = |[_, error]: &[f64; 2]| {
+            let is_better = *error < best;
+            best = best.min(*error);
+            is_better
+        };
+        let front: Points = points.iter().copied().filter(is_best).collect();
+        let color = series_color(k);
         chart = chart.line("", front, &color).dots(scheme, points, &color, 3.5);
     }
     figure(

@@ -1,104 +1,104 @@
-//! Tables that scroll on narrow screens and leave out empty columns.
+//! HTML tables: a row for each item, a column for each of its properties. Tables scroll on narrow screens, and columns
+//! without content are left out.
 
-use crate::page::html::escaped;
-use crate::page::number::NONE;
+use crate::page::html::{escaped, folded};
+use crate::page::number::MISSING;
+use std::ops::Range;
 
-/// A table with a heading for every row. Cells are HTML.
-pub(super) struct Table {
-    /// What the table shows, as text, for readers that do not see it.
+/// A table of items of type `T` under construction. The first column has the headings of the rows.
+pub(super) struct HtmlTable<T> {
+    /// Description for screen readers.
     name: String,
-    id: Option<&'static str>,
+    id: &'static str,
     class: &'static str,
     heads: Vec<String>,
-    rows: Vec<Row>,
+    rows: Vec<ItemRow<T>>,
 }
 
-struct Row {
+/// An item with its cells in HTML, `None` where there is no value.
+struct ItemRow<T> {
+    item: T,
     class: &'static str,
-    /// The heading of the row is the first.
     cells: Vec<Option<String>>,
 }
 
-impl Table {
-    /// A table with these heads, the first of which is that of the headings of the rows.
-    pub fn new(name: &str, heads: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        let heads = heads.into_iter().map(Into::into).collect();
-        Self { name: name.into(), id: None, class: "", heads, rows: Vec::new() }
+impl<T> HtmlTable<T> {
+    /// A table of these items without columns.
+    pub fn new(name: &str, items: impl IntoIterator<Item = T>) -> Self {
+        let row = |item| ItemRow { item, class: "", cells: Vec::new() };
+        let rows = items.into_iter().map(row).collect();
+        Self { name: name.into(), id: "", class: "", heads: Vec::new(), rows }
     }
 
+    /// Sets the identifier of the table on its page.
     pub fn id(self, id: &'static str) -> Self {
-        Self { id: Some(id), ..self }
+        Self { id, ..self }
     }
 
+    /// Sets the CSS class of the table.
     pub fn class(self, class: &'static str) -> Self {
         Self { class, ..self }
     }
 
-    /// Adds a row: its heading, and its cells where there are any.
-    pub fn row(&mut self, heading: impl Into<String>, cells: Vec<Option<String>>) {
-        self.marked_row("", heading, cells);
+    /// Sets the CSS class of each row; rows with an empty one have none.
+    pub fn row_class(mut self, class: impl Fn(&T) -> &'static str) -> Self {
+        self.rows.iter_mut().for_each(|row| row.class = class(&row.item));
+        self
     }
 
-    /// Adds a row of a class.
-    pub fn marked_row(
-        &mut self,
-        class: &'static str,
-        heading: impl Into<String>,
-        cells: Vec<Option<String>>,
-    ) {
-        let cells = std::iter::once(Some(heading.into())).chain(cells).collect();
-        self.rows.push(Row { class, cells });
+    /// Adds a column of text.
+    pub fn text<C: Into<Option<String>>>(self, head: &str, cell: impl Fn(&T) -> C) -> Self {
+        self.html(head, |item| cell(item).into().map(|text| escaped(&text)))
     }
 
-    pub fn len(&self) -> usize {
-        self.rows.len()
+    /// Adds a column of HTML below a heading (text). A cell with attributes of its own begins with `<td`.
+    pub fn html<C: Into<Option<String>>>(mut self, head: &str, cell: impl Fn(&T) -> C) -> Self {
+        self.heads.push(escaped(head));
+        self.rows.iter_mut().for_each(|row| row.cells.push(cell(&row.item).into()));
+        self
     }
 
-    /// The HTML, without columns that are empty in all rows; nothing without rows.
-    pub fn html(&self) -> String {
-        self.of_rows(0..self.rows.len())
+    /// The table; nothing without rows.
+    pub fn render(&self) -> String {
+        self.render_rows(0..self.rows.len())
     }
 
-    /// The first rows, and a table of the others that is folded under their number and `name`, a plural.
-    pub fn folded_after(&self, shown: usize, name: &str) -> String {
+    /// The first `shown` rows, and a folded table of the others under their number and `plural`, their name. A single
+    /// further row is not worth folding.
+    pub fn render_folded(&self, shown: usize, plural: &str) -> String {
         let all = self.rows.len();
         if all <= shown + 1 {
-            return self.html();
+            return self.render();
         }
-        let more = format!("{} more {name}", all - shown);
-        self.of_rows(0..shown) + &crate::page::html::folded(&more, &self.of_rows(shown..all))
+        let summary = format!("{} more {plural}", all - shown);
+        self.render_rows(0..shown) + &folded(&summary, &self.render_rows(shown..all))
     }
 
-    fn of_rows(&self, range: std::ops::Range<usize>) -> String {
+    fn render_rows(&self, range: Range<usize>) -> String {
         let rows = &self.rows[range];
         if rows.is_empty() {
             return String::new();
         }
-        let is_filled = |k: usize| {
-            rows.iter().any(|row| matches!(row.cells.get(k), Some(Some(text)) if !text.is_empty()))
-        };
-        let kept: Vec<usize> = (0..self.heads.len()).filter(|k| *k == 0 || is_filled(*k)).collect();
+        let has_content = |k: usize| rows.iter().any(|r| r.cells[k].as_deref().unwrap_or("") != "");
+        let kept: Vec<usize> =
+            (0..self.heads.len()).filter(|k| *k == 0 || has_content(*k)).collect();
         let head = |k: &usize| format!("<th scope=\"col\">{}</th>", self.heads[*k]);
         let heads: String = kept.iter().map(head).collect();
-        let cell = |row: &Row, k: usize| {
-            let text = row.cells.get(k).and_then(Option::as_deref).unwrap_or(NONE);
-            match k {
-                0 => format!("<th scope=\"row\">{text}</th>"),
-                // A cell may bring its own attributes.
-                _ if text.starts_with("<td") => text.to_string(),
-                _ => format!("<td>{text}</td>"),
+        let mut body = String::new();
+        for row in rows {
+            body += &format!("<tr{}>", attribute("class", row.class));
+            for k in &kept {
+                let cell = row.cells[*k].as_deref().unwrap_or(MISSING);
+                body += &match k {
+                    0 => format!("<th scope=\"row\">{cell}</th>"),
+                    _ if cell.starts_with("<td") => cell.to_string(),
+                    _ => format!("<td>{cell}</td>"),
+                };
             }
-        };
-        let body: String = rows
-            .iter()
-            .map(|row| {
-                let cells: String = kept.iter().map(|k| cell(row, *k)).collect();
-                format!("<tr{}>{cells}</tr>\n", attribute("class", row.class))
-            })
-            .collect();
+            body += "</tr>\n";
+        }
         let name = escaped(&self.name);
-        let id = attribute("id", self.id.unwrap_or_default());
-        let class = attribute("class", self.class);
+        let (id, class) = (attribute("id", self.id), attribute("class", self.class));
         format!(
             "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{name}\"><table{id}{class}>\
              <thead><tr>{heads}</tr></thead>\n<tbody>{body}</tbody></table></div>\n"
@@ -106,16 +106,31 @@ impl Table {
     }
 }
 
+/// An attribute of an element; nothing without a value.
 fn attribute(name: &str, value: &str) -> String {
     if value.is_empty() { String::new() } else { format!(" {name}=\"{value}\"") }
 }
 
-/// A table of keys and plain text.
-pub(super) fn of_keys(rows: &[(&str, String)]) -> String {
-    let row = |(key, value): &(&str, String)| {
-        format!("<tr><th>{key}</th><td>{}</td></tr>\n", escaped(value))
-    };
-    format!("<table class=\"plain\">{}</table>", rows.iter().map(row).collect::<String>())
+/// A table of keys with one text each.
+#[derive(Default)]
+pub(super) struct KeyTable(String);
+
+impl KeyTable {
+    /// Adds a row.
+    pub fn row(mut self, key: &str, text: impl AsRef<str>) -> Self {
+        self.0 += &format!("<tr><th>{key}</th><td>{}</td></tr>\n", escaped(text.as_ref()));
+        self
+    }
+
+    /// Adds a row where there is a text.
+    pub fn row_if_any(self, key: &str, text: Option<impl AsRef<str>>) -> Self {
+        text.into_iter().fold(self, |table, text| table.row(key, text))
+    }
+
+    /// The table.
+    pub fn render(&self) -> String {
+        format!("<table class=\"plain\">{}</table>", self.0)
+    }
 }
 
 #[cfg(test)]
@@ -124,22 +139,23 @@ mod tests {
 
     #[test]
     fn empty_columns_are_left_out_and_missing_cells_have_a_dash() {
-        let mut table = Table::new("<name>", ["a", "b", "c", "d"]);
-        table.row("1", vec![None, Some("x".into()), Some(String::new())]);
-        table.row("2", vec![None, None, None]);
-        let html = table.html();
-        assert!(html.contains("aria-label=\"&lt;name&gt;\""));
+        let table = HtmlTable::new("<name>", [true, false])
+            .text("a", |_| "<1>".to_string())
+            .text("b", |_| None)
+            .html("c", |first| first.then(|| "<b>x</b>".to_string()))
+            .text("d", |first| first.then(String::new));
+        let html = table.render();
+        assert!(html.contains("aria-label=\"&lt;name&gt;\"") && html.contains("&lt;1&gt;"));
         assert_eq!(html.matches("scope=\"col\"").count(), 2, "{html}");
-        assert!(html.contains(">c<") && !html.contains(">b<") && !html.contains(">d<"));
-        assert!(html.contains("<td>\u{2013}</td>"));
-        assert!(Table::new("none", ["a"]).html().is_empty());
+        assert!(html.contains(">c<") && !html.contains(">b</th>") && !html.contains(">d<"));
+        assert!(html.contains("<td><b>x</b></td>") && html.contains("<td>\u{2013}</td>"));
+        assert!(HtmlTable::new("none", [0; 0]).render().is_empty());
     }
 
     #[test]
     fn rows_beyond_the_shown_ones_are_folded() {
-        let mut table = Table::new("rows", ["a", "b"]);
-        (0..5).for_each(|k| table.row(k.to_string(), vec![Some("x".into())]));
-        let html = table.folded_after(3, "rows");
+        let table = HtmlTable::new("rows", 0..5).text("a", |k: &i32| k.to_string());
+        let html = table.render_folded(3, "rows");
         assert_eq!((html.matches("<table").count(), html.matches("<details").count()), (2, 1));
         assert!(html.contains("2 more rows"));
     }

@@ -99,13 +99,13 @@ impl Equilibrium {
                 },
                 Tone::Doubtful,
             )
-            .coded(Some(Code::Marginal)),
+            .with_code(Some(Code::Marginal)),
             (Some(false), Some(true), n) => {
                 let status = format!("unstable equilibrium: {} out of its plane", directions(n));
-                Summary::new(status, Tone::Bad).coded(Some(Code::Unstable))
+                Summary::new(status, Tone::Bad).with_code(Some(Code::Unstable))
             }
             (.., n) => Summary::new(format!("unstable equilibrium: {}", directions(n)), Tone::Bad)
-                .coded(Some(Code::Unstable)),
+                .with_code(Some(Code::Unstable)),
         };
         let [x, y, z] = self.tip;
         let resolution = self.resolution.as_ref();

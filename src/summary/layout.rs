@@ -1,4 +1,4 @@
-//! Lines of a limited width.
+//! Text in lines of a limited width.
 
 use crate::summary::{TextStyle, Tone};
 
@@ -11,12 +11,12 @@ const UNITS: [&str; 17] = [
     "%", "m", "mm", "um", "nm", "s", "ms", "us", "min", "h", "Pa", "N", "J", "kg", "g", "mg", "Hz",
 ];
 
-/// Columns that a text takes.
+/// Number of columns of a text on one line.
 pub(crate) fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The words of a text. A unit belongs to the word of its number.
+/// The words of a text, between which a line may end. A unit belongs to the word of its number.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -32,50 +32,47 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
-/// A text in lines behind a `head`, which the first line begins with. The others begin with `indent` spaces.
+/// A text in lines of up to `width` columns. The first line begins with `head`, the others with `indent` spaces.
 pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     let width = width.max(indent + MIN_TEXT_WIDTH);
     let mut lines = Vec::new();
-    let mut line = head.to_string();
+    let mut start = head.to_string();
     for part in text.lines() {
+        let mut line = std::mem::replace(&mut start, " ".repeat(indent));
         if columns(&line) + columns(part) <= width {
-            // As it is, with its own spaces.
-            line.push_str(part);
-            lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
+            // A line that fits keeps its own spaces.
+            lines.push(line + part);
             continue;
         }
         let mut is_empty = true;
         for word in words(part) {
-            let space = usize::from(!is_empty);
-            if !is_empty && columns(&line) + space + columns(&word) > width {
+            if !is_empty && columns(&line) + 1 + columns(&word) > width {
                 lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
-                is_empty = true;
-            }
-            if !is_empty {
+            } else if !is_empty {
                 line.push(' ');
             }
             line.push_str(&word);
             is_empty = false;
         }
-        lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
+        lines.push(line);
     }
     if lines.is_empty() {
-        lines.push(line);
+        lines.push(start);
     }
     lines.into_iter().map(|line| line.trim_end().to_string()).collect()
 }
 
-/// A text in lines; all but the first begin with `indent` spaces.
+/// A text in lines of up to `width` columns; all but the first begin with `indent` spaces.
 pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> Vec<String> {
     wrapped_behind("", text, width, indent)
 }
 
 /// A message of one or several lines, such as a warning or an error, in lines of a limited width. Lines that quote a file
-/// stay as they are. `error:` and `warning:` at the start are colored.
+/// are not wrapped. `error:` and `warning:` at the start are colored.
 pub fn wrap_message(text: &str, style: TextStyle) -> String {
     let is_quotation = |line: &str| {
-        let behind = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
-        behind.trim_start().starts_with('|')
+        let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+        rest.trim_start().starts_with('|')
     };
     let mut lines = Vec::new();
     for (k, line) in text.split('\n').enumerate() {

@@ -13,7 +13,8 @@ use std::fmt;
 
 pub use layout::{DEFAULT_WIDTH, wrap_message};
 pub use quantity::duration;
-pub use table::{SummaryTable, TextColumn};
+pub(crate) use table::distinct;
+pub use table::{ItemTable, SummaryTable, TextColumn};
 
 /// Columns of the labels of facts, with the indent.
 const LABEL_WIDTH: usize = 26;
@@ -35,6 +36,15 @@ pub enum Tone {
 }
 
 impl Tone {
+    /// The severity of a finished computation.
+    pub const fn of_result(is_success: bool, has_warnings: bool) -> Self {
+        match (is_success, has_warnings) {
+            (true, false) => Self::Good,
+            (true, true) => Self::Doubtful,
+            (false, _) => Self::Bad,
+        }
+    }
+
     /// The escape sequence that begins the color (ECMA-48, select graphic rendition).
     const fn escape(self) -> &'static str {
         match self {
@@ -45,7 +55,7 @@ impl Tone {
         }
     }
 
-    /// A text in this color, if colors `is_colored`.
+    /// A text in this color if `is_colored`, else the text itself.
     pub fn paint(self, text: &str, is_colored: bool) -> String {
         match is_colored && self != Self::Neutral {
             true => format!("{}{text}\x1b[0m", self.escape()),
@@ -71,7 +81,7 @@ impl Default for TextStyle {
 
 /// A part of a summary below its status.
 #[derive(Clone, Debug, PartialEq)]
-enum Block {
+enum SummaryBlock {
     /// Text with a label in front.
     Fact { label: String, text: String },
     /// A text without a label.
@@ -82,13 +92,6 @@ enum Block {
     Verbatim { title: String, text: String },
 }
 
-/// Place of a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Section {
-    Result,
-    Detail,
-}
-
 /// A result as text: the status, the result, the warnings, the details, in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
@@ -96,9 +99,10 @@ pub struct Summary {
     status: String,
     code: Option<Code>,
     tone: Tone,
-    blocks: Vec<(Section, Block)>,
+    result: Vec<SummaryBlock>,
     warnings: Vec<String>,
-    section: Section,
+    /// Blocks that were added after the warnings; none before there are warnings.
+    details: Option<Vec<SummaryBlock>>,
 }
 
 impl Summary {
@@ -109,34 +113,37 @@ impl Summary {
             status: status.into(),
             code: None,
             tone,
-            blocks: Vec::new(),
+            result: Vec::new(),
             warnings: Vec::new(),
-            section: Section::Result,
+            details: None,
         }
     }
 
-    /// Adds the code of the status.
-    pub fn coded(mut self, code: Option<Code>) -> Self {
-        self.code = code;
-        self
+    /// Sets the code of the status, which is shown in brackets.
+    pub fn with_code(self, code: Option<Code>) -> Self {
+        Self { code, ..self }
     }
 
     /// Names the subject of the result, such as its file, in front of the status.
-    pub fn of(mut self, subject: impl Into<String>) -> Self {
-        self.subject = subject.into();
-        self
+    pub fn with_subject(self, subject: impl ToString) -> Self {
+        Self { subject: subject.to_string(), ..self }
     }
 
     /// Adds warnings, the most severe first. All blocks after them are details.
     pub fn warnings<T: Into<String>>(mut self, warnings: impl IntoIterator<Item = T>) -> Self {
         self.warnings.extend(warnings.into_iter().map(Into::into));
-        self.section = Section::Detail;
+        self.details.get_or_insert_default();
         self
+    }
+
+    /// Ends the result: all blocks after it are details, set off from the result.
+    pub fn details(self) -> Self {
+        self.warnings(None::<String>)
     }
 
     /// Adds a text with a label in front. A label that equals that of the line above is not repeated.
     pub fn fact(mut self, label: impl Into<String>, text: impl Into<String>) -> Self {
-        self.push(Block::Fact { label: label.into(), text: text.into() });
+        self.push(SummaryBlock::Fact { label: label.into(), text: text.into() });
         self
     }
 
@@ -147,29 +154,31 @@ impl Summary {
 
     /// Adds a line of text.
     pub fn note(mut self, text: impl Into<String>) -> Self {
-        self.push(Block::Note(text.into()));
+        self.push(SummaryBlock::Note(text.into()));
         self
     }
 
     /// Adds a table below a title, which may be empty; none without rows.
-    pub fn table(mut self, title: impl Into<String>, table: SummaryTable) -> Self {
+    pub fn table(mut self, title: impl Into<String>, table: impl Into<SummaryTable>) -> Self {
+        let table = table.into();
         if !table.is_empty() {
-            self.push(Block::Table { title: title.into(), table });
+            self.push(SummaryBlock::Table { title: title.into(), table });
         }
         self
     }
 
     /// Adds lines as they are, such as a part of a file, below a title.
     pub fn verbatim(mut self, title: impl Into<String>, text: impl Into<String>) -> Self {
-        self.push(Block::Verbatim { title: title.into(), text: text.into() });
+        self.push(SummaryBlock::Verbatim { title: title.into(), text: text.into() });
         self
     }
 
-    fn push(&mut self, block: Block) {
-        self.blocks.push((self.section, block));
+    /// Adds a block to the result, or to the details if these have begun.
+    fn push(&mut self, block: SummaryBlock) {
+        self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The status with its subject and its code, on one line.
+    /// The lines of the status with its subject and its code.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
@@ -184,32 +193,33 @@ impl Summary {
         lines
     }
 
-    /// The lines of a block.
-    fn lines(block: &Block, repeats_label: bool, style: TextStyle) -> Vec<String> {
+    /// The lines of a block. A label that is that of the block above is left blank.
+    fn block_lines(block: &SummaryBlock, repeats_label: bool, style: TextStyle) -> Vec<String> {
         match block {
-            Block::Fact { label, text } => {
+            SummaryBlock::Fact { label, text } => {
                 let label = if repeats_label { "" } else { label };
                 let head = format!("{:INDENT$}{label:<width$}", "", width = LABEL_WIDTH - INDENT);
-                let indent = layout::columns(&head).max(LABEL_WIDTH);
-                let text = printable(text);
-                layout::wrapped_behind(&head, &text, style.width, indent.min(LABEL_WIDTH + INDENT))
+                let indent = layout::columns(&head).clamp(LABEL_WIDTH, LABEL_WIDTH + INDENT);
+                layout::wrapped_behind(&head, &printable(text), style.width, indent)
             }
-            Block::Note(text) => {
+            SummaryBlock::Note(text) => {
                 layout::wrapped_behind("  ", &printable(text), style.width, INDENT)
             }
-            Block::Table { title, table } => {
-                let mut lines = Vec::new();
-                if !title.is_empty() {
-                    let title = printable(title);
-                    lines.extend(layout::wrapped_behind("  ", &title, style.width, 2 * INDENT));
-                }
-                let is_wide = table.least_width() + 2 * INDENT > style.width;
+            SummaryBlock::Table { title, table } => {
+                let is_wide = table.min_width() + 2 * INDENT > style.width;
                 let indent = if title.is_empty() || is_wide { INDENT } else { 2 * INDENT };
+                let mut lines = match title.is_empty() {
+                    true => Vec::new(),
+                    false => {
+                        layout::wrapped_behind("  ", &printable(title), style.width, 2 * INDENT)
+                    }
+                };
                 lines.extend(table.lines(indent, style.width));
                 lines
             }
-            Block::Verbatim { title, text } => {
-                let mut lines = layout::wrapped_behind("  ", &printable(title), style.width, 2);
+            SummaryBlock::Verbatim { title, text } => {
+                let mut lines =
+                    layout::wrapped_behind("  ", &printable(title), style.width, INDENT);
                 lines.push(String::new());
                 lines.extend(printable(text).lines().map(String::from));
                 lines
@@ -217,49 +227,45 @@ impl Summary {
         }
     }
 
-    /// The lines of a section: tables are set off by empty lines, facts follow each other.
-    fn section_lines(&self, section: Section, style: TextStyle) -> Vec<String> {
+    /// The lines of several blocks. Empty lines set off tables; facts and notes follow each other, and a note follows a
+    /// table without a title.
+    fn section_lines(blocks: &[SummaryBlock], style: TextStyle) -> Vec<String> {
+        use SummaryBlock::{Fact, Note, Table};
         let mut lines = Vec::new();
-        let mut last: Option<&Block> = None;
-        for (_, block) in self.blocks.iter().filter(|(own, _)| *own == section) {
-            let is_text = |block: &Block| matches!(block, Block::Fact { .. } | Block::Note(_));
-            let is_untitled =
-                |block: &Block| matches!(block, Block::Table { title, .. } if title.is_empty());
-            let follows = last.is_some_and(|last| {
-                is_text(last) && is_text(block)
-                    || is_untitled(last) && matches!(block, Block::Note(_))
-            });
+        for (k, block) in blocks.iter().enumerate() {
+            let last = k.checked_sub(1).map(|last| &blocks[last]);
+            let follows = match last {
+                None | Some(Fact { .. } | Note(_)) => matches!(block, Fact { .. } | Note(_)),
+                Some(Table { title, .. }) => title.is_empty() && matches!(block, Note(_)),
+                Some(SummaryBlock::Verbatim { .. }) => false,
+            };
             if last.is_some() && !follows {
                 lines.push(String::new());
             }
-            let repeats_label = match (last, block) {
-                (Some(Block::Fact { label: before, .. }), Block::Fact { label, .. }) => {
-                    before == label
-                }
-                _ => false,
-            };
-            lines.extend(Self::lines(block, repeats_label, style));
-            last = Some(block);
+            let repeats_label = matches!(
+                (last, block),
+                (Some(Fact { label: above, .. }), Fact { label, .. }) if above == label
+            );
+            lines.extend(Self::block_lines(block, repeats_label, style));
         }
         lines
     }
 
     /// The text in a style, without a line break at its end.
     pub fn render(&self, style: TextStyle) -> String {
-        let warnings: Vec<String> = self
-            .warnings
-            .iter()
-            .flat_map(|text| warning_lines(&format!("warning: {text}"), style))
-            .collect();
-        let sections = [
+        let warning = |text: &String| {
+            let text = printable(text);
+            wrap_message(&format!("warning: {text}"), style)
+        };
+        let details = self.details.as_deref().unwrap_or_default();
+        let mut sections = vec![
             self.headline(style),
-            self.section_lines(Section::Result, style),
-            warnings,
-            self.section_lines(Section::Detail, style),
+            Self::section_lines(&self.result, style),
+            self.warnings.iter().map(warning).collect(),
+            Self::section_lines(details, style),
         ];
-        let sections = sections.into_iter().filter(|lines| !lines.is_empty());
-        let texts: Vec<String> = sections.map(|lines| lines.join("\n")).collect();
-        texts.join("\n\n")
+        sections.retain(|lines| !lines.is_empty());
+        sections.iter().map(|lines| lines.join("\n")).collect::<Vec<_>>().join("\n\n")
     }
 }
 
@@ -267,11 +273,6 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.render(TextStyle::default()))
     }
-}
-
-/// The lines of a warning or an error, whose first word is colored.
-fn warning_lines(text: &str, style: TextStyle) -> Vec<String> {
-    wrap_message(&printable(text), style).lines().map(String::from).collect()
 }
 
 #[cfg(test)]

@@ -1,34 +1,35 @@
-//! Numbers with units as a person reads them: 1.014 mm, 0.08 %, 3.2 min.
+//! Numbers with units on the terminal, such as 1.014 mm, 0.08 % and 3.2 min.
 
 /// Prefixes of the units that have them, with their factors, the largest first.
 const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];
 /// Units with prefixes for small values. Masses are counted in g.
 const PREFIXED: [&str; 5] = ["m", "s", "N", "J", "g"];
-/// Values outside this range have an exponent.
-const FIXED: std::ops::Range<f64> = 1e-3..1e4;
-/// Part of a prefixed unit from which on a value is in that unit: 0.14 mm instead of 140 um.
+/// Sizes of numbers without an exponent.
+const FIXED_POINT: std::ops::Range<f64> = 1e-3..1e4;
+/// Fraction of a prefixed unit from which on a value has that unit: 0.14 mm instead of 140 um.
 const PREFIX_FROM: f64 = 0.1;
-/// Seconds from which on a duration is in minutes, and minutes from which on it is in hours.
-const LONG: f64 = 100.0;
+/// Durations in seconds, and then those in minutes, are shorter than this many.
+const MAX_COUNT: f64 = 100.0;
+/// Seconds of a minute, and minutes of an hour.
 const SECONDS_PER_MINUTE: f64 = 60.0;
 
-/// A number with so many significant digits, without an exponent where it can be read without.
+/// A number with this many significant digits, and with an exponent outside [`FIXED_POINT`].
 pub(crate) fn number(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     match value.abs() {
         0.0 => "0".into(),
-        size if FIXED.contains(&size) => {
-            let before = size.log10().floor() as i32 + 1;
-            let after = usize::try_from(digits as i32 - before).unwrap_or(0);
+        size if FIXED_POINT.contains(&size) => {
+            let integer_digits = size.log10().floor() as i32 + 1;
+            let decimals = usize::try_from(digits as i32 - integer_digits).unwrap_or(0);
             // Rounded to the digits, also those before the point.
             let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-            format!("{rounded:.after$}")
+            format!("{rounded:.decimals$}")
         }
         _ => format!("{value:.*e}", digits - 1),
     }
 }
 
-/// A value with its unit, in mm, ms, g and the like where the value is small.
+/// An SI value with this many significant digits and its unit, which has a prefix if the value is small (mm, ms, g).
 pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
     let size = value.abs();
@@ -43,7 +44,7 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
-/// A number of things, whose plural ends in s.
+/// A count with its noun, whose plural ends in s.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
@@ -51,7 +52,7 @@ pub(crate) fn counted(n: usize, noun: &str) -> String {
 /// A duration in s, min or h, with two digits.
 pub fn duration(seconds: f64) -> String {
     let minutes = seconds / SECONDS_PER_MINUTE;
-    match (seconds < LONG, minutes < LONG) {
+    match (seconds < MAX_COUNT, minutes < MAX_COUNT) {
         (true, _) => format!("{} s", number(seconds, 2)),
         (_, true) => format!("{} min", number(minutes, 2)),
         _ => format!("{} h", number(minutes / SECONDS_PER_MINUTE, 2)),
@@ -83,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn one_thing_has_no_plural() {
+    fn count_of_one_has_singular() {
         assert_eq!([counted(1, "state"), counted(2, "state")], ["1 state", "2 states"]);
     }
 

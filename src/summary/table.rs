@@ -1,4 +1,4 @@
-//! Tables whose columns are as wide as their longest cell.
+//! Tables of text whose columns are as wide as their longest cell: a row for each item, a column for each property.
 
 use crate::summary::layout::{columns, wrapped};
 use marker_files::printable::printable_name;
@@ -8,11 +8,12 @@ const GAP: usize = 2;
 /// The narrowest a column gets whose cells are wrapped.
 const MIN_COLUMN: usize = 14;
 
+/// Position of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Alignment {
     Left,
     Right,
-    /// On the left; long cells continue on further lines where the table would be too wide.
+    /// On the left; long cells continue on further lines if the table would be too wide.
     Wrapped,
 }
 
@@ -34,14 +35,14 @@ impl TextColumn {
         Self { heading: heading.into(), alignment: Alignment::Right }
     }
 
-    /// A column of longer text, which continues on further lines where the table would be too wide.
+    /// A column of longer text, which continues on further lines if the table would be too wide.
     pub fn wrapped(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Wrapped }
     }
 }
 
-/// Columns of a line with columns of these widths.
-fn total(widths: &[usize]) -> usize {
+/// Columns of a line with cells of these widths.
+fn line_width(widths: &[usize]) -> usize {
     widths.iter().sum::<usize>() + GAP * widths.len().saturating_sub(1)
 }
 
@@ -50,6 +51,55 @@ fn total(widths: &[usize]) -> usize {
 pub struct SummaryTable {
     columns: Vec<TextColumn>,
     rows: Vec<Vec<String>>,
+}
+
+/// A table under construction with a row for each item of type `T`. A cell without a value is empty.
+pub struct ItemTable<T> {
+    items: Vec<T>,
+    table: SummaryTable,
+}
+
+impl<T> ItemTable<T> {
+    /// A table of these items without columns.
+    pub fn new(items: impl IntoIterator<Item = T>) -> Self {
+        let items: Vec<T> = items.into_iter().collect();
+        let rows = vec![Vec::new(); items.len()];
+        Self { items, table: SummaryTable { columns: Vec::new(), rows } }
+    }
+
+    /// Adds a column with the cell of every item.
+    fn column<C: Into<Option<String>>>(
+        mut self,
+        column: TextColumn,
+        cell: impl Fn(&T) -> C,
+    ) -> Self {
+        self.table.columns.push(column);
+        for (row, item) in self.table.rows.iter_mut().zip(&self.items) {
+            row.push(printable_name(&cell(item).into().unwrap_or_default()).into_owned());
+        }
+        self
+    }
+
+    /// Adds a column of text.
+    pub fn left<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
+        self.column(TextColumn::left(heading), cell)
+    }
+
+    /// Adds a column of numbers.
+    pub fn right<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
+        self.column(TextColumn::right(heading), cell)
+    }
+
+    /// Adds a column of longer text, which continues on further lines if the table would be too wide.
+    pub fn wrapped<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
+        self.column(TextColumn::wrapped(heading), cell)
+    }
+}
+
+impl<T> From<ItemTable<T>> for SummaryTable {
+    fn from(built: ItemTable<T>) -> Self {
+        built.table
+    }
 }
 
 impl SummaryTable {
@@ -71,34 +121,28 @@ impl SummaryTable {
         self.rows.is_empty()
     }
 
-    /// The columns that have text.
+    /// Indices of the columns that have text.
     fn used(&self) -> Vec<usize> {
         let has_text = |k: &usize| self.rows.iter().any(|row| !row[*k].is_empty());
         (0..self.columns.len()).filter(has_text).collect()
     }
 
-    /// Widths of the used columns without wrapped cells.
-    fn natural_widths(&self, used: &[usize]) -> Vec<usize> {
+    /// Columns of the narrowest line that all rows fit into.
+    pub(crate) fn min_width(&self) -> usize {
+        line_width(&self.widths(&self.used(), 0))
+    }
+
+    /// Widths of the used columns. Wrapped ones share the space that the others leave of the `available` columns.
+    fn widths(&self, used: &[usize], available: usize) -> Vec<usize> {
         let natural = |k: &usize| {
             let cells = self.rows.iter().map(|row| columns(&row[*k]));
             cells.max().unwrap_or(0).max(columns(&self.columns[*k].heading))
         };
-        used.iter().map(natural).collect()
-    }
-
-    /// Columns of the narrowest table.
-    pub(crate) fn least_width(&self) -> usize {
-        total(&self.widths(&self.used(), 0))
-    }
-
-    /// Widths of the used columns: those that are wrapped share the space that the others leave.
-    fn widths(&self, used: &[usize], available: usize) -> Vec<usize> {
-        let mut widths = self.natural_widths(used);
-        let wrapped: Vec<usize> = (0..used.len())
-            .filter(|i| self.columns[used[*i]].alignment == Alignment::Wrapped)
-            .collect();
-        // The widest of them gives way first.
-        while total(&widths) > available {
+        let mut widths: Vec<usize> = used.iter().map(natural).collect();
+        let is_wrapped = |i: &usize| self.columns[used[*i]].alignment == Alignment::Wrapped;
+        let wrapped: Vec<usize> = (0..used.len()).filter(is_wrapped).collect();
+        // The widest of them is narrowed first.
+        while line_width(&widths) > available {
             let widest = wrapped.iter().copied().max_by_key(|i| widths[*i]);
             match widest.filter(|i| widths[*i] > MIN_COLUMN) {
                 Some(i) => widths[i] -= 1,
@@ -108,39 +152,43 @@ impl SummaryTable {
         widths
     }
 
-    /// The heading and the rows.
+    /// The heading and the rows as lines of up to `width` columns behind `indent` spaces.
     pub(crate) fn lines(&self, indent: usize, width: usize) -> Vec<String> {
         let used = self.used();
         let widths = self.widths(&used, width.saturating_sub(indent));
-        let headings: Vec<String> = used.iter().map(|k| self.columns[*k].heading.clone()).collect();
-        let rows = self.rows.iter().map(|row| used.iter().map(|k| row[*k].clone()).collect());
+        let headings: Vec<String> = self.columns.iter().map(|c| c.heading.clone()).collect();
         let mut lines = Vec::new();
-        for cells in std::iter::once(headings).chain(rows.collect::<Vec<Vec<String>>>()) {
-            // Cells of several lines.
-            let parts: Vec<Vec<String>> = cells
-                .iter()
-                .zip(&widths)
-                .zip(&used)
-                .map(|((cell, width), k)| match self.columns[*k].alignment {
-                    Alignment::Wrapped if columns(cell) > *width => wrapped(cell, *width, 0),
-                    _ => vec![cell.clone()],
-                })
-                .collect();
-            let height = parts.iter().map(Vec::len).max().unwrap_or(0);
-            for i in 0..height {
+        for row in std::iter::once(&headings).chain(&self.rows) {
+            // A row is as high as its highest wrapped cell.
+            let cell_lines = |(k, width): (&usize, &usize)| match self.columns[*k].alignment {
+                Alignment::Wrapped if columns(&row[*k]) > *width => wrapped(&row[*k], *width, 0),
+                _ => vec![row[*k].clone()],
+            };
+            let cells: Vec<Vec<String>> = used.iter().zip(&widths).map(cell_lines).collect();
+            for i in 0..cells.iter().map(Vec::len).max().unwrap_or(0) {
                 let mut line = " ".repeat(indent);
-                for ((part, width), k) in parts.iter().zip(&widths).zip(&used) {
-                    let cell = part.get(i).map_or("", String::as_str);
-                    let padding = " ".repeat(width.saturating_sub(columns(cell)));
-                    match self.columns[*k].alignment {
-                        Alignment::Right => line = line + &padding + cell,
-                        _ => line = line + cell + &padding,
-                    }
-                    line.push_str(&" ".repeat(GAP));
+                for ((cell, width), k) in cells.iter().zip(&widths).zip(&used) {
+                    let text = cell.get(i).map_or("", String::as_str);
+                    line += &match self.columns[*k].alignment {
+                        Alignment::Right => format!("{text:>width$}"),
+                        _ => format!("{text:<width$}"),
+                    };
+                    line += &" ".repeat(GAP);
                 }
                 lines.push(line.trim_end().to_string());
             }
         }
         lines
     }
+}
+
+/// Items without repetitions, in the order of their first appearance, such as the columns of several results.
+pub(crate) fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for item in items {
+        if !distinct.contains(&item) {
+            distinct.push(item);
+        }
+    }
+    distinct
 }

@@ -1,23 +1,21 @@
 //! Layout of summaries.
 
 use crate::code::Code;
-use crate::summary::{Summary, SummaryTable, TextColumn, TextStyle, Tone, wrap_message};
+use crate::summary::{ItemTable, Summary, TextStyle, Tone, wrap_message};
 
 fn sample() -> Summary {
-    let mut table = SummaryTable::new([
-        TextColumn::left("parameter"),
-        TextColumn::right("estimate"),
-        TextColumn::left("unused"),
-        TextColumn::wrapped("test"),
-    ]);
     let long = "repeat at another free length, and weigh a known length of the rod beside it";
-    table.row(["youngs_modulus", "9.99e7", "", long]);
-    table.row(["density", "1.1e3"]);
+    let rows = [["youngs_modulus", "9.99e7", long], ["density", "1.1e3", ""]];
+    let table = ItemTable::new(rows)
+        .left("parameter", |[name, ..]| name.to_string())
+        .right("estimate", |[_, value, _]| value.to_string())
+        .left("unused", |_| None)
+        .wrapped("test", |[.., test]| test.to_string());
     let warning = "the residuals of the tip are autocorrelated (lag 1: 0.97). The intervals are too narrow. \
                    Use a coarser frame rate. [correlated-noise]";
     Summary::new("converged", Tone::Good)
-        .coded(Some(Code::Trustworthy))
-        .of("data/fit.toml")
+        .with_code(Some(Code::Trustworthy))
+        .with_subject("data/fit.toml")
         .table("", table)
         .warnings([warning])
         .fact(
@@ -70,7 +68,10 @@ fn color_adds_escapes_and_nothing_else() {
 
 #[test]
 fn control_characters_of_names_are_escaped() {
-    let text = Summary::new("done", Tone::Good).of("a\x1b[31mb").fact("x", "\x1b[0m").to_string();
+    let text = Summary::new("done", Tone::Good)
+        .with_subject("a\x1b[31mb")
+        .fact("x", "\x1b[0m")
+        .to_string();
     assert!(!text.contains('\x1b') && text.starts_with("a\\x1b[31mb: done"), "{text}");
 }
 

@@ -1,21 +1,26 @@
-//! Measures of the person's own rod in the scene of a template.
+//! Dimensions and density of the user's rod in the scene of a template.
 
 use clap::ValueEnum;
 use rodfit::Error;
 
-/// Places in the templates that are replaced.
+/// The length in the templates.
 const LENGTH: &str = "length = 0.5";
+/// Start of the line of the density in the templates.
 const DENSITY: &str = "density = ";
+/// Start of the line of the cross-section in the templates.
 const SECTION: &str = "section = {";
-/// What templates write before the numbers that are only examples.
+/// Start of the comment of values in the templates that are examples.
 const EXAMPLE: &str = "# measure";
-/// Sizes of a rectangle and a tube in a template if the person gives none: a plastic ruler and a drinking straw, m.
+/// Width of a rectangle by default, that of a plastic ruler, m.
 const WIDTH: f64 = 0.02;
+/// Height of a rectangle by default, m.
 const HEIGHT: f64 = 0.002;
+/// Radius of a circle or a tube by default, that of a drinking straw, m.
 const RADIUS: f64 = 0.005;
+/// Wall thickness of a tube by default, m.
 const THICKNESS: f64 = 0.0005;
 
-/// The rod that the person has.
+/// Options for the rod of the user.
 #[derive(clap::Args)]
 pub struct Measures {
     /// Cross-section of the rod; without it that of the given sizes, or a circle.
@@ -41,6 +46,7 @@ pub struct Measures {
     density: Option<f64>,
 }
 
+/// Kind of cross-section.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SectionKind {
     /// A full circle.
@@ -51,21 +57,27 @@ enum SectionKind {
     Tube,
 }
 
+/// The option of a size, with its value, m or kg/m^3.
+struct SizeOption {
+    name: &'static str,
+    value: Option<f64>,
+}
+
 impl Measures {
     /// The scene of a template with the given measures; with `is_planar` the rod bends in the x-y plane.
-    pub fn applied(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
+    pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
-        let lines = scene.lines().map(|line| self.line(line) + "\n");
-        Ok(lines.collect())
+        Ok(scene.lines().map(|line| self.line(line) + "\n").collect())
     }
 
+    /// A line of the scene with the given measure in it, if it has one.
     fn line(&self, line: &str) -> String {
         if let (Some(length), true) = (self.length, line.contains(LENGTH)) {
             return measured(&line.replacen(LENGTH, &format!("length = {length:?}"), 1));
         }
         if let (Some(density), true) = (self.density, line.starts_with(DENSITY)) {
-            let comment = line.find('#').map_or("", |start| &line[start..]);
-            return measured(&format!("{:<28}{comment}", format!("{DENSITY}{density:?}")));
+            let text = format!("{DENSITY}{density:?}");
+            return measured(&format!("{text:<28}{}", comment(line)));
         }
         if let (Some(kind), true) = (self.kind(), line.starts_with(SECTION)) {
             return self.section_line(kind, line);
@@ -73,85 +85,84 @@ impl Measures {
         line.into()
     }
 
-    /// The kind of section that is asked for, if any is.
+    /// The given kind of section, or that of the given sizes.
     fn kind(&self) -> Option<SectionKind> {
-        self.section.or(match () {
-            () if self.width.or(self.height).is_some() => Some(SectionKind::Rectangle),
-            () if self.thickness.is_some() => Some(SectionKind::Tube),
-            () if self.radius.is_some() => Some(SectionKind::Circle),
-            () => None,
-        })
+        let of_sizes = [
+            (self.width.or(self.height), SectionKind::Rectangle),
+            (self.thickness, SectionKind::Tube),
+            (self.radius, SectionKind::Circle),
+        ];
+        let given = of_sizes.into_iter().find(|(size, _)| size.is_some());
+        self.section.or(given.map(|(_, kind)| kind))
     }
 
+    /// The line of the cross-section. Its comment still marks an example unless all sizes are given.
     fn section_line(&self, kind: SectionKind, line: &str) -> String {
-        let radius = self.radius.unwrap_or(RADIUS);
-        let (section, sizes): (_, &[Option<f64>]) = match kind {
+        let size = |given: Option<f64>, default: f64| given.unwrap_or(default);
+        let radius = size(self.radius, RADIUS);
+        let (section, is_given) = match kind {
             SectionKind::Circle => {
-                (format!("kind = \"circle\", radius = {radius:?}"), &[self.radius])
+                (format!("kind = \"circle\", radius = {radius:?}"), self.radius.is_some())
             }
             SectionKind::Tube => {
-                let thickness = self.thickness.unwrap_or(THICKNESS);
+                let thickness = size(self.thickness, THICKNESS);
                 let text =
                     format!("kind = \"tube\", radius = {radius:?}, thickness = {thickness:?}");
-                (text, &[self.radius, self.thickness])
+                (text, self.radius.and(self.thickness).is_some())
             }
             SectionKind::Rectangle => {
-                let (width, height) = (self.width.unwrap_or(WIDTH), self.height.unwrap_or(HEIGHT));
+                let (width, height) = (size(self.width, WIDTH), size(self.height, HEIGHT));
                 let text = format!(
                     "kind = \"rectangle\", width = {width:?}, height = {height:?}, up = [0, 1, 0]"
                 );
-                (text, &[self.width, self.height])
+                (text, self.width.and(self.height).is_some())
             }
         };
-        let comment = line.find('#').map_or("", |start| &line[start..]);
-        let new = format!("section = {{ {section} }}   {comment}");
-        if sizes.iter().all(Option::is_some) { measured(&new) } else { new }
+        let new = format!("section = {{ {section} }}   {}", comment(line));
+        if is_given { measured(&new) } else { new }
     }
 
+    /// Rejects sizes that are not positive, or that belong to another section, and a rectangle in space.
     fn check(&self, is_planar: bool) -> Result<(), Error> {
-        let sizes = [
-            ("--length", self.length),
-            ("--radius", self.radius),
-            ("--thickness", self.thickness),
-            ("--width", self.width),
-            ("--height", self.height),
-            ("--density", self.density),
+        let option = |name, value| SizeOption { name, value };
+        let options = [
+            option("--length", self.length),
+            option("--radius", self.radius),
+            option("--thickness", self.thickness),
+            option("--width", self.width),
+            option("--height", self.height),
+            option("--density", self.density),
         ];
-        for (option, size) in sizes {
-            if let Some(size) = size.filter(|size| !(size.is_finite() && *size > 0.0)) {
-                return Err(refused(option, size.to_string(), "a number above 0"));
-            }
-        }
-        let others: &[&str] = match self.kind() {
+        let excluded: &[&str] = match self.kind() {
             Some(SectionKind::Rectangle) => &["--radius", "--thickness"],
             Some(SectionKind::Tube) => &["--width", "--height"],
             Some(SectionKind::Circle) | None => &["--width", "--height", "--thickness"],
         };
-        let is_other =
-            |(option, size): &&(&str, Option<f64>)| size.is_some() && others.contains(option);
-        if let Some((option, size)) = sizes.iter().find(is_other) {
-            let found = format!("{} and another section", size.unwrap_or_default());
-            return Err(refused(option, found, "the dimensions of one section"));
+        let given = || options.iter().filter_map(|option| Some((option.name, option.value?)));
+        if let Some((name, size)) = given().find(|(_, size)| !(size.is_finite() && *size > 0.0)) {
+            return Err(Error::invalid(name, size, "a number above 0"));
+        }
+        if let Some((name, size)) = given().find(|(name, _)| excluded.contains(name)) {
+            let found = format!("{size} and another section");
+            return Err(Error::invalid(name, found, "the dimensions of one section"));
         }
         if self.kind() == Some(SectionKind::Rectangle) && !is_planar {
             let allowed = "circle or tube for a rod in space; write `up` of a rectangle into the scene by hand";
-            return Err(refused("--section", "rectangle".into(), allowed));
+            return Err(Error::invalid("--section", "rectangle", allowed));
         }
         Ok(())
     }
 }
 
-/// A line whose number is no example any more.
-fn measured(line: &str) -> String {
-    match line.find(EXAMPLE) {
-        Some(start) => {
-            let rest = line[start + EXAMPLE.len()..].trim_start_matches([':', ',']);
-            format!("{}#{rest}", &line[..start])
-        }
-        None => line.into(),
-    }
+/// The comment at the end of a line.
+fn comment(line: &str) -> &str {
+    line.find('#').map_or("", |start| &line[start..])
 }
 
-fn refused(key: &str, found: String, allowed: &str) -> Error {
-    Error::Invalid { file: None, key: key.into(), found, allowed: allowed.into() }
+/// A line whose comment does not call its value an example any more.
+fn measured(line: &str) -> String {
+    match line.split_once(EXAMPLE) {
+        Some((text, rest)) => format!("{text}#{}", rest.trim_start_matches([':', ','])),
+        None => line.into(),
+    }
 }

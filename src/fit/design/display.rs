@@ -30,7 +30,7 @@ impl Design {
                 format!("the plan does not determine {n} of {all} parameters"),
                 Tone::Bad,
             )
-            .coded(Some(Code::NotIdentifiable)),
+            .with_code(Some(Code::NotIdentifiable)),
         };
         summary =
             summary.table("", estimate_table(&quoted_estimates(&self.parameters, &[]), "value"));

@@ -222,7 +222,7 @@ impl FieldReport {
         let mut summary = match self.converged {
             true => Summary::new(format!("converged: {estimates}"), Tone::Good),
             false => Summary::new(format!("not converged: {estimates}"), Tone::Bad)
-                .coded(Some(Code::NotUsable)),
+                .with_code(Some(Code::NotUsable)),
         };
         let mut singles = SummaryTable::new([
             TextColumn::left("parameter"),

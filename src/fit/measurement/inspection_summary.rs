@@ -39,7 +39,7 @@ impl Inspection {
             unit => format!("in {unit}"),
         };
         Summary::new(format!("{format}, format = \"{}\"", self.format.key()), Tone::Neutral)
-            .of(printable_path(&self.file))
+            .with_subject(printable_path(&self.file))
             .fact(
                 "Frames",
                 format!("{}, {range} {first}{unit} to {last}{unit}, {rate}", self.frames),

@@ -37,7 +37,8 @@ impl FitReport {
             Grade::Trustworthy => "converged, no problem detected".to_string(),
             grade => format!("{grade}: {}", self.verdict),
         };
-        let mut summary = Summary::new(status, self.grade.tone()).coded(Some(self.grade.code()));
+        let mut summary =
+            Summary::new(status, self.grade.tone()).with_code(Some(self.grade.code()));
         // The reason for an unusable result is its verdict.
         if self.status != "converged" && self.grade != Grade::NotUsable {
             summary = summary.note(&self.status);

@@ -1,6 +1,6 @@
-//! Schemas made from the types and their documentation, and held against the files that the program prints.
+//! Schemas generated from the types and their documentation, and compared with the files that the program prints.
 
-use super::Of;
+use super::SchemaKind;
 use clap::ValueEnum;
 use rodfit::Scene;
 use rodfit::campaign::Plan;
@@ -11,56 +11,65 @@ use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value};
 
-/// With this variable set, files that differ are written anew.
+/// Environment variable that makes the test write the files instead of comparing them.
 const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
 
-fn made(of: Of) -> Schema {
+/// The schema of a kind, from its type.
+fn generated(of: SchemaKind) -> Schema {
     match of {
-        Of::Scene => schema::<Scene>(false, "Scene of rodfit"),
-        Of::Fit => schema::<FitFile>(false, "Fit of rodfit"),
-        Of::Campaign => schema::<Plan>(false, "Campaign of rodfit"),
-        Of::Result => schema::<FitReport>(true, "Result of a fit by rodfit"),
-        Of::Simulation => schema::<SimulationReport>(true, "Result of a simulation by rodfit"),
+        SchemaKind::Scene => schema::<Scene>(false, "Scene of rodfit"),
+        SchemaKind::Fit => schema::<FitFile>(false, "Fit of rodfit"),
+        SchemaKind::Campaign => schema::<Plan>(false, "Campaign of rodfit"),
+        SchemaKind::Result => schema::<FitReport>(true, "Result of a fit by rodfit"),
+        SchemaKind::Simulation => {
+            schema::<SimulationReport>(true, "Result of a simulation by rodfit")
+        }
     }
+}
+
+/// A kind with its generated schema.
+struct Generated {
+    of: SchemaKind,
+    schema: Value,
 }
 
 #[test]
-fn the_files_say_what_the_types_say() {
-    let all: Vec<(Of, Value)> =
-        Of::value_variants().iter().map(|of| (*of, made(*of).to_value())).collect();
+fn schema_files_equal_those_of_the_types() {
+    let kinds = SchemaKind::value_variants().iter();
+    let all: Vec<Generated> =
+        kinds.map(|of| Generated { of: *of, schema: generated(*of).to_value() }).collect();
     if std::env::var_os(WRITE).is_some() {
         return write(all);
     }
-    for (of, made) in all {
-        let command = format!("{WRITE}=1 cargo test --release --lib the_files_say");
-        assert!(
-            of.text() == format!("{made:#}"),
-            "the schema of a {} is another: {command}",
-            name(of)
-        );
+    for Generated { of, schema } in all {
+        let command = format!("{WRITE}=1 cargo test --release --lib schema_files");
+        let is_same = of.text() == format!("{schema:#}");
+        assert!(is_same, "the schema of a {} is another: {command}", name(of));
     }
 }
 
-fn name(of: Of) -> String {
+/// The name of a kind on the command line.
+fn name(of: SchemaKind) -> String {
     of.to_possible_value().expect("none is hidden").get_name().to_string()
 }
 
-/// Writes the files, what several define into one.
-fn write(mut all: Vec<(Of, Value)>) {
+/// Writes the files. Definitions that several schemas have go into the shared one.
+fn write(mut all: Vec<Generated>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
     let file = |name: &str, value: &Value| {
         std::fs::write(format!("{folder}/{name}.json"), format!("{value:#}\n")).unwrap();
     };
     let mut shared = Map::new();
-    for k in 0..all.len() {
-        let (before, from) = all.split_at(k);
-        for (name, definition) in from[0].1["definitions"].as_object().into_iter().flatten() {
-            if before.iter().any(|(_, other)| other["definitions"].get(name) == Some(definition)) {
+    for (k, later) in all.iter().enumerate() {
+        for (name, definition) in later.schema["definitions"].as_object().into_iter().flatten() {
+            let has_it =
+                |other: &Generated| other.schema["definitions"].get(name) == Some(definition);
+            if all[..k].iter().any(has_it) {
                 shared.entry(name).or_insert(definition.clone());
             }
         }
     }
-    for (of, schema) in &mut all {
+    for Generated { of, schema } in &mut all {
         for (name, definition) in schema["definitions"].as_object_mut().into_iter().flatten() {
             if shared.get(name) == Some(&*definition) {
                 *definition = true.into();
@@ -71,7 +80,7 @@ fn write(mut all: Vec<(Of, Value)>) {
     file("shared", &Value::Object(shared));
 }
 
-/// Of what is read, or of what is written, in the draft that most editors know.
+/// The schema of a type, as it is written or as it is read, in the draft that most editors support.
 fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     let settings = SchemaSettings::draft07();
     let settings = if written { settings.for_serialize() } else { settings };
@@ -81,9 +90,9 @@ fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     schema
 }
 
-/// Removes the links of the code's documentation, and nulls, which TOML lacks.
+/// Removes links from descriptions, and nulls from schemas of TOML, which has none.
 struct Plain {
-    /// Whether they are kept.
+    /// Whether nulls are kept.
     nulls: bool,
 }
 
@@ -123,7 +132,7 @@ impl Transform for Plain {
     }
 }
 
-/// The first words of a documentation: until an example, and without links.
+/// A documentation up to its first example, on one line and without links.
 fn plain(words: &str) -> String {
     let words = words.split("```").next().unwrap_or_default();
     let words: Vec<&str> = words.split_whitespace().collect();
@@ -150,7 +159,7 @@ fn plain(words: &str) -> String {
 }
 
 #[test]
-fn links_become_their_words() {
+fn links_in_documentation_become_text() {
     let words = "The [motion](crate::accuracy), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
 }
@@ -181,10 +190,10 @@ fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
 }
 
 #[test]
-fn descriptions_of_schemas_stand_alone() {
-    for of in Of::value_variants() {
+fn schema_descriptions_do_not_refer_to_their_neighbors() {
+    for of in SchemaKind::value_variants() {
         let mut found = Vec::new();
-        dependent_descriptions("", made(*of).as_value(), &mut found);
+        dependent_descriptions("", generated(*of).as_value(), &mut found);
         assert!(found.is_empty(), "{}: {found:#?}", name(*of));
     }
 }

@@ -1,0 +1,184 @@
+//! Results as a CSV table for spreadsheets and data frames: a row for each fit.
+
+use crate::campaign::changes::Changes;
+use crate::campaign::collect::Collected;
+use crate::campaign::plan::Task;
+use crate::error::Error;
+use crate::fit::{Bootstrap, Estimate, Unknown};
+use crate::input::text_cell::to_cell;
+use crate::summary::distinct;
+use marker_files::printable::with_tokens_cut;
+use serde::Deserialize;
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::Path;
+use toml::Value;
+
+/// Changed keys that distinguish the parts of one bootstrap: the number of replicates, and the index of the first.
+pub(crate) const BOOTSTRAP_KEYS: [&str; 2] = ["analysis.bootstrap", "analysis.bootstrap_first"];
+/// Columns of a parameter: its value, standard error and 95 % interval.
+const PARAMETER_COLUMNS: [&str; 4] = ["", ".std_error", ".low95", ".high95"];
+/// Further columns of a parameter in campaigns with a bootstrap.
+const BOOTSTRAP_COLUMNS: [&str; 3] =
+    [".bootstrap_std_error", ".bootstrap_low95", ".bootstrap_high95"];
+
+/// The part of a stored result that tables and summaries need.
+#[derive(Deserialize)]
+pub(crate) struct StoredResult {
+    code: u8,
+    pub error: Option<String>,
+    pub report: Option<StoredReport>,
+}
+
+/// The part of a stored report that tables and summaries need.
+#[derive(Deserialize)]
+pub(crate) struct StoredReport {
+    pub grade: Json,
+    pub status: String,
+    pub parameters: Vec<Estimate>,
+    #[serde(default)]
+    pub warning_codes: Vec<String>,
+}
+
+impl StoredResult {
+    /// The estimates; none without a report.
+    fn parameters(&self) -> impl Iterator<Item = &Estimate> {
+        self.report.iter().flat_map(|report| &report.parameters)
+    }
+}
+
+/// The result of a task, or of all parts of a bootstrap.
+pub(crate) struct ResultRow<'a> {
+    pub task: &'a Task,
+    pub result: StoredResult,
+    /// Estimates of all replicates, parameter by parameter.
+    replicates: Vec<Vec<f64>>,
+}
+
+impl ResultRow<'_> {
+    /// The cell of a changed key. A bootstrap has the number of all its replicates.
+    fn change(&self, key: &str) -> String {
+        match (self.task.changes.get(key), self.replicates.first()) {
+            (Some(_), Some(replicates)) if key == BOOTSTRAP_KEYS[0] => replicates.len().to_string(),
+            (value, _) => value.map_or_else(String::new, plain_text),
+        }
+    }
+
+    /// The grade of the fit and its status, or nothing and the error.
+    fn grade_and_status(&self) -> [String; 2] {
+        match &self.result.report {
+            Some(report) => {
+                [report.grade.as_str().unwrap_or_default().into(), report.status.clone()]
+            }
+            None => [String::new(), self.result.error.clone().unwrap_or_default()],
+        }
+    }
+
+    /// The cells of the parameter with a label: value, standard error, 95 % interval, and those of the bootstrap.
+    fn estimate(&self, label: &str) -> [String; 7] {
+        let mut own = self.result.parameters().zip(&self.replicates);
+        let Some((e, replicates)) = own.find(|(e, _)| e.label() == label) else {
+            return Default::default();
+        };
+        let [low, high] = e.interval95.map_or([e.lower95, None], |ends| ends.map(Some));
+        let unknown = Unknown::new(e.name);
+        let pooled = e.value.and_then(|value| Bootstrap::from_estimates(&unknown, value, replicates));
+        let [pooled_low, pooled_high] =
+            pooled.as_ref().map_or([None; 2], |b| b.interval95.map(Some));
+        let pooled_std = pooled.as_ref().map(|b| b.std_error);
+        [e.value, e.std_error, low, high, pooled_std, pooled_low, pooled_high]
+            .map(|x| x.map_or(String::new(), |x| format!("{x:?}")))
+    }
+}
+
+impl Collected<'_> {
+    /// A CSV row for every fit with a result, in the order of the plan: name, fit file, changed keys, exit code, grade,
+    /// status, and value, standard error and 95 % interval of every parameter. The parts of a bootstrap are one row. Text
+    /// that a spreadsheet would compute has a leading apostrophe.
+    ///
+    /// # Errors
+    ///
+    /// Results of another program.
+    pub fn csv_table(&self) -> Result<Vec<u8>, Error> {
+        let rows = self.rows()?;
+        let keys = rows.iter().flat_map(|row| row.task.changes.keys());
+        let keys = distinct(keys.filter(|key| *key != BOOTSTRAP_KEYS[1]));
+        let labels =
+            distinct(rows.iter().flat_map(|row| row.result.parameters()).map(Estimate::label));
+        let has_bootstrap = rows.iter().flat_map(|row| &row.replicates).any(|all| !all.is_empty());
+        let columns = match has_bootstrap {
+            true => [&PARAMETER_COLUMNS[..], &BOOTSTRAP_COLUMNS].concat(),
+            false => PARAMETER_COLUMNS.to_vec(),
+        };
+        let mut header = ["id", "name", "fit"].map(String::from).to_vec();
+        header.extend(keys.iter().map(ToString::to_string));
+        header.extend(["code", "grade", "status"].map(String::from));
+        for label in &labels {
+            header.extend(columns.iter().map(|column| format!("{label}{column}")));
+        }
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let failed =
+            |error: &dyn Display| Error::Fit(format!("the CSV table cannot be written: {error}"));
+        let mut write = |cells: Vec<String>| {
+            let cells = cells.iter().map(|text| to_cell(text).into_owned());
+            writer.write_record(cells).map_err(|error| failed(&error))
+        };
+        write(header)?;
+        for row in &rows {
+            let Task { id, name, fit, .. } = row.task;
+            let mut cells = vec![id.clone(), name.clone(), fit.display().to_string()];
+            cells.extend(keys.iter().map(|key| row.change(key)));
+            cells.push(row.result.code.to_string());
+            cells.extend(row.grade_and_status());
+            for label in &labels {
+                cells.extend(row.estimate(label).into_iter().take(columns.len()));
+            }
+            write(cells)?;
+        }
+        writer.into_inner().map_err(|error| failed(&error))
+    }
+
+    /// The results, with all parts of a bootstrap in one row.
+    pub(crate) fn rows(&self) -> Result<Vec<ResultRow<'_>>, Error> {
+        let mut rows: Vec<ResultRow> = Vec::new();
+        // The row of each bootstrap by its fit, its name and its other changes.
+        let mut bootstraps: BTreeMap<(&Path, &str, String), usize> = BTreeMap::new();
+        for (task, record) in self.results() {
+            let result: StoredResult = serde_json::from_str(&record.result).map_err(|error| {
+                let error = error.to_string();
+                let found = with_tokens_cut(&error, '"');
+                let message = format!("found {found}, allowed: a result of this version");
+                Error::Data { path: record.file.clone(), line: record.line, message }
+            })?;
+            let estimates =
+                |e: &Estimate| e.bootstrap.as_ref().map_or(Vec::new(), |b| b.estimates.clone());
+            let replicates: Vec<Vec<f64>> = result.parameters().map(estimates).collect();
+            if task.changes.contains_key(BOOTSTRAP_KEYS[1]) {
+                let group = (&*task.fit, &*task.name, other_changes(&task.changes));
+                if let Some(first) = bootstraps.get(&group) {
+                    let all = rows[*first].replicates.iter_mut();
+                    all.zip(replicates).for_each(|(all, more)| all.extend(more));
+                    continue;
+                }
+                bootstraps.insert(group, rows.len());
+            }
+            rows.push(ResultRow { task, result, replicates });
+        }
+        Ok(rows)
+    }
+}
+
+/// The changes except those of the parts of a bootstrap, as text.
+fn other_changes(changes: &Changes) -> String {
+    let others = changes.iter().filter(|(key, _)| !BOOTSTRAP_KEYS.contains(&&***key));
+    others.map(|(key, value)| format!("{key} = {value}\n")).collect()
+}
+
+/// A value as text, without the quotes of TOML.
+pub(crate) fn plain_text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        value => value.to_string(),
+    }
+}

@@ -1,0 +1,75 @@
+//! `rodfit campaign collect`: the results of all fits as lines of JSON, as a table, and as a page.
+
+use crate::command::output::Outputs;
+use crate::command::{GlobalOptions, conclude, terminal};
+use rodfit::campaign::{Collected, Plan, Status};
+use rodfit::fit::FitSummary;
+use rodfit::page::comparison_page;
+use rodfit::{Code, Error};
+use std::path::Path;
+
+/// File of the page that compares fits.
+pub const COMPARISON_PAGE: &str = "comparison.html";
+
+/// The results of a plan. Damaged lines are warned of; the torn last line of a killed process is not.
+pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
+    let collected = Collected::new(plan)?;
+    for damage in collected.damaged.iter().filter(|damage| !damage.is_torn()) {
+        terminal::warn(Code::DamagedResult, damage);
+    }
+    Ok(collected)
+}
+
+/// Writes the results to the files `out` and `csv` and to the folder `report`. Exit code 3 while results are missing.
+pub(super) fn collect(
+    folder: &Path,
+    out: Option<&Path>,
+    csv: Option<&Path>,
+    report: Option<&Path>,
+    global: GlobalOptions,
+) -> Result<u8, Error> {
+    let plan = Plan::open_results(folder)?;
+    let mut outputs = Outputs::empty(global);
+    let lines = outputs.add("--out", out);
+    let table = outputs.add("--csv", csv);
+    let page = outputs.add_in_folder("--report", report, COMPARISON_PAGE);
+    outputs.check(&plan.files())?;
+    let collected = collected_results(&plan)?;
+    let status = Status::new(&collected);
+    let lines = lines.map_or(Ok(()), |output| {
+        let mut writer = outputs.begin(output)?;
+        let written = collected.write_lines(&mut writer);
+        outputs.end_pieces(writer, written)
+    });
+    let written = [
+        lines,
+        outputs.write(table, || collected.csv_table()),
+        outputs.write(page, || {
+            let mut fits = collected.summaries()?;
+            for fit in &mut fits {
+                fit.page = report.and_then(|folder| fit_page_address(fit, folder));
+            }
+            Ok(comparison_page(&fits, &folder_name(folder)).into_bytes())
+        }),
+        outputs.print(&status.summary().with_subject(folder.display())),
+    ];
+    let open = status.open_tasks();
+    if open > 0 {
+        let text = format_args!("error: {open} of {} fits have no result yet", status.tasks);
+        terminal::print_note(text);
+    }
+    Ok(conclude(if open == 0 { 0 } else { 3 }, written))
+}
+
+/// The address of the page of a fit in a folder, if the file exists.
+fn fit_page_address(fit: &FitSummary, folder: &Path) -> Option<String> {
+    let is_name = Path::new(&fit.name).components().count() == 1 && !fit.name.starts_with('.');
+    let page = format!("{}/fit.html", fit.name);
+    (is_name && folder.join(&page).is_file()).then_some(page)
+}
+
+/// The name of a folder without its path.
+fn folder_name(folder: &Path) -> String {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
+    whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}

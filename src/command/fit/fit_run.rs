@@ -1,0 +1,192 @@
+//! One fit of `rodfit fit`: a fit file, its outputs and its solution.
+
+use crate::command::fit::FitOptions;
+use crate::command::fit::extend::extended_fit;
+use crate::command::fit::fit_name::output_path;
+use crate::command::fit::save::{SavedScene, add_saved_scenes, scene_text};
+use crate::command::known::add_known_inputs;
+use crate::command::output::Outputs;
+use crate::command::predict::{finish_prediction, prediction, set_derivatives};
+use crate::command::{GlobalOptions, conclude, limits, terminal};
+use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, FitSummary};
+use rodfit::{Code, Error, Parameter, page};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// The first line of a scene with values of an interrupted fit.
+const INTERRUPTED_HEADER: &str =
+    "# interrupted: the best values when the fit was stopped, not its result\n";
+
+/// The end of a run: its exit code, the result on one line, and its summary for a comparison.
+pub(super) struct FitOutcome {
+    pub code: u8,
+    pub line: String,
+    pub summary: Option<FitSummary>,
+}
+
+/// A fit with the destinations of its results.
+pub(super) struct FitRun {
+    pub path: PathBuf,
+    /// Name of the fit among several.
+    pub name: Option<String>,
+    pub file: FitFile,
+    pub outputs: Outputs,
+    global: GlobalOptions,
+    saved_scenes: Vec<SavedScene>,
+    /// Whether to refit with effects that may explain the residuals.
+    extends: bool,
+}
+
+impl FitRun {
+    /// Reads a fit file and adds the outputs of the options, with the name of the fit if it is one of several.
+    pub fn new(
+        path: &Path,
+        name: Option<String>,
+        options: &FitOptions,
+        global: GlobalOptions,
+    ) -> Result<Self, Error> {
+        let admit = |scene: &_| limits::mesh_cost(scene).admit(global);
+        let mut file = FitFile::load_if(path, admit)?;
+        add_known_inputs(&mut file, &options.known)?;
+        file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
+        set_derivatives(&mut file, options.derivatives);
+        let own = name.as_deref();
+        let json = output_path(options.json.json.as_deref(), own, "--json")?;
+        let mut outputs = Outputs::with_json_file(json.as_deref(), global);
+        let folder = options.report.as_ref().map(|folder| folder.join(own.unwrap_or_default()));
+        outputs.add_page_with_data(folder.as_deref(), "fit");
+        let saved_scenes = match output_path(options.save.as_deref(), own, "--save")? {
+            Some(path) => add_saved_scenes(&path, &file, &mut outputs)?,
+            None => Vec::new(),
+        };
+        let (path, extends) = (path.into(), options.extend);
+        Ok(Self { path, name, file, outputs, global, saved_scenes, extends })
+    }
+
+    /// The files that the fit reads.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let mut inputs = self.file.files();
+        inputs.push(self.path.clone());
+        inputs
+    }
+
+    /// Computes the result and writes it: predictions of validation data only, a fit of distributed parameters, or a fit
+    /// of single parameters.
+    pub fn solve(self, stop: Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+        if self.file.is_validation_only() {
+            self.predict(stop)
+        } else if let Some(fit) = self.file.field_fit()? {
+            self.solve_field(&fit.stop_when(stop))
+        } else {
+            self.solve_parameters(&stop)
+        }
+    }
+
+    /// Estimates single parameters.
+    fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+        let (plots, global) = (self.outputs.has_page(), self.global);
+        let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
+        let mut report = solve(&self.file)?;
+        if self.extends && !report.interrupted {
+            report = extended_fit(&mut self.file, report, solve)?;
+        }
+        if report.interrupted {
+            self.outputs.set_interrupted();
+        }
+        let title = self.path.display().to_string();
+        let saved = self
+            .write_scenes(|experiment| Ok(report.parameters_of(experiment)), report.interrupted);
+        let code = if report.is_success() { 0 } else { 3 };
+        let page = || page::fit_page(&report, &title);
+        let summary = report.summary().with_subject(&title);
+        let written = self.outputs.finish(code, &report, Some(&page), &summary);
+        if code != 0 {
+            let grade = report.grade.code();
+            terminal::print_note(format_args!("error: {} [{grade}]", report.status));
+        }
+        let (line, summary) = (report.in_a_line(), Some(FitSummary::new("", &report)));
+        Ok(FitOutcome { code: conclude(written, saved), line, summary })
+    }
+
+    /// Compares the scenes with measurements that are all validation data.
+    fn predict(self, stop: Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+        let excluded = [
+            ("--extend", self.extends),
+            ("--save", !self.saved_scenes.is_empty()),
+            ("--known", !self.file.knowns.is_empty()),
+        ];
+        if let Some((option, _)) = excluded.into_iter().find(|(_, is_given)| *is_given) {
+            let found = "with validation data only, to which nothing is fitted";
+            return Err(Error::invalid(option, found, "--json and --report with predictions"));
+        }
+        let report = prediction(&self.file, self.outputs.has_page(), stop)?;
+        let code = finish_prediction(&self.outputs, &report, &self.path.display().to_string());
+        Ok(FitOutcome { code, line: report.in_a_line(), summary: None })
+    }
+
+    /// Estimates parameters that vary along the rod.
+    fn solve_field(self, fit: &FieldFit) -> Result<FitOutcome, Error> {
+        if self.extends {
+            let allowed =
+                "--json, --report and --save with fits of distributed parameters ([[field]])";
+            return Err(Error::invalid("--extend", "with [[field]]", allowed));
+        }
+        let report = fit.solve()?;
+        let title = self.path.display().to_string();
+        let values = |experiment: &Experiment| report.values(experiment.problem.scene());
+        let saved = self.write_scenes(values, false);
+        let (code, line) = match report.converged {
+            true => (0, "converged, distributed parameters".to_string()),
+            false => (3, Code::NotUsable.to_string()),
+        };
+        let page = || page::field_page(&report, &title);
+        let summary = report.summary().with_subject(&title);
+        let written = self.outputs.finish(code, &report, Some(&page), &summary);
+        if code != 0 {
+            let grade = Code::NotUsable;
+            terminal::print_note(format_args!("error: no minimum was reached [{grade}]"));
+        }
+        Ok(FitOutcome { code: conclude(written, saved), line, summary: None })
+    }
+
+    /// Writes the scenes with the fitted values of their experiments.
+    fn write_scenes(
+        &self,
+        values: impl Fn(&Experiment) -> Result<Vec<(Parameter, f64)>, Error>,
+        is_interrupted: bool,
+    ) -> Vec<Result<(), Error>> {
+        let write = |saved: &SavedScene| {
+            let experiment = &self.file.experiments[saved.experiment];
+            self.outputs.write(saved.output, || {
+                let scene = scene_text(&experiment.problem, values(experiment)?)?;
+                let header = if is_interrupted { INTERRUPTED_HEADER } else { "" };
+                Ok([header.as_bytes(), &scene].concat())
+            })
+        };
+        self.saved_scenes.iter().map(write).collect()
+    }
+}
+
+/// Solves a fit with a spinner for its progress. `plots` keeps the data of the page.
+fn solve(
+    file: &FitFile,
+    plots: bool,
+    stop: Arc<AtomicBool>,
+    global: GlobalOptions,
+) -> Result<FitReport, Error> {
+    let bar = terminal::spinner(global);
+    let shown = bar.clone();
+    let mut fit = file.fit().stop_when(stop);
+    if plots {
+        fit = fit.keep_plot_data();
+    }
+    let report = fit
+        .on_progress(move |stage, simulations| {
+            shown.set_message(format!("{stage} ({simulations:.1} simulations)"));
+            shown.tick();
+        })
+        .solve();
+    bar.finish_and_clear();
+    report
+}

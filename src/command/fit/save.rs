@@ -1,0 +1,90 @@
+//! `rodfit fit --save`: scenes with the fitted values.
+
+use crate::command::fit::fit_name::path_with_name;
+use crate::command::output::{Output, Outputs};
+use rodfit::fit::FitFile;
+use rodfit::{Error, Parameter, Problem, Unknown};
+use std::path::Path;
+
+/// A fitted scene to write.
+pub(super) struct SavedScene {
+    /// Index of the experiment with the scene: the first of those that differ in their recordings only.
+    pub experiment: usize,
+    pub output: Option<Output>,
+}
+
+/// The scene of a problem with other values, as TOML with absolute paths.
+pub(super) fn scene_text(
+    problem: &Problem,
+    values: Vec<(Parameter, f64)>,
+) -> Result<Vec<u8>, Error> {
+    let mut scene = problem.with(values)?.scene().reopened();
+    scene.make_paths_absolute()?;
+    Ok(scene.to_toml()?.into_bytes())
+}
+
+/// Adds an output for every fitted scene. Experiments that differ in their recordings only share one.
+pub(super) fn add_saved_scenes(
+    path: &Path,
+    file: &FitFile,
+    outputs: &mut Outputs,
+) -> Result<Vec<SavedScene>, Error> {
+    let groups = scene_groups(file);
+    if let [_, second, ..] = &groups[..]
+        && path == Path::new("-")
+    {
+        let second = &file.experiments[second[0]].name;
+        let found = format!("- with {} experiments, such as {second}", groups.len());
+        let allowed = "a file; the names of the experiments are appended to its name";
+        return Err(Error::invalid("--save", found, allowed));
+    }
+    let add = |group: &Vec<usize>| {
+        let name = match (group.len(), groups.len()) {
+            (2.., 1) => String::new(),
+            (1, _) => file.experiments[group[0]].name.clone(),
+            _ => group_name(file, group, &groups),
+        };
+        let output = match name.is_empty() {
+            true => outputs.add("--save", Some(path)),
+            false => {
+                let option = format!("--save of experiment {name:?}");
+                outputs.add(&option, Some(&path_with_name(path, &name, "toml")))
+            }
+        };
+        SavedScene { experiment: group[0], output }
+    };
+    Ok(groups.iter().map(add).collect())
+}
+
+/// Indices of the experiments that share a fitted scene: same scene, same parameters, other recordings.
+fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
+    let all = &file.experiments;
+    let share_scene = |i: usize, j: usize| {
+        let is_parameter_of = |u: &Unknown, k: usize| {
+            u.experiments.is_empty() || u.experiments.contains(&all[k].name)
+        };
+        let share_parameters =
+            file.unknowns.iter().all(|u| is_parameter_of(u, i) == is_parameter_of(u, j));
+        let [a, b] = [i, j].map(|k| all[k].problem.scene());
+        share_parameters && a.differs_in_recording_only(b)
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for i in 0..all.len() {
+        match groups.iter_mut().find(|group| share_scene(group[0], i)) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    groups
+}
+
+/// The name of the scene file of a group, or that of its first experiment if another group has the same scene file.
+fn group_name(file: &FitFile, group: &[usize], groups: &[Vec<usize>]) -> String {
+    let stem = |group: &[usize]| {
+        let path = file.experiments[group[0]].problem.scene().path.clone()?;
+        Some(path.file_stem()?.to_string_lossy().into_owned())
+    };
+    let same = groups.iter().filter(|other| stem(other) == stem(group)).count();
+    let first = file.experiments[group[0]].name.clone();
+    stem(group).filter(|_| same == 1).unwrap_or(first)
+}

@@ -1,0 +1,51 @@
+//! The scene of a cable between two grippers, with the lengths and the time step of a recording.
+
+use rodfit::scene::Track;
+
+/// Fewest markers of a cable: two on each gripper, and one between them.
+pub(super) const MIN_MARKERS: usize = 5;
+
+/// The middle one of sorted numbers.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// A length or coordinate, m, rounded to hundredths of a millimeter.
+fn rounded(x: f64) -> f64 {
+    (x * 1e5).round() / 1e5
+}
+
+/// The text of the template's scene for a recording: a straight rod with a node at every marker, gravity along the
+/// vertical axis of the recording, and the frame interval as time step. `file` is a TOML string, `keys` are further keys.
+pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) -> String {
+    let markers = track.markers();
+    let mut lengths: Vec<f64> = Vec::new();
+    for pair in markers.windows(2) {
+        let distance = |(a, b): (&Option<[f64; 3]>, &Option<[f64; 3]>)| {
+            let (a, b) = ((*a)?, (*b)?);
+            Some((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt())
+        };
+        let distances = pair[0].seen.iter().zip(&pair[1].seen).filter_map(distance);
+        lengths.push(median(distances.collect()).map_or(0.0, rounded));
+    }
+    let mut points = vec![[0.0, 0.0, 0.0]];
+    let mut arc_length = 0.0;
+    for length in &lengths {
+        arc_length += length;
+        points.push([rounded(arc_length), 0.0, 0.0]);
+    }
+    let is_planar = markers.iter().flat_map(|m| m.seen.iter().flatten()).all(|x| x[2] == 0.0);
+    let gravity = if is_planar { "[0, -9.81, 0]" } else { "[0, 0, -9.81]" };
+    let step = median(track.times().windows(2).map(|t| t[1] - t[0]).collect()).unwrap_or(0.01);
+    let texts = [
+        ("{segments}", (markers.len() - 1).to_string()),
+        ("{points}", format!("{points:?}")),
+        ("{lengths}", format!("{lengths:?}")),
+        ("{file}", file.into()),
+        ("{keys}", keys.into()),
+        ("{gravity}", gravity.into()),
+        ("{step}", format!("{:?}", (step * 1e7).round() / 1e7)),
+    ];
+    texts.iter().fold(scene.to_string(), |scene, (place, text)| scene.replace(place, text))
+}

@@ -1,0 +1,82 @@
+//! Files of a template with the recorded data of the user.
+
+use crate::command::init::cable::{MIN_MARKERS, cable_scene};
+use crate::command::init::{InitOptions, NewFile, Template, TemplateTexts, toml_string};
+use rodfit::fit::{Inspection, Recording, RestShape};
+use rodfit::scene::Track;
+use rodfit::{Error, Observation};
+use std::path::Path;
+
+/// Scene and fit of a template for a data file, which is read once: a file that cannot be read is an error.
+pub(super) fn recorded_files(
+    texts: &TemplateTexts,
+    file: &Path,
+    options: &InitOptions,
+) -> Result<Vec<NewFile>, Error> {
+    let TemplateTexts { template, scene, fit, .. } = texts;
+    let recording = options.units.recording();
+    let path = path_from(&options.out, file)?;
+    match template {
+        Template::Cantilever | Template::Helix => {
+            let inspection = Inspection::of(file, &recording)?;
+            let observed = Observation::read_as(file, &inspection.recording)?;
+            let end = observed.samples.last().map_or(0.0, |sample| sample.time);
+            let own = toml_string(&file.display().to_string());
+            let observation = inspection.observation.replacen(&own, &path, 1);
+            let scene = scene.replace("{end}", &format!("{:?}", (end * 1e3).ceil() / 1e3));
+            Ok(texts.files(scene, fit.replace("{observation}", &observation)))
+        }
+        Template::Droop => {
+            RestShape::read_as(file, &Recording { fps: None, ..recording })?;
+            Ok(texts.files(scene, fit.replace("{file}", &path)))
+        }
+        Template::Frequencies => {
+            let found = format!("{} beside frequencies", file.display());
+            let allowed = "none: the fit file itself contains the frequencies";
+            Err(Error::invalid("--from", found, allowed))
+        }
+        Template::Cable => recorded_cable(texts, file, &path, &recording),
+    }
+}
+
+/// Scene and fit of a cable whose ends move as the outermost markers of a recording.
+fn recorded_cable(
+    texts: &TemplateTexts,
+    file: &Path,
+    path: &str,
+    recording: &Recording,
+) -> Result<Vec<NewFile>, Error> {
+    let inspection = Inspection::of(file, recording)?;
+    // Grippers that rest at first are a part of the motion: the time does not begin at its onset.
+    let time_zero = Some(inspection.clock[0]);
+    let recording = Recording { marker: None, likelihood: None, time_zero, ..inspection.recording };
+    let track = Track::read_as(file, &recording, &[])?;
+    let mut keys = String::new();
+    let zero = recording.time_zero.filter(|zero| *zero != 0.0);
+    let down = recording.y.map(|_| "\"down\"".to_string());
+    let [fps, scale, zero] =
+        [recording.fps, recording.scale, zero].map(|x| x.map(|x| x.to_string()));
+    for (key, value) in [("fps", fps), ("scale", scale), ("y", down), ("time_zero", zero)] {
+        keys += &value.map_or(String::new(), |value| format!("\n{key} = {value}"));
+    }
+    let markers = track.markers().len();
+    if markers < MIN_MARKERS {
+        let allowed = format!(
+            "{MIN_MARKERS} or more along the rod: two in each hand, and what is seen between them"
+        );
+        return Err(Error::invalid("--from", format!("{markers} markers"), allowed));
+    }
+    let sigma = "0.01                # m: how far off a good model is";
+    let fit = texts.fit.replace("{fitted}", &format!("[{path}]")).replace("{held_out}", "");
+    let scene = cable_scene(&texts.scene, &track, path, &keys);
+    Ok(texts.files(scene, fit.replace("{sigma}", sigma)))
+}
+
+/// The path of a file as a TOML string in the files of another folder.
+fn path_from(folder: &Path, file: &Path) -> Result<String, Error> {
+    let path = match folder == Path::new(".") || file.is_absolute() {
+        true => file.to_path_buf(),
+        false => std::path::absolute(file).map_err(|source| Error::io(file, source))?,
+    };
+    Ok(toml_string(&path.display().to_string()))
+}

@@ -1,0 +1,20 @@
+//! The option `--known NAME=SIGMA`: inputs with a standard uncertainty (GUM: type B).
+
+use rodfit::Error;
+use rodfit::fit::{FitFile, Known};
+
+/// Adds the inputs of the option to those of a fit file.
+pub fn add_known_inputs(file: &mut FitFile, texts: &[String]) -> Result<(), Error> {
+    for text in texts {
+        file.knowns.push(known_input(text)?);
+    }
+    Ok(())
+}
+
+/// An input with its standard uncertainty in its unit, from `NAME=SIGMA`.
+fn known_input(text: &str) -> Result<Known, Error> {
+    let invalid = || Error::invalid("--known", text, "NAME=SIGMA, as in rod.section.radius=5e-5");
+    let (name, sigma) = text.split_once('=').ok_or_else(invalid)?;
+    let sigma = sigma.trim().parse().map_err(|_| invalid())?;
+    Ok(Known::new(name.trim().parse()?, sigma))
+}

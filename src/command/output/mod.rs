@@ -1,0 +1,290 @@
+//! The outputs of a command: its report as JSON, as a page and as a summary, and further files.
+//!
+//! All outputs are checked before anything runs: none is an input of the command or another output, and all can be
+//! written. A file is written under a temporary name beside its own and renamed when it is complete, so that its name
+//! never stands for a part of it. An interrupted result does not replace an older one without `--overwrite`.
+
+mod path;
+mod target;
+mod writer;
+
+use crate::command::output::path::{folder_of, identity, interrupted_name, is_device, resolved};
+use crate::command::output::target::Target;
+use crate::command::output::writer::{Sink, open_device, with_partial_file};
+use crate::command::{GlobalOptions, JsonOption, conclude, terminal};
+use rodfit::summary::Summary;
+use rodfit::{Code, Error, PartFile};
+use serde::Serialize;
+use std::cell::Cell;
+use std::fs::{metadata, symlink_metadata};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+pub use writer::OutputWriter;
+
+/// All outputs of a command.
+pub struct Outputs {
+    global: GlobalOptions,
+    targets: Vec<Target>,
+    json: Option<Output>,
+    page: Option<Output>,
+    page_json: Option<Output>,
+    is_interrupted: bool,
+    /// Set once the reader of standard output has closed it.
+    is_stdout_closed: Rc<Cell<bool>>,
+}
+
+/// Index of an output.
+#[derive(Clone, Copy)]
+pub struct Output(usize);
+
+impl Outputs {
+    /// Outputs without a report.
+    pub fn empty(global: GlobalOptions) -> Self {
+        Self {
+            global,
+            targets: Vec::new(),
+            json: None,
+            page: None,
+            page_json: None,
+            is_interrupted: false,
+            is_stdout_closed: Rc::default(),
+        }
+    }
+
+    /// Outputs with the report of `--json`, if it is given.
+    pub fn new(json: &JsonOption, global: GlobalOptions) -> Self {
+        Self::with_json_file(json.json.as_deref(), global)
+    }
+
+    /// Outputs with the report in this file, if there is one.
+    pub fn with_json_file(file: Option<&Path>, global: GlobalOptions) -> Self {
+        let mut outputs = Self::empty(global);
+        outputs.json = outputs.add("--json", file);
+        outputs
+    }
+
+    /// The report of `--json` as the only output, checked against the inputs of the command.
+    pub fn with_json(
+        json: &JsonOption,
+        inputs: &[PathBuf],
+        global: GlobalOptions,
+    ) -> Result<Self, Error> {
+        let outputs = Self::new(json, global);
+        outputs.check(inputs).map(|()| outputs)
+    }
+
+    /// Adds the file that an option names; `-` is standard output.
+    pub fn add(&mut self, option: &str, path: Option<&Path>) -> Option<Output> {
+        self.push(option, path?.into(), false)
+    }
+
+    /// Adds a file in the folder that an option names. The folder is created if it does not exist.
+    pub fn add_in_folder(
+        &mut self,
+        option: &str,
+        folder: Option<&Path>,
+        name: &str,
+    ) -> Option<Output> {
+        self.push(option, folder?.join(name), true)
+    }
+
+    /// Adds the page of the report in the folder of `--report`.
+    pub fn add_page(&mut self, folder: Option<&Path>, name: &str) {
+        self.page = self.add_in_folder("--report", folder, name);
+    }
+
+    /// Adds the page of the report, `NAME.html`, and its data, `NAME.json`, in the folder of `--report`.
+    pub fn add_page_with_data(&mut self, folder: Option<&Path>, name: &str) {
+        self.add_page(folder, &format!("{name}.html"));
+        self.page_json = self.add_in_folder("--report", folder, &format!("{name}.json"));
+    }
+
+    /// Adds a target.
+    fn push(&mut self, option: &str, path: PathBuf, creates_folder: bool) -> Option<Output> {
+        self.targets.push(Target { option: option.into(), path, creates_folder });
+        Some(Output(self.targets.len() - 1))
+    }
+
+    /// Rejects outputs that are an input or another output, or that cannot be written.
+    pub fn check(&self, inputs: &[PathBuf]) -> Result<(), Error> {
+        let inputs: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
+        for (i, target) in self.targets.iter().enumerate() {
+            let path = target.path.display();
+            if target.creates_folder && folder_of(&target.path) == Path::new("-") {
+                return Err(target.invalid("-", "a folder, as there may be several files"));
+            }
+            let files = target.files();
+            if files.iter().any(|file| inputs.contains(file)) {
+                let found = format!("{path}, an input of this run");
+                return Err(target.invalid(found, "a file that is not an input"));
+            }
+            for before in &self.targets[..i] {
+                if before.is_stdout() && target.is_stdout() {
+                    let found = format!("standard output, which {} uses", before.option);
+                    return Err(target.invalid(found, "- for one output at most"));
+                }
+                if before.files().iter().any(|file| files.contains(file)) {
+                    let found = format!("{path}, which {} also writes", before.option);
+                    return Err(target.invalid(found, "a separate file for each output"));
+                }
+            }
+        }
+        self.targets.iter().try_for_each(Target::check_writable)
+    }
+
+    /// Rejects outputs that another run of the same command writes too.
+    pub fn check_beside(&self, other: &Self) -> Result<(), Error> {
+        let taken: Vec<PathBuf> = other.targets.iter().flat_map(Target::files).collect();
+        let is_taken = |target: &&Target| target.files().iter().any(|file| taken.contains(file));
+        self.targets.iter().find(is_taken).map_or(Ok(()), |target| {
+            let found = format!("{}, which another fit also writes", target.path.display());
+            Err(target.invalid(found, "a separate file for each output"))
+        })
+    }
+
+    /// Marks all results from now on as those of an interrupted run.
+    pub fn set_interrupted(&mut self) {
+        self.is_interrupted = true;
+    }
+
+    /// Whether the reader of standard output has closed it.
+    pub fn is_stdout_closed(&self) -> bool {
+        self.is_stdout_closed.get()
+    }
+
+    /// Whether there is a report in JSON.
+    pub fn has_json(&self) -> bool {
+        self.json.is_some()
+    }
+
+    /// Whether there is a page of the report.
+    pub fn has_page(&self) -> bool {
+        self.page.is_some()
+    }
+
+    /// Whether a summary is printed: not with `--quiet`, nor if standard output is a result.
+    pub fn has_summary(&self) -> bool {
+        !self.global.quiet && !self.targets.iter().any(Target::is_stdout)
+    }
+
+    /// Whether an output is a regular file.
+    pub fn is_file(&self, output: Option<Output>) -> bool {
+        output.is_some_and(|Output(i)| !self.targets[i].files().is_empty())
+    }
+
+    /// Writes an output.
+    pub fn write(
+        &self,
+        output: Option<Output>,
+        content: impl FnOnce() -> Result<Vec<u8>, Error>,
+    ) -> Result<(), Error> {
+        let Some(output) = output else { return Ok(()) };
+        let content = content()?;
+        let mut writer = self.begin(output)?;
+        let written = writer.write_all(&content);
+        self.end(writer, written, false)
+    }
+
+    /// Writes a report as JSON on one line.
+    fn write_json(&self, output: Option<Output>, report: &impl Serialize) -> Result<(), Error> {
+        let Some(output) = output else { return Ok(()) };
+        let mut writer = self.begin(output)?;
+        // Serialized in memory: a generic writer would compile the serialization of every report once more.
+        let json = serde_json::to_vec(report).map_err(io::Error::from);
+        let written = json.and_then(|json| writer.write_all(&[&json[..], b"\n"].concat()));
+        self.end(writer, written, false)
+    }
+
+    /// Writes a report as JSON, as its page and as its summary. Returns the exit code: `code`, or that of an output that
+    /// could not be written.
+    pub fn finish(
+        &self,
+        code: u8,
+        report: &impl Serialize,
+        page: Option<&dyn Fn() -> String>,
+        summary: &Summary,
+    ) -> u8 {
+        let page = page
+            .zip(self.page)
+            .map_or(Ok(()), |(page, output)| self.write(Some(output), || Ok(page().into_bytes())));
+        let json = [self.json, self.page_json].map(|output| self.write_json(output, report));
+        conclude(code, json.into_iter().chain([page, self.print(summary)]))
+    }
+
+    /// Prints a summary unless there is none.
+    pub fn print(&self, summary: &Summary) -> Result<(), Error> {
+        match self.has_summary() {
+            true => terminal::print_summary(summary),
+            false => Ok(()),
+        }
+    }
+
+    /// Begins an output that is written in pieces.
+    pub fn begin(&self, output: Output) -> Result<OutputWriter, Error> {
+        let target = &self.targets[output.0];
+        let sink = if target.is_stdout() {
+            Ok(Sink::Stdout(self.is_stdout_closed.clone()))
+        } else if is_device(&target.path) {
+            open_device(&target.path).map(Sink::Device)
+        } else {
+            let path = resolved(&target.path);
+            let folder = folder_of(&path);
+            let created =
+                if target.creates_folder { std::fs::create_dir_all(folder) } else { Ok(()) };
+            created.and_then(|()| PartFile::beside(&path)).map(Sink::PartFile)
+        };
+        let sink = sink.map_err(|source| target.error(source))?;
+        Ok(OutputWriter { output, buffer: BufWriter::new(sink) })
+    }
+
+    /// Ends an output that was written in pieces with this outcome. After an error the written part is kept.
+    pub fn end_pieces(&self, writer: OutputWriter, written: io::Result<()>) -> Result<(), Error> {
+        self.end(writer, written, true)
+    }
+
+    /// Flushes an output and gives its file its name. `keeps_part` keeps the temporary file after an error.
+    fn end(
+        &self,
+        mut writer: OutputWriter,
+        written: io::Result<()>,
+        keeps_part: bool,
+    ) -> Result<(), Error> {
+        let target = &self.targets[writer.output.0];
+        let written = written.and_then(|()| writer.buffer.flush());
+        // Without the buffer: its drop would try to write the rest again.
+        let (sink, _) = writer.buffer.into_parts();
+        let Sink::PartFile(file) = sink else {
+            return written.map_err(|source| target.error(source));
+        };
+        if let Err(source) = written {
+            let source = if keeps_part { with_partial_file(file, source) } else { source };
+            return Err(target.error(source));
+        }
+        let path = self.final_path(target);
+        if let Ok(older) = metadata(&path) {
+            // A result keeps the permissions of the one it replaces.
+            let _ = std::fs::set_permissions(file.path(), older.permissions());
+        }
+        file.persist(&path).map_err(|(source, file)| target.error(with_partial_file(file, source)))
+    }
+
+    /// The path of a complete file: beside an older one if this run was interrupted.
+    fn final_path(&self, target: &Target) -> PathBuf {
+        let path = resolved(&target.path);
+        let replaces = !self.is_interrupted || self.global.overwrites();
+        if replaces || symlink_metadata(&path).is_err() {
+            return path;
+        }
+        let beside = interrupted_name(&path);
+        let text = format!(
+            "{} of an earlier run is kept. The result of this interrupted run is in {}. Use --overwrite to \
+             replace the earlier one",
+            path.display(),
+            beside.display()
+        );
+        terminal::warn(Code::OlderResult, text);
+        beside
+    }
+}

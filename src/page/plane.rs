@@ -1,0 +1,36 @@
+//! Planes of the world axes in which a rod is drawn.
+
+use crate::numerics::total_order;
+use std::cmp::Reverse;
+
+/// Coordinates that vary by less than this part of the largest variation are not drawn.
+const FLAT: f64 = 1e-6;
+/// Names of the axes of the world.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Indices of the horizontal and of the vertical axis of a drawing.
+pub(super) type Plane = [usize; 2];
+
+/// The smallest and the largest of numbers.
+pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, -f64::INFINITY];
+    values.into_iter().fold(none, |[low, high], x| [low.min(x), high.max(x)])
+}
+
+/// The one or two planes with the largest extents of these points, m.
+pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(points: impl Fn() -> I) -> Vec<Plane> {
+    let extents = [0, 1, 2].map(|c| {
+        let [low, high] = range(points().map(|x| x[c]));
+        high - low
+    });
+    let largest = extents.iter().copied().fold(0.0, f64::max);
+    let mut planes = vec![[0, 1], [0, 2], [1, 2]];
+    planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
+    planes.sort_by_cached_key(|[a, b]| {
+        let (smaller, larger) = (extents[*a].min(extents[*b]), extents[*a].max(extents[*b]));
+        Reverse((total_order(larger), total_order(smaller)))
+    });
+    planes.truncate(2);
+    // A rod that stays straight along an axis has an extent along one axis only.
+    if planes.is_empty() { vec![[0, 1]] } else { planes }
+}

@@ -1,0 +1,57 @@
+//! A work-precision study as text for a terminal.
+
+use crate::study::{Study, scheme_name};
+use crate::summary::quantity::{number, quantity};
+use crate::summary::{ItemTable, Summary, Tone};
+use std::fmt::{self, Display, Formatter};
+
+/// Significant digits of steps and times.
+const DIGITS: usize = 3;
+/// The same in the table of all runs, whose columns must fit into 80.
+const FEW_DIGITS: usize = 2;
+
+impl Display for Study {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl Study {
+    /// The result as text for a terminal: the fastest run for each error, then all runs.
+    pub fn summary(&self) -> Summary {
+        let status = format!(
+            "{} runs; error of the reference at most {} of the length",
+            self.rows.len(),
+            percent(self.reference_error)
+        );
+        let advice = self.advice.iter();
+        let advice = advice.map(|advice| (advice, advice.row.map(|i| &self.rows[i])));
+        let fastest = ItemTable::new(advice)
+            .left("tip error", |(advice, _)| format!("{} of the length", percent(advice.error)))
+            .left("scheme", |(_, row)| row.map_or("finer than all runs".into(), scheme_name))
+            .right("step", |(_, row)| row.map(|row| quantity(row.step, "s", DIGITS)))
+            .right("segments", |(_, row)| row.map(|row| row.segments.to_string()))
+            .right("time", |(_, row)| row.map(|row| quantity(row.wall_seconds, "s", DIGITS)));
+        let size = |x: Option<f64>| x.map_or("failed".into(), |x| format!("{x:.1e}"));
+        let runs = ItemTable::new(&self.rows)
+            .left("scheme", |row| scheme_name(row))
+            .right("step", |row| quantity(row.step, "s", FEW_DIGITS))
+            .right("mesh", |row| row.segments.to_string())
+            .right("error", |row| size(row.error))
+            .right("(step)", |row| size(row.step_error))
+            .right("(mesh)", |row| size(Some(row.mesh_error)))
+            .right("time", |row| quantity(row.wall_seconds, "s", FEW_DIGITS))
+            .right("energy", |row| format!("{:.1e}", row.energy_drift));
+        let title = "All runs: step, segments, error of the tip over the length (total, by the step, by the mesh), \
+                     computing time, change of the energy over the largest kinetic energy";
+        Summary::new(status, Tone::Neutral)
+            .table("Fastest run for a tip error", fastest)
+            .details()
+            .table(title, runs)
+    }
+}
+
+/// A fraction in per cent.
+fn percent(fraction: f64) -> String {
+    format!("{} %", number(100.0 * fraction, 2))
+}

@@ -1,0 +1,51 @@
+//! A simulation with its wall-clock time and the motion of its tip.
+
+use crate::accuracy::Positions;
+use crate::dynamics::{SimulationReport, Trajectory};
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::Point;
+
+/// Times at which tips are compared, evenly spaced.
+const SAMPLES: usize = 400;
+/// Runs shorter than this, s, are timed again.
+const SHORT: f64 = 0.05;
+/// Most repetitions of a short run; the fastest run counts.
+const REPETITIONS: usize = 2;
+
+/// A simulation with its cost.
+pub(super) struct MeasuredRun {
+    /// Positions of the tip at the [`SAMPLES`] times, m, or why the run stopped.
+    pub tip: Result<Positions, Error>,
+    /// Wall time of the stepping, s.
+    pub seconds: f64,
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// Largest change of the energy over the largest kinetic energy.
+    pub energy_drift: f64,
+}
+
+impl MeasuredRun {
+    /// Simulates a problem. A run that stops is a result; only a problem that cannot begin is an error.
+    pub fn new(problem: &Problem) -> Result<Self, Error> {
+        let time = problem.time()?;
+        let nodes: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();
+        let mut report = SimulationReport::new(problem);
+        let mut trajectory = Trajectory::new(problem, &nodes, &[])?;
+        let outcome = trajectory.run(problem, time.steps(), |now| report.push(problem, now));
+        let tip = outcome.and_then(|()| {
+            let sample = |k: usize| time.end * k as f64 / SAMPLES as f64;
+            (1..=SAMPLES).map(|k| Ok(trajectory.at(Point::Tip, sample(k))?.0)).collect()
+        });
+        let mut seconds = trajectory.stepping().as_secs_f64();
+        for _ in 0..REPETITIONS {
+            if tip.is_ok() && seconds < SHORT {
+                let mut again = Trajectory::new(problem, &nodes, &[])?;
+                again.run(problem, time.steps(), |_| {})?;
+                seconds = seconds.min(again.stepping().as_secs_f64());
+            }
+        }
+        let newton_iterations = trajectory.work().newton_iterations;
+        Ok(Self { tip, seconds, newton_iterations, energy_drift: report.energy_drift() })
+    }
+}
