@@ -1,5 +1,5 @@
-//! What comes out the same is there once, where the linker can see to that: the one that Rust brings along and takes by itself on
-//! this target from 1.90 on.
+//! Merges identical functions of the library by the linker option `--icf=all` (identical code folding). The linker that
+//! Rust uses by default on this target from 1.90 on has the option.
 
 use std::path::Path;
 use std::process::Command;
@@ -13,15 +13,15 @@ fn main() {
     }
 }
 
-/// Whether the compiler has one, if it says so.
+/// Whether the compiler uses its own linker; none if it cannot be determined.
 fn own_linker() -> Option<bool> {
-    let minor: u32 = said("--version")?.split('.').nth(1)?.parse().ok()?;
+    let minor: u32 = compiler_output("--version")?.split('.').nth(1)?.parse().ok()?;
     let linker = format!("lib/rustlib/{TARGET}/bin/gcc-ld/ld.lld");
-    Some(minor >= 90 && Path::new(said("--print=sysroot")?.trim()).join(linker).exists())
+    Some(minor >= 90 && Path::new(compiler_output("--print=sysroot")?.trim()).join(linker).exists())
 }
 
-/// What the compiler says.
-fn said(option: &str) -> Option<String> {
-    let said = Command::new(std::env::var_os("RUSTC")?).arg(option).output().ok()?;
-    String::from_utf8(said.stdout).ok()
+/// The output of the compiler with an option.
+fn compiler_output(option: &str) -> Option<String> {
+    let output = Command::new(std::env::var_os("RUSTC")?).arg(option).output().ok()?;
+    String::from_utf8(output.stdout).ok()
 }

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Entries of all codes, in the order of [`Code`]: a heading of the second level each.
+/// Documents with the entries of all codes, in the order of [`Code`]. Each entry has a heading of the second level.
 const PAGES: [&str; 5] = [
     include_str!("../docs/codes/grades.md"),
     include_str!("../docs/codes/residuals.md"),
@@ -15,10 +15,10 @@ const PAGES: [&str; 5] = [
     include_str!("../docs/codes/runs.md"),
 ];
 
-/// Declares the codes with their names.
+/// Declares the variants of [`Code`] with their names, and with their former names if they were renamed.
 macro_rules! codes {
     ($($code:ident $name:literal $(formerly $former:literal)?,)*) => {
-        /// A short stable name of something that the program may say.
+        /// A short stable name of a grade, a warning or the reason for the end of a computation.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         #[cfg_attr(test, derive(schemars::JsonSchema))]
         #[non_exhaustive]
@@ -31,17 +31,17 @@ macro_rules! codes {
         }
 
         impl Code {
-            /// All there are.
+            /// All codes.
             pub const ALL: &[Self] = &[$(Self::$code,)*];
 
-            /// As it stands in brackets behind what it names.
+            /// The name, which follows messages in brackets.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$code => $name,)*
                 }
             }
 
-            /// Name up to version 0.1, if it was another.
+            /// The name up to version 0.1; none if it has not changed.
             pub const fn former_name(self) -> Option<&'static str> {
                 match self {
                     $($(Self::$code => Some($former),)?)*
@@ -61,10 +61,10 @@ codes! {
     NotIdentifiable "not-identifiable",
     Interrupted "interrupted",
     NotUsable "not-usable",
-    // What the data of a fit do not determine.
+    // Parameters that the data of a fit do not determine.
     Structural "structural",
     Practical "practical",
-    // What speaks against a fit.
+    // Problems of a fit.
     NoMotion "no-motion" formerly "nothing-moves",
     FarStart "far-start",
     LateRelease "late-release",
@@ -83,7 +83,7 @@ codes! {
     OmittedEffect "omitted-effect" formerly "looks-like",
     NotExtended "not-extended",
     AlternativeTerm "alternative-term",
-    UndetectedBias "undetected-bias" formerly "could-hide",
+    UndetectedBias "undetected-bias" formerly "could-hide", // old name
     Outliers "outliers",
     CorrelatedNoise "correlated-noise",
     AtBound "at-bound",
@@ -96,7 +96,7 @@ codes! {
     NotFitted "not-fitted",
     MayBeZero "may-be-zero",
     OneSided "one-sided",
-    HighLeverage "high-leverage" formerly "runaway-values",
+    HighLeverage "high-leverage" formerly "runaway-values", // old name
     GrowingSensitivity "growing-sensitivity",
     NumericsNotModel "numerics-not-model",
     DiscretizationError "discretization-error" formerly "mesh-and-step",
@@ -109,7 +109,7 @@ codes! {
     BudgetNotLinear "budget-not-linear",
     NoSensitivityAnalysis "no-sensitivity-analysis" formerly "no-what-if",
     NoShapes "no-shapes",
-    // Of scenes and recordings, in simulations and fits.
+    // Problems of scenes and recordings, in simulations and fits.
     StepTooLarge "step-too-large",
     AccuracyOutOfReach "accuracy-out-of-reach",
     AccuracyNotMet "accuracy-not-met",
@@ -125,12 +125,12 @@ codes! {
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
     NumericalDamping "numerical-damping",
-    // Of rods at rest and of derivatives.
+    // Problems of equilibria and of derivatives.
     Unstable "unstable",
     Marginal "marginal",
     UnstableState "unstable-state",
     DerivativesDisagree "derivatives-disagree",
-    // Why a computation ended.
+    // Reasons for the end of a computation.
     NoSolution "no-solution",
     EnergyGrowth "energy-growth",
     NotFinite "not-finite",
@@ -143,24 +143,24 @@ codes! {
     ModesNotFound "modes-not-found",
     ModeWithoutDerivative "mode-without-derivative",
     FitFailed "fit-failed",
-    // Of a campaign.
+    // Problems of a campaign.
     InvalidTask "invalid-task" formerly "will-be-refused",
     DamagedResult "damaged-result",
-    // Of the run itself.
+    // Problems of the run of a command.
     FewerThreads "fewer-threads",
     OlderResult "older-result",
     NoCtrlC "no-ctrl-c",
 }
 
 impl Code {
-    /// What it means, how it is found and what to do.
+    /// Meaning, test and remedy of the code.
     pub fn explained(self) -> &'static str {
         explained(self.name()).unwrap_or_default()
     }
 
-    /// Words with the code behind them.
-    pub(crate) fn behind(self, words: impl fmt::Display) -> String {
-        format!("{words} [{self}]")
+    /// A text followed by the code in brackets.
+    pub(crate) fn behind(self, text: impl fmt::Display) -> String {
+        format!("{text} [{self}]")
     }
 }
 
@@ -170,8 +170,8 @@ impl fmt::Display for Code {
     }
 }
 
-/// Everything that is explained, by its name: the codes, and the exit codes of the program, such as `3`. The first
-/// line of a text is its title.
+/// Names and explanations of all codes, and of the exit codes of the program, such as `3`. The first line of an
+/// explanation is its title.
 pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     PAGES.iter().flat_map(|page| page.split("\n## ").skip(1)).filter_map(|text| {
         let (name, text) = text.split_once('\n')?;
@@ -197,7 +197,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
-    /// Former names are no present ones, and the changelog lists them.
+    /// A former name is not the current name of any code, and the changelog has it.
     #[test]
     fn former_names_are_listed_and_unique() {
         let listed = include_str!("../CHANGELOG.md");
@@ -217,7 +217,7 @@ mod tests {
         );
     }
 
-    /// All that is written in Rust.
+    /// The text of all Rust files in a folder and below it.
     fn sources(folder: &Path) -> String {
         let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let text = |path: std::path::PathBuf| match path.is_dir() {
@@ -250,7 +250,7 @@ mod tests {
         }
         let source = sources(Path::new("src"));
         for code in Code::ALL {
-            // What nothing says any more is not explained either.
+            // A code that the program does not use is not explained either.
             let used = source
                 .match_indices(&format!("Code::{code:?}"))
                 .any(|(at, found)| !source[at + found.len()..].starts_with(char::is_alphanumeric));

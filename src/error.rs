@@ -1,4 +1,4 @@
-//! What can go wrong, in words a user can act on.
+//! The error type of the crate. Its messages have the file, the key or the line, the found value, and the allowed ones.
 
 use crate::code::Code;
 use marker_files::printable::{
@@ -17,7 +17,7 @@ pub enum Error {
         named_in: Option<PathBuf>,
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A file is not valid TOML, or has unknown, missing or ill-typed keys.
@@ -25,10 +25,10 @@ pub enum Error {
     Parse {
         /// The file, where there is one.
         file: Option<PathBuf>,
-        /// Line, key and what was expected.
+        /// Line, key and expected value.
         message: String,
     },
-    /// A value lies outside what is allowed.
+    /// A value outside the allowed ones.
     #[error(
         "{}{}: found {}, allowed: {}",
         prefix(file),
@@ -41,9 +41,9 @@ pub enum Error {
         file: Option<PathBuf>,
         /// The key, with its table: `rod.segments`.
         key: String,
-        /// What stands there.
+        /// The value of the key.
         found: String,
-        /// What may stand there.
+        /// The allowed values.
         allowed: String,
     },
     /// A line of a data file cannot be used.
@@ -53,7 +53,7 @@ pub enum Error {
         path: PathBuf,
         /// The line, the header being line 1.
         line: u64,
-        /// What was found and what is allowed.
+        /// The found and the allowed value.
         message: String,
     },
     /// A time step found no solution.
@@ -64,7 +64,7 @@ pub enum Error {
     Newton {
         /// End of the step that failed, s.
         time: f64,
-        /// Newton iterations spent on it.
+        /// Newton iterations of the step.
         iterations: usize,
         /// Largest residual, N s^2.
         residual: f64,
@@ -75,20 +75,20 @@ pub enum Error {
     #[error(
         "at t = {time} s the total energy has changed by {change:.2e} J{}, which is impossible for this rod. The \
          time step is unstable: {remedy}",
-        of_kinetic(*fraction)
+        kinetic_percentage(*fraction)
     )]
     EnergyGrowth {
-        /// End of the step that was refused, s.
+        /// End of the rejected step, s.
         time: f64,
         /// The change in the step or since the start (or the lowest energy so far, where it can only
         /// fall), whichever is larger, J.
         change: f64,
-        /// The same over the largest kinetic energy.
+        /// The change over the largest kinetic energy.
         fraction: f64,
-        /// What helps with this scheme.
+        /// The remedy for this scheme.
         remedy: &'static str,
     },
-    /// An energy of one's own became NaN or infinite.
+    /// A user-defined energy became NaN or infinite.
     #[error(
         "at t = {time} s the value or gradient of energy.{name}, {arc_length} m along the rod, is not a finite \
          number. Check the energy function, or use a smaller time.step"
@@ -96,9 +96,9 @@ pub enum Error {
     NotFinite {
         /// End of the step that failed, s.
         time: f64,
-        /// What the energy was called when it was attached.
+        /// Name of the energy.
         name: String,
-        /// Where it is, m from the wall.
+        /// Arc length of the element, m from the wall.
         arc_length: f64,
     },
     /// An explicit scheme has left its region of stability.
@@ -109,25 +109,25 @@ pub enum Error {
         /// End of the step that failed, s.
         time: f64,
     },
-    /// A step came out beyond a fold.
+    /// A step folded the rod by 180 degrees.
     #[error(
         "at t = {time} s the rod would fold by 180 degrees at node {node}, which takes infinite energy. Use a \
          smaller time.step"
     )]
     Fold {
-        /// End of the step that was refused, s.
+        /// End of the rejected step, s.
         time: f64,
-        /// The inner node.
+        /// Index of the inner node.
         node: usize,
     },
-    /// A step turned an edge of a rod with moving supports too far.
+    /// A step rotated an edge of a rod with moving supports too far.
     #[error(
         "at t = {time} s edge {edge} would rotate by more than 45 degrees in one step. Use a smaller time.step"
     )]
     Leap {
-        /// End of the step that was refused, s.
+        /// End of the rejected step, s.
         time: f64,
-        /// The edge, from 0.
+        /// Index of the edge, from 0.
         edge: usize,
     },
     /// The tangent of a step has no inverse.
@@ -157,13 +157,13 @@ pub enum Error {
         /// Largest force out of balance, N.
         residual: f64,
     },
-    /// A rod at rest that can move without a force, so that its place has no derivatives.
+    /// A rod at rest that can move without a force, so that its position has no derivatives.
     #[error(
         "the rod at rest can move without a force, most at node {node}, so that its position has no derivative. \
          It is at a stability limit, or not supported. Check the supports and the loads"
     )]
     Indifferent {
-        /// The node that moves most.
+        /// Index of the node with the largest motion.
         node: usize,
     },
     /// Not all of the lowest modes were found.
@@ -172,21 +172,21 @@ pub enum Error {
          or the rounding errors of a very fine mesh are too large. Ask for fewer modes, or use a coarser mesh"
     )]
     Unconverged {
-        /// How many were asked for.
+        /// Number of requested modes.
         asked: usize,
-        /// How many there are.
+        /// Number of all modes.
         unknowns: usize,
     },
     /// A mode whose frequency cannot be differentiated.
     #[error("mode {number}{among}, at {frequency_rad_s} rad/s: {reason}")]
     Mode {
-        /// Counted from 1.
+        /// Number of the mode, from 1.
         number: usize,
-        /// Among which modes, if not all.
+        /// The modes that are counted, if not all.
         among: String,
-        /// Its angular frequency; minus the growth rate of an unstable direction.
+        /// Angular frequency, rad/s; minus the growth rate of an unstable mode.
         frequency_rad_s: f64,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
     /// A query outside the simulated time or the rod.
@@ -194,7 +194,7 @@ pub enum Error {
     OutOfRange {
         /// The quantity.
         what: &'static str,
-        /// The value asked for.
+        /// The requested value.
         found: f64,
         /// Smallest value allowed.
         low: f64,
@@ -204,13 +204,13 @@ pub enum Error {
     /// The flag of [`Problem::stop_when`](crate::Problem::stop_when) was set.
     #[error("interrupted")]
     Interrupted,
-    /// A fit that cannot start or cannot go on.
+    /// A fit that cannot start or continue.
     #[error("{}", printable(&clipped(.0)))]
     Fit(String),
 }
 
-/// A change of the energy in words, unless there is hardly any motion to compare it with.
-fn of_kinetic(fraction: f64) -> String {
+/// A change of the energy as a fraction of the largest kinetic energy, in words; nothing if there is hardly any motion.
+fn kinetic_percentage(fraction: f64) -> String {
     match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
         percent @ 0.0..0.1 => format!(", {percent:.1e} % of the largest kinetic energy"),
@@ -218,15 +218,18 @@ fn of_kinetic(fraction: f64) -> String {
     }
 }
 
+/// The path of a file with a colon, in front of a message; nothing without a file.
 fn prefix(file: &Option<PathBuf>) -> String {
     file.as_ref().map(|path| format!("{}: ", printable_path(path))).unwrap_or_default()
 }
 
 impl Error {
+    /// The error of the operating system for a path.
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { named_in: None, path: path.into(), source }
     }
 
+    /// The error of a key or an option with an invalid value.
     pub(crate) fn invalid(
         key: impl Into<String>,
         found: impl ToString,
@@ -240,7 +243,7 @@ impl Error {
         }
     }
 
-    /// Names the file an error comes from, where it does not say so itself.
+    /// The error with the file that it comes from, unless it has one.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
         if let Self::Parse { file, .. }
         | Self::Invalid { file, .. }
@@ -251,8 +254,7 @@ impl Error {
         self
     }
 
-    /// The short name of why a computation ended, by which it is explained; none where the input is at fault, of
-    /// which the message says all there is.
+    /// The code of the reason for the end of a computation; none for invalid input, which the message explains.
     pub fn code(&self) -> Option<Code> {
         Some(match self {
             Self::Newton { .. } => Code::NoSolution,
@@ -276,7 +278,7 @@ impl Error {
         })
     }
 
-    /// The same error of a key below another one: `duration` of `observation[0]`.
+    /// The error with its key below a table: `observation[0].duration` for `duration`.
     pub(crate) fn below(mut self, table: &str) -> Self {
         if let Self::Invalid { key, .. } = &mut self {
             *key = format!("{table}.{key}");
@@ -284,7 +286,7 @@ impl Error {
         self
     }
 
-    /// Whether the input is at fault, and not the computation.
+    /// Whether the error is one of the input, and not of the computation.
     pub fn is_input(&self) -> bool {
         self.code().is_none()
     }

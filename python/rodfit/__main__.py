@@ -1,4 +1,4 @@
-"""The command ``rodfit``; ``python -m rodfit`` too."""
+"""The command ``rodfit``, also as ``python -m rodfit``."""
 
 import signal
 import sys
@@ -7,8 +7,8 @@ from . import _rodfit
 
 
 def main() -> int:
-    """Does what the command line says; the exit code."""
-    # The command's own: Ctrl-C ends it, or lets a fit end with the best so far.
+    """Runs the command line and returns the exit code."""
+    # The native command handles Ctrl-C itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _rodfit.command(["rodfit", *sys.argv[1:]])
 

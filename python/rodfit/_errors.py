@@ -4,8 +4,8 @@ from __future__ import annotations
 
 
 class RodfitError(Exception):
-    """What rodfit refuses or cannot compute. ``file``, ``line``, ``key``, ``found`` and ``allowed`` say where and why, where
-    they are known."""
+    """An invalid input or a failed computation. ``file``, ``line``, ``key``, ``found`` and ``allowed`` are None if they do
+    not apply."""
 
     file: str | None = None
     line: int | None = None
@@ -15,15 +15,15 @@ class RodfitError(Exception):
 
 
 class InputError(RodfitError, ValueError):
-    """An input is at fault."""
+    """An invalid input."""
 
 
 class ComputationError(RodfitError, RuntimeError):
-    """The input is sound, and could not be computed."""
+    """A failed computation with a valid input."""
 
 
 def refused(key: str, found: object, allowed: str) -> InputError:
-    """The error of an argument."""
+    """The error of an invalid argument."""
     error = InputError(f"{key}: found {found}, allowed: {allowed}")
     error.key, error.found, error.allowed = key, str(found), allowed
     return error

@@ -1,4 +1,4 @@
-"""Fits of parameters to what was measured."""
+"""Fits of parameters to measurements."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike
 
-    Told = Callable[[str, float], object]
+    Progress = Callable[[str, float], object]
 
-# Columns of a DataFrame that are times.
+# Names of the time column of a DataFrame.
 TIMES = ("t", "time")
 
 
-def _known(scene: Scene) -> Scene:
-    """Refuses what is no scene."""
+def _checked(scene: Scene) -> Scene:
+    """The scene; an error for another object."""
     if not isinstance(scene, Scene):
         raise refused("scene", repr(scene)[:80], "a rodfit.Scene; a fit file is read by Fit.load")
     return scene
 
 
 class Fit:
-    """An identification in the making, of a scene or of several experiments::
+    """A fit under construction, of one scene or of several experiments::
 
         fit = rodfit.Fit(scene).observe(t, xyz, at="tip").add("youngs_modulus")
 
@@ -43,10 +43,10 @@ class Fit:
         fit.experiment("short", short_scene).frequencies(hz=[4.2], sigma=0.02)
         fit.add("youngs_modulus").add("supports.start.angle", experiment="long")
 
-    Keywords are those of the fit file, and mean the same."""
+    Keywords have the meaning of the keys of the fit file."""
 
     def __init__(self, scene: Scene | None = None):
-        self._native = _rodfit.Fit([] if scene is None else [("", _known(scene)._native)])
+        self._native = _rodfit.Fit([], []) if scene is None else _rodfit.Fit([""], [_checked(scene)._native])
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Fit:
@@ -65,8 +65,8 @@ class Fit:
         return fit
 
     def experiment(self, name: str, scene: Scene) -> Fit:
-        """Adds an experiment: what is observed from now on is of it."""
-        self._native.experiment(name, _known(scene)._native)
+        """Adds an experiment, to which all later measurements belong."""
+        self._native.experiment(name, _checked(scene)._native)
         return self
 
     def observe(
@@ -79,23 +79,24 @@ class Fit:
         held_out: bool = False,
         **recording: Any,
     ) -> Fit:
-        """Adds what was seen of a point of the rod.
+        """Adds the observed motion of a point of the rod.
 
-        ``t`` is an array of times, s, and ``xyz`` one of places, m: a row a time with one to three columns x, y, z; NaN
-        where it was not seen. Or a DataFrame with columns x, y, z (those that there are) and t, or the times as its index.
-        Or a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and the other keys of ``[[observation]]``.
+        ``t`` is an array of times, s, and ``xyz`` an array of positions, m, with a row for each time and one to three
+        columns x, y, z; missing positions are NaN. Or ``t`` is a DataFrame with some of the columns x, y, z, and with the
+        times in a column t or as its index. Or ``t`` is a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and
+        the other keys of ``[[observation]]``.
 
-        ``at`` is "tip", a node, or {"arc_length": metres from the wall}; ``sigma`` the noise of a coordinate, m,
-        estimated where it is not given, or an array with that of every time; of a file also the name of a column, or
-        {"x": .., "y": ..} of those of the axes; ``loss`` "squares", "huber", "soft-l1" or "cauchy"; what is ``held_out`` is only
-        predicted."""
+        ``at`` is "tip", the index of a node, or {"arc_length": meters from the wall}. ``sigma`` is the standard deviation
+        of a coordinate, m, or an array with one for each time; for a file also the name of a column, or {"x": .., "y": ..}
+        with those of the axes. It is estimated if it is not given. ``loss`` is "squares", "huber", "soft-l1" or "cauchy".
+        ``held_out`` data are validation data: they are predicted, not fitted."""
         if isinstance(t, (str, os.PathLike)):
             if xyz is not None:
                 raise refused("xyz", "numbers beside a file", "none")
-            # Several markers at once have their points with them.
+            # The key `markers` gives the points of several markers.
             point = None if "markers" in recording else at
-            said = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
-            return self._add("observation", said | recording)
+            keys = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
+            return self._add("observation", keys | recording)
         if recording:
             allowed = "beside numbers at, sigma, loss and held_out; the other keys of an observation are of a file"
             raise refused(next(iter(recording)), "an argument", allowed)
@@ -104,26 +105,26 @@ class Fit:
         import numpy as np
 
         times = np.ascontiguousarray(t, dtype=float)
-        places = np.ascontiguousarray(xyz, dtype=float)
-        if places.ndim == 1:
-            places = places[:, None]
-        if times.ndim != 1 or places.ndim != 2:
-            found = f"{places.ndim} dimensions beside {times.ndim}"
+        positions = np.ascontiguousarray(xyz, dtype=float)
+        if positions.ndim == 1:
+            positions = positions[:, None]
+        if times.ndim != 1 or positions.ndim != 2:
+            found = f"{positions.ndim} dimensions beside {times.ndim}"
             raise refused("xyz", found, "(n, 3) beside (n,)")
         if isinstance(sigma, str) or is_table(sigma):
             raise refused("sigma", f"{sigma!r} beside numbers", "a number, or one for every time; columns are of a file")
         noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
-        self._native.observe(times, places, written(at), noise, written(loss), held_out)
+        self._native.observe(times, positions, written(at), noise, written(loss), held_out)
         return self
 
-    def shape(self, file: str | os.PathLike[str], **said: Any) -> Fit:
-        """Adds a shape at rest, of a file: the keys of ``[[shape]]``, such as ``sigma``, ``scale`` and ``origin``."""
-        return self._add("shape", {"file": file} | said)
+    def shape(self, file: str | os.PathLike[str], **keys: Any) -> Fit:
+        """Adds a measured shape at rest from a file, with the keys of ``[[shape]]``, such as ``sigma``, ``scale`` and ``origin``."""
+        return self._add("shape", {"file": file} | keys)
 
-    def frequencies(self, hz: Sequence[float] | None = None, *, sigma: float, **said: Any) -> Fit:
-        """Adds natural frequencies: ``hz``, or ``rad_s``, with ``sigma`` in the same unit, and the other keys of
+    def frequencies(self, hz: Sequence[float] | None = None, *, sigma: float, **keys: Any) -> Fit:
+        """Adds measured natural frequencies: ``hz``, or ``rad_s``, with ``sigma`` in the same unit, and the other keys of
         ``[[frequencies]]``, such as ``modes`` and ``plane``."""
-        return self._add("frequencies", {"hz": hz, "sigma": sigma} | said)
+        return self._add("frequencies", {"hz": hz, "sigma": sigma} | keys)
 
     def add(
         self,
@@ -136,19 +137,19 @@ class Fit:
         vary: bool = True,
         experiment: str | Sequence[str] | None = None,
     ) -> Fit:
-        """Adds a parameter to identify. ``value`` is where the search starts, by default wherever it may be; ``prior`` the
-        mean and standard deviation of what is known of it besides the data; ``experiment`` those that share it, by default all.
-        With ``vary=False`` it is not identified, and has this ``value`` and not the scene's."""
+        """Adds a parameter to identify. ``value`` is its start value; without one, its whole range is searched. ``prior`` is
+        the mean and the standard deviation of independent knowledge. ``experiment`` lists the experiments that share the
+        parameter, by default all. With ``vary=False`` the parameter is fixed at ``value`` instead of the scene's."""
         low, high = _rodfit.limits(name)
-        said: dict[str, Any] = {"name": name, "start" if vary else "fixed": value}
+        keys: dict[str, Any] = {"name": name, "start" if vary else "fixed": value}
         if not vary and value is None:
             raise refused("value", "none", "a number, where vary=False")
         if min is not None or max is not None:
-            said["bounds"] = [low if min is None else min, high if max is None else max]
+            keys["bounds"] = [low if min is None else min, high if max is None else max]
         if prior is not None:
             mean, deviation = prior
-            said["prior"] = {"mean": mean, "sigma": deviation}
-        return self._add("parameter", said | {"experiment": experiment})
+            keys["prior"] = {"mean": mean, "sigma": deviation}
+        return self._add("parameter", keys | {"experiment": experiment})
 
     def input_uncertainty(self, name: str, sigma: float, **keys: Any) -> Fit:
         """States the standard uncertainty of an input, a number of the scenes that is not identified, in its unit. It
@@ -160,36 +161,37 @@ class Fit:
         warn("Fit.known", "Fit.input_uncertainty")
         return self.input_uncertainty(name, sigma, **keys)
 
-    def _add(self, table: str, said: Mapping[str, Any]) -> Fit:
-        told = {key: value for key, value in said.items() if value is not None}
-        self._native.add(written({table: [told]}), ".")
+    def _add(self, table: str, keys: Mapping[str, Any]) -> Fit:
+        """Adds a table of a fit file with the keys that have a value."""
+        given = {key: value for key, value in keys.items() if value is not None}
+        self._native.add(written({table: [given]}), ".")
         return self
 
-    def solve(self, *, progress: bool | Told = False, plots: bool = False, **analysis: Any) -> FitResult:
-        """Finds the parameters.
+    def solve(self, *, progress: bool | Progress = False, plots: bool = False, **analysis: Any) -> FitResult:
+        """Estimates the parameters.
 
-        ``progress`` is called with what is done and the work so far, in simulations; True shows them. ``plots`` keeps what
-        ``result.plot()`` and ``result.report()`` draw; without it they fit once more. The other keywords are those of the fit
-        file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
+        ``progress`` is called with the stage and the work so far, in simulations; True prints them. ``plots`` keeps the
+        data of ``result.plot()`` and ``result.report()``; without it these repeat the fit. The other keywords are those of
+        the fit file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
 
-        Other threads go on meanwhile; Ctrl-C ends it with the best so far, and ``result.interrupted`` says so."""
+        Other threads continue. Ctrl-C stops the fit, which then returns its best values with ``result.interrupted``."""
         if analysis:
             self._native.add(written({"analysis": analysis}), ".")
-        told = _Line() if progress is True else progress or None
+        callback = _ProgressLine() if progress is True else progress or None
         try:
             fit = self._native.snapshot()
-            return FitResult._of(fit.solve(plots, told), fit)
+            return FitResult._of(fit.solve(plots, callback), fit)
         finally:
-            if isinstance(told, _Line):
-                told.clear()
+            if isinstance(callback, _ProgressLine):
+                callback.clear()
 
     def residuals(self) -> Residuals:
         """The residuals with their exact derivatives, for other solvers."""
         return Residuals(self._native.residuals())
 
 
-class _Line:
-    """Progress in a line of the terminal."""
+class _ProgressLine:
+    """Prints progress on one line of the terminal."""
 
     def __call__(self, stage: str, simulations: float) -> None:
         text = f"{stage} ({simulations:.1f} simulations)"
@@ -200,7 +202,7 @@ class _Line:
 
 
 def _columns(frame: Any) -> tuple[Any, Any]:
-    """Times and places of a DataFrame."""
+    """Times, s, and positions, m, of a DataFrame."""
     names = [str(name) for name in getattr(frame, "columns", ())]
     axes = [axis for axis in "xyz" if axis in names]
     if not axes:
@@ -213,16 +215,16 @@ def _columns(frame: Any) -> tuple[Any, Any]:
     clock = np.asarray(clock)
     if clock.dtype.kind == "m":
         clock = clock / np.timedelta64(1, "s")
-    # The columns that there are stand for the first ones: without y, z has nothing to stand in.
-    places = np.full((len(clock), "xyz".index(axes[-1]) + 1), np.nan)
+    # Missing columns before the last axis are NaN.
+    positions = np.full((len(clock), "xyz".index(axes[-1]) + 1), np.nan)
     for axis in axes:
-        places[:, "xyz".index(axis)] = frame[axis]
-    return clock, places
+        positions[:, "xyz".index(axis)] = frame[axis]
+    return clock, positions
 
 
 class Residuals:
-    """Residuals in units of their noise, as ``scipy.optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds)`` takes
-    them. ``x`` is on the solver's scale: the logarithm of positive parameters."""
+    """Residuals over their standard deviations, for ``scipy.optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds)``.
+    ``x`` is on the solver's scale: the logarithm of positive parameters."""
 
     def __init__(self, native: _rodfit.Residuals):
         self._native = native
@@ -234,7 +236,7 @@ class Residuals:
 
     @property
     def x0(self) -> np.ndarray:
-        """Where the parameters start."""
+        """Start values on the solver's scale."""
         import numpy as np
 
         starts = self._native.x0
@@ -245,7 +247,7 @@ class Residuals:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper ends."""
+        """Lower and upper bounds on the solver's scale."""
         import numpy as np
 
         low, high = zip(*self._native.bounds)
@@ -256,7 +258,7 @@ class Residuals:
         return dict(zip(self.names, self._native.values(_numbers(x))))
 
     def scaled(self, values: Mapping[str, float]) -> np.ndarray:
-        """From parameters in SI units to the solver's scale."""
+        """Parameters in SI units, converted to the solver's scale."""
         import numpy as np
 
         return np.asarray(self._native.scaled([float(values[name]) for name in self.names]))

@@ -256,7 +256,7 @@ class Scene:
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """The scene with other values of its numbers, by the names of ``parameters``."""
-        return Scene(self._native.with_values([(n, float(v)) for n, v in values.items()]), self._folder)
+        return Scene(self._native.with_values(list(values), [float(v) for v in values.values()]), self._folder)
 
     @property
     def parameters(self) -> list[dict[str, Any]]:

@@ -1,6 +1,6 @@
-"""Tables between Python and the library, which takes and gives them as JSON.
+"""Conversion of tables between Python and the JSON of the native part.
 
-What reads and writes JSON is imported where it is first needed: with its own imports it takes longer than this package."""
+The module json is imported at its first use: its import takes longer than that of this package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def written(value: object) -> str:
-    """As JSON; also numbers and arrays of numpy, and paths."""
+    """A value as JSON, which may contain numpy numbers and arrays, and paths."""
     import json
 
     return json.dumps(value, default=_plain)
@@ -29,13 +29,14 @@ def read(text: str) -> Any:
 
 
 def is_table(value: object) -> TypeGuard[Mapping[str, Any]]:
-    """Whether it has keys with values."""
+    """Whether a value is a mapping."""
     from collections.abc import Mapping
 
     return isinstance(value, Mapping)
 
 
 def _plain(value: Any) -> Any:
+    """A path or a numpy value as a JSON value."""
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if hasattr(value, "tolist"):

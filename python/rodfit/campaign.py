@@ -1,4 +1,4 @@
-"""Campaigns on the workers of Dask, for who has no job scheduler, or one that dask-jobqueue knows::
+"""Campaigns on Dask workers, for machines without a job scheduler or with one that dask-jobqueue supports::
 
     import rodfit.campaign
     from dask.distributed import Client, LocalCluster, wait
@@ -8,7 +8,7 @@
             wait(rodfit.campaign.submit(client, "out"))
 
 Plan it with ``rodfit campaign plan campaign.toml --out out``, and collect with ``rodfit campaign collect out``: results are the same
-bytes as those of ``rodfit campaign run``, and are stored as they come, in the same folder, which all workers must see.
+bytes as those of ``rodfit campaign run``. They are stored at once in the same folder, which all workers must share.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ __all__ = ["solve", "submit"]
 
 
 def submit(client: Client, folder: str | os.PathLike[str], retries: int = 2) -> list[Future[int]]:
-    """Hands every task that has no result to the workers of a ``dask.distributed.Client``, and returns their futures. A
-    future's result is the exit code of its fit; what was found is in the folder. A worker that dies costs the tasks it was
-    at, which others then do; a task whose computation fails is tried again, ``retries`` times."""
+    """Submits every task without a result to the workers of a ``dask.distributed.Client``, and returns their futures. The
+    result of a future is the exit code of its fit; the report is stored in the folder. Tasks of a worker that dies are
+    repeated by others; a task whose computation fails is repeated up to ``retries`` times."""
     path = str(pathlib.Path(folder).resolve())
     ids = _rodfit.Campaign(path).open_tasks()
     return [client.submit(solve, path, id, key=f"{id} in {path}", retries=retries) for id in ids]
@@ -40,7 +40,7 @@ def solve(folder: str | os.PathLike[str], id: str) -> int:
     have: 0 done; 2 bad input; 3 not converged or not identifiable."""
     campaign = _campaign(os.fspath(folder))
     if not campaign.has(id):
-        # It was planned again since this worker read it.
+        # The campaign was planned again after this worker read it.
         _campaign.cache_clear()
         campaign = _campaign(os.fspath(folder))
     code = campaign.solve(id)

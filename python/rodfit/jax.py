@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 def residuals(r: Residuals) -> Callable[[jax.Array], jax.Array]:
-    """The residuals as a function for JAX, which ``jacfwd``, ``jacrev``, ``jit`` and ``vmap`` go through; their second
-    derivatives are those of ``misfit``."""
+    """The residuals as a JAX function, with first derivatives: ``jacfwd``, ``jacrev``, ``jit`` and ``vmap`` work. For
+    second derivatives use ``misfit``."""
     _check_precision()
     n, m = len(r.names), len(r)
-    jac = _called(r.jac, (m, n))
+    jac = _callback(r.jac, (m, n))
 
     @jax.custom_jvp
     def fun(x: jax.Array) -> jax.Array:
-        return _called(r, (m,))(x)
+        return _callback(r, (m,))(x)
 
     @fun.defjvp
     def _(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
@@ -41,14 +41,14 @@ def residuals(r: Residuals) -> Callable[[jax.Array], jax.Array]:
 
 
 def misfit(r: Residuals) -> Callable[[jax.Array], jax.Array]:
-    """Half the sum of the squared residuals as a function for JAX, which ``grad`` and ``hessian`` go through, exactly."""
+    """Half the sum of the squared residuals as a JAX function with exact ``grad`` and ``hessian``."""
     _check_precision()
     n = len(r.names)
-    hess = _called(r.hess, (n, n))
+    hess = _callback(r.hess, (n, n))
 
     @jax.custom_jvp
     def slope(x: jax.Array) -> jax.Array:
-        return _called(lambda x: r.jac(x).T @ r(x), (n,))(x)
+        return _callback(lambda x: r.jac(x).T @ r(x), (n,))(x)
 
     @slope.defjvp
     def _(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
@@ -57,7 +57,7 @@ def misfit(r: Residuals) -> Callable[[jax.Array], jax.Array]:
 
     @jax.custom_jvp
     def fun(x: jax.Array) -> jax.Array:
-        return _called(lambda x: 0.5 * np.sum(r(x) ** 2), ())(x)
+        return _callback(lambda x: 0.5 * np.sum(r(x) ** 2), ())(x)
 
     @fun.defjvp
     def _(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
@@ -67,13 +67,13 @@ def misfit(r: Residuals) -> Callable[[jax.Array], jax.Array]:
     return fun
 
 
-def _called(what: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> Callable[[jax.Array], jax.Array]:
-    """A function of numpy's as one of JAX, without derivatives."""
+def _callback(function: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> Callable[[jax.Array], jax.Array]:
+    """A numpy function as a JAX function without derivatives."""
     returned: Any = jnp.empty(shape, jnp.float64)
 
     def call(x: jax.Array) -> jax.Array:
         found: jax.Array = jax.pure_callback(
-            lambda x: np.asarray(what(np.asarray(x))), returned, x, vmap_method="sequential"
+            lambda x: np.asarray(function(np.asarray(x))), returned, x, vmap_method="sequential"
         )
         return found
 

@@ -1,4 +1,4 @@
-//! Campaigns, a task at a time.
+//! Campaigns, whose tasks are solved one at a time.
 
 use crate::error::{raised, refused};
 use crate::work::interruptible;
@@ -8,47 +8,50 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A plan, and where this process stores results.
-#[pyclass(frozen, module = "rodfit._rodfit")]
-pub struct Campaign {
-    inner: Arc<Inner>,
+/// A plan with the file of results of this process.
+#[pyclass(frozen, name = "Campaign", module = "rodfit._rodfit")]
+pub struct PyCampaign {
+    inner: Arc<OpenPlan>,
 }
 
-struct Inner {
+/// A plan with its store.
+struct OpenPlan {
     plan: Plan,
     store: Store,
     /// Indices of tasks by their ids.
-    places: HashMap<String, usize>,
+    indices: HashMap<String, usize>,
 }
 
 #[pymethods]
-impl Campaign {
+impl PyCampaign {
+    /// Reads the plan in a folder.
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         let plan = Plan::open(&folder).map_err(|error| raised(py, error))?;
-        let places = plan.tasks.iter().enumerate().map(|(k, task)| (task.id.clone(), k)).collect();
+        let indices = plan.tasks.iter().enumerate().map(|(k, task)| (task.id.clone(), k)).collect();
         let store = Store::new(&plan.folder);
-        Ok(Self { inner: Arc::new(Inner { plan, store, places }) })
+        Ok(Self { inner: Arc::new(OpenPlan { plan, store, indices }) })
     }
 
-    /// The ids of the tasks that have no result.
+    /// The ids of the tasks without a result.
     fn open_tasks(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let open = self.inner.plan.open_tasks(None).map_err(|error| raised(py, error))?;
         Ok(open.0.iter().map(|task| task.id.clone()).collect())
     }
 
+    /// Whether the plan has a task with this id.
     fn has(&self, id: &str) -> bool {
-        self.inner.places.contains_key(id)
+        self.inner.indices.contains_key(id)
     }
 
-    /// Solves a task and stores its result; its exit code, or nothing after Ctrl-C.
+    /// Solves a task and stores its result. Returns its exit code, or `None` after Ctrl-C.
     fn solve(&self, py: Python<'_>, id: &str) -> PyResult<Option<u8>> {
-        let Some(place) = self.inner.places.get(id).copied() else {
+        let Some(index) = self.inner.indices.get(id).copied() else {
             return Err(refused(py, format!("task: found {id}, allowed: one of the plan")));
         };
         let inner = self.inner.clone();
         interruptible(py, None, move |hooks| {
-            let outcome = inner.plan.solve(&inner.plan.tasks[place], &inner.store, hooks.stop)?;
+            let outcome = inner.plan.solve(&inner.plan.tasks[index], &inner.store, hooks.stop)?;
             Ok(outcome.map(|outcome| outcome.code))
         })
     }

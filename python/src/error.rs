@@ -1,4 +1,4 @@
-//! Errors as exceptions. Their classes are Python's own, in `rodfit/_errors.py`.
+//! Errors as Python exceptions, whose classes are defined in `rodfit/_errors.py`.
 
 use pyo3::PyErr;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -7,9 +7,12 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use std::fmt::Display;
 
+/// The class of errors of the input.
 static INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+/// The class of errors of the computation.
 static COMPUTATION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
+/// An exception with a message.
 fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
     let class = match is_input {
         true => INPUT.import(py, "rodfit._errors", "InputError"),
@@ -18,17 +21,17 @@ fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
     class.map_or_else(|error| error, |class| PyErr::from_type(class.clone(), words))
 }
 
-/// An input that is no JSON of what it should be, or the like.
+/// The exception of an invalid input.
 pub fn refused(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, true, words.to_string())
 }
 
-/// What could not be computed.
+/// The exception of a failed computation.
 pub fn failed(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, false, words.to_string())
 }
 
-/// The exception of an error.
+/// The exception of an error of the library, with its file, line, key, found and allowed values as attributes.
 pub fn raised(py: Python<'_>, error: rodfit::Error) -> PyErr {
     if matches!(error, rodfit::Error::Interrupted) {
         return PyKeyboardInterrupt::new_err(());

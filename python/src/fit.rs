@@ -1,9 +1,9 @@
-//! Fits, what comes of them, and their residuals for other solvers.
+//! Fits, their results, and their residuals for other solvers.
 
 use crate::error::{raised, refused};
-use crate::json::{json, said};
-use crate::scene::{Scene, toml_of};
-use crate::work::{News, interruptible};
+use crate::json::{from_json, to_json};
+use crate::scene::{PyScene, json_to_toml};
+use crate::work::{WorkEvent, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rodfit::fit::{Experiment, FitFile, FitReport, PlotData, Sample, with_current_names};
@@ -11,62 +11,66 @@ use rodfit::{Observation, Parameter, Unknown};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// An identification in the making.
-#[pyclass(frozen, module = "rodfit._rodfit")]
-pub struct Fit {
+/// A fit under construction.
+#[pyclass(frozen, name = "Fit", module = "rodfit._rodfit")]
+pub struct PyFit {
     fit: Mutex<rodfit::Fit>,
 }
 
-impl Fit {
-    fn of(fit: rodfit::Fit) -> Self {
+impl PyFit {
+    /// The Python object of a fit.
+    fn new_from(fit: rodfit::Fit) -> Self {
         Self { fit: Mutex::new(fit) }
     }
 
+    /// The fit, also after a panic of another thread.
     fn lock(&self) -> MutexGuard<'_, rodfit::Fit> {
         self.fit.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 #[pymethods]
-impl Fit {
-    /// A fit of experiments: names with their scenes.
+impl PyFit {
+    /// A fit of experiments, given by their names and scenes.
     #[new]
-    fn new(experiments: Vec<(String, Py<Scene>)>) -> Self {
-        let of = |(name, scene): &(String, Py<Scene>)| {
-            Experiment::new(name.as_str(), &scene.get().problem)
-        };
-        Self::of(rodfit::Fit::of(experiments.iter().map(of)))
+    fn new(names: Vec<String>, scenes: Vec<Py<PyScene>>) -> Self {
+        let experiments = names.into_iter().zip(&scenes);
+        let experiments =
+            experiments.map(|(name, scene)| Experiment::new(name, &scene.get().problem));
+        Self::new_from(rodfit::Fit::of(experiments))
     }
 
+    /// The fit of a file (TOML).
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = FitFile::load(path)
             .and_then(FitFile::of_parameters)
             .map_err(|error| raised(py, error))?;
-        Ok(Self::of(file.fit()))
+        Ok(Self::new_from(file.fit()))
     }
 
+    /// The fit of a TOML text, whose paths are relative to `folder`.
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
         let file = FitFile::from_toml(text, folder)
             .and_then(FitFile::of_parameters)
             .map_err(|error| raised(py, error))?;
-        Ok(Self::of(file.fit()))
+        Ok(Self::new_from(file.fit()))
     }
 
-    /// The fit as it is now.
+    /// A copy of the fit in its current state.
     fn snapshot(&self) -> Self {
-        Self::of(self.lock().clone())
+        Self::new_from(self.lock().clone())
     }
 
-    /// Adds an experiment, which what is observed from now on is of.
-    fn experiment(&self, name: &str, scene: Py<Scene>) {
+    /// Adds an experiment, to which all later measurements belong.
+    fn experiment(&self, name: &str, scene: Py<PyScene>) {
         let mut fit = self.lock();
         *fit = fit.clone().experiment(Experiment::new(name, &scene.get().problem));
     }
 
-    /// Adds what was seen of a point in the last experiment: times, s, and places, m, NaN where it was not seen; with no
-    /// standard deviation, one, or one a time.
+    /// Adds the observed motion of a point to the last experiment: times, s, and positions, m, NaN if missing; with no
+    /// standard deviation, one, or one for each time.
     #[pyo3(signature = (t, xyz, point, sigma, loss, held_out))]
     #[allow(clippy::too_many_arguments)]
     fn observe(
@@ -99,48 +103,50 @@ impl Fit {
             time: *time,
             position: std::array::from_fn(|c| row.get(c).copied().filter(|x| !x.is_nan())),
         });
-        let of = |k: usize| sigma.get(k).or(sigma.first()).copied();
-        let seen = samples.enumerate().filter(|(_, s)| s.position.iter().any(Option::is_some));
-        let (sigmas, seen): (Vec<Option<f64>>, Vec<Sample>) = seen.map(|(k, s)| (of(k), s)).unzip();
+        let sigma_of = |k: usize| sigma.get(k).or(sigma.first()).copied();
+        let observed = samples.enumerate().filter(|(_, s)| s.position.iter().any(Option::is_some));
+        let (sigmas, samples): (Vec<Option<f64>>, Vec<Sample>) =
+            observed.map(|(k, s)| (sigma_of(k), s)).unzip();
         let sigmas: Vec<f64> = sigmas.into_iter().flatten().collect();
-        let mut observation = Observation::new(seen)
+        let mut observation = Observation::new(samples)
             .sigmas(&sigmas)
-            .at(said(py, "at", point)?)
-            .loss(said(py, "loss", loss)?);
+            .at(from_json(py, "at", point)?)
+            .loss(from_json(py, "loss", loss)?);
         let mut fit = self.lock();
         observation.header.held_out = held_out;
         *fit = fit.clone().observe(observation);
         Ok(())
     }
 
-    /// Adds what the JSON of tables of a fit file says.
+    /// Adds tables of a fit file, given as JSON.
     fn add(&self, py: Python<'_>, tables: &str, folder: PathBuf) -> PyResult<()> {
-        let text = toml_of(py, tables)?;
+        let text = json_to_toml(py, tables)?;
         let mut fit = self.lock();
         *fit = fit.add_toml(&text, folder).map_err(|error| raised(py, error))?;
         Ok(())
     }
 
-    /// Finds the parameters. `told` is called with stage and simulations so far; Ctrl-C ends it with the best so far.
+    /// Estimates the parameters. `progress` is called with the stage and the simulations so far; Ctrl-C stops the fit, which
+    /// then returns its best values.
     fn solve(
         &self,
         py: Python<'_>,
         plots: bool,
-        told: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<FitResult> {
         let fit = self.lock().clone();
-        let tells = told.is_some();
-        let report = interruptible(py, told.as_ref(), move |hooks| {
+        let has_progress = progress.is_some();
+        let report = interruptible(py, progress.as_ref(), move |hooks| {
             let mut fit = fit.stop_when(hooks.stop);
             if plots {
                 fit = fit.keep_plot_data();
             }
-            if tells {
-                let news = Mutex::new(hooks.news);
+            if has_progress {
+                let events = Mutex::new(hooks.events);
                 fit = fit.on_progress(move |stage, simulations| {
-                    let news = news.lock().unwrap_or_else(PoisonError::into_inner);
-                    // Who does not listen any more need not be told.
-                    let _ = news.send(News::Progress(stage.into(), simulations));
+                    let events = events.lock().unwrap_or_else(PoisonError::into_inner);
+                    // Without a receiver the progress is not needed.
+                    let _ = events.send(WorkEvent::Progress { stage: stage.into(), simulations });
                 });
             }
             fit.solve()
@@ -148,13 +154,14 @@ impl Fit {
         Ok(FitResult { report })
     }
 
-    fn residuals(&self, py: Python<'_>) -> PyResult<Residuals> {
+    /// The residuals of the fit, for other solvers.
+    fn residuals(&self, py: Python<'_>) -> PyResult<PyResiduals> {
         let residuals = self.lock().residuals().map_err(|error| raised(py, error))?;
-        Ok(Residuals { residuals })
+        Ok(PyResiduals { residuals })
     }
 }
 
-/// What came of a fit.
+/// The result of a fit.
 #[pyclass(frozen, module = "rodfit._rodfit")]
 pub struct FitResult {
     report: FitReport,
@@ -165,48 +172,48 @@ impl FitResult {
     /// Reads the JSON of `json(True)`, with former keys too.
     #[new]
     fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
-        let mut value: serde_json::Value = said(py, "result", text)?;
+        let mut value: serde_json::Value = from_json(py, "result", text)?;
         with_current_names(&mut value);
         let report = serde_json::from_value(value)
             .map_err(|error| refused(py, format!("result: found {text}: {error}")))?;
         Ok(Self { report })
     }
 
-    /// The report of the command, with or without what plots are drawn from.
+    /// The report in JSON, with or without plot data.
     fn json(&self, py: Python<'_>, plots: bool) -> PyResult<String> {
         match plots || self.report.plot_data.is_none() {
-            true => json(py, &self.report),
+            true => to_json(py, &self.report),
             false => {
                 let mut report = self.report.clone();
                 report.plot_data = None;
-                json(py, &report)
+                to_json(py, &report)
             }
         }
     }
 
-    /// What plots are drawn from, in JSON, if it was kept.
+    /// The plot data in JSON, if they were kept.
     fn plots(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let plots: Option<&PlotData> = self.report.plot_data.as_ref();
-        plots.map(|plots| json(py, plots)).transpose()
+        plots.map(|plots| to_json(py, plots)).transpose()
     }
 
-    /// What the command prints.
+    /// The summary that the command prints.
     fn words(&self) -> String {
         self.report.to_string()
     }
 
-    /// The page of `rodfit fit --report`.
+    /// The HTML page of `rodfit fit --report`.
     fn page(&self, title: &str) -> String {
         rodfit::page::fit_page(&self.report, title)
     }
 
-    /// Whether the command would end with 0.
+    /// Whether the command would return exit code 0.
     #[getter]
     fn success(&self) -> bool {
         self.report.is_success()
     }
 
-    /// The values that were found, by name.
+    /// The estimates by name.
     #[getter]
     fn values(&self) -> Vec<(String, f64)> {
         let name = |(parameter, value): (Parameter, f64)| (parameter.name().to_string(), value);
@@ -215,62 +222,68 @@ impl FitResult {
 }
 
 /// Residuals in units of their noise, over the logarithms of positive parameters and the values of others.
-#[pyclass(frozen, module = "rodfit._rodfit")]
-pub struct Residuals {
+#[pyclass(frozen, name = "Residuals", module = "rodfit._rodfit")]
+pub struct PyResiduals {
     residuals: rodfit::fit::Residuals,
 }
 
-impl Residuals {
+impl PyResiduals {
+    /// The start value or the mean of the prior, on the solver's scale; none without both.
     fn start_of(unknown: &Unknown) -> Option<f64> {
         unknown.start.or(unknown.prior.map(|prior| prior.mean)).map(|start| unknown.to_scale(start))
     }
 }
 
 #[pymethods]
-impl Residuals {
+impl PyResiduals {
+    /// The parameters in the order of the solver's vector.
     #[getter]
     fn names(&self) -> Vec<String> {
         self.residuals.unknowns().iter().map(ToString::to_string).collect()
     }
 
-    /// Where the parameters start, on the solver's scale; none where no start was given.
+    /// The start values on the solver's scale, `None` for parameters without one.
     #[getter]
     fn x0(&self) -> Vec<Option<f64>> {
         self.residuals.unknowns().iter().map(Self::start_of).collect()
     }
 
+    /// The bounds on the solver's scale.
     #[getter]
     fn bounds(&self) -> Vec<[f64; 2]> {
         self.residuals.unknowns().iter().map(Unknown::scaled_bounds).collect()
     }
 
+    /// Number of residuals.
     fn __len__(&self) -> usize {
         self.residuals.len()
     }
 
-    /// From the solver's scale to SI units.
+    /// Converts parameters from the solver's scale to SI units.
     fn values(&self, x: Vec<f64>) -> Vec<f64> {
         self.residuals.values(&x).into_iter().map(|(_, value)| value).collect()
     }
 
-    /// From SI units to the solver's scale.
+    /// Converts parameters from SI units to the solver's scale.
     fn scaled(&self, values: Vec<f64>) -> Vec<f64> {
         let pairs = self.residuals.unknowns().iter().zip(values);
         pairs.map(|(unknown, value)| unknown.to_scale(value)).collect()
     }
 
+    /// The residuals at `x`.
     fn fun<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let found = py.detach(|| self.residuals.residuals(&x));
         Ok(found.map_err(|error| raised(py, error))?.into_pyarray(py))
     }
 
+    /// The Jacobian at `x`: residuals by parameters.
     fn jac<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows =
             py.detach(|| self.residuals.jacobian_at(&x)).map_err(|error| raised(py, error))?;
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
-    /// The Hessian of half the sum of squares.
+    /// The Hessian of half the sum of squares at `x`.
     fn hess<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows =
             py.detach(|| self.residuals.hessian_at(&x)).map_err(|error| raised(py, error))?;

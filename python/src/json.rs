@@ -1,4 +1,4 @@
-//! What goes between Python and Rust as text.
+//! Values that pass between Python and Rust as JSON.
 
 use crate::error::{failed, refused};
 use pyo3::prelude::*;
@@ -6,11 +6,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// A value as JSON.
-pub fn json(py: Python<'_>, value: &impl Serialize) -> PyResult<String> {
+pub fn to_json(py: Python<'_>, value: &impl Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|error| failed(py, error))
 }
 
-/// What a JSON text says, as files do; `key` is what it is called.
-pub fn said<T: DeserializeOwned>(py: Python<'_>, key: &str, text: &str) -> PyResult<T> {
+/// The value of a JSON text; `key` is the name of the argument, for messages.
+pub fn from_json<T: DeserializeOwned>(py: Python<'_>, key: &str, text: &str) -> PyResult<T> {
     serde_json::from_str(text).map_err(|error| refused(py, format!("{key}: found {text}: {error}")))
 }

@@ -1,4 +1,5 @@
-//! Long work in a thread of its own: other threads of Python go on meanwhile, Ctrl-C ends it, and progress is told.
+//! Long computations on a thread of their own: other Python threads continue, Ctrl-C stops the computation, and progress
+//! is passed to a Python function.
 
 use crate::error::{failed, raised};
 use pyo3::prelude::*;
@@ -8,72 +9,72 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// How long a Ctrl-C may wait to be seen.
-const PATIENCE: Duration = Duration::from_millis(2);
+/// Longest time between a Ctrl-C and its effect.
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
-/// Something that a work does.
-pub enum News {
+/// A message of a computation.
+pub enum WorkEvent {
     /// A stage of a fit, and the work so far in full simulations.
-    Progress(String, f64),
+    Progress { stage: String, simulations: f64 },
+    /// The end.
     Done,
 }
 
-/// What a work is given.
-pub struct Hooks {
-    /// Set when it shall stop.
+/// The connections of a computation to the thread that called it.
+pub struct WorkHooks {
+    /// Set to stop the computation.
     pub stop: Arc<AtomicBool>,
-    /// Takes what is to be told.
-    pub news: Sender<News>,
+    /// Receives its messages.
+    pub events: Sender<WorkEvent>,
 }
 
-/// Tells that the work is done, also when it panics.
-struct Bell(Sender<News>);
+/// Sends [`WorkEvent::Done`] when it is dropped, also after a panic.
+struct DoneOnDrop(Sender<WorkEvent>);
 
-impl Drop for Bell {
+impl Drop for DoneOnDrop {
     fn drop(&mut self) {
-        // Nobody who waits is nobody to tell.
-        let _ = self.0.send(News::Done);
+        // Without a receiver nobody waits for the end.
+        let _ = self.0.send(WorkEvent::Done);
     }
 }
 
-/// Does `work` without the interpreter's lock, while the thread that called looks for Ctrl-C and passes progress on
-/// to `told`, which is called with the lock. After Ctrl-C, or an exception in `told`, the work is asked to stop: what it then
-/// returns is returned after a Ctrl-C, and else the exception.
+/// Runs `work` without the interpreter's lock, while the calling thread checks for Ctrl-C and calls `progress` with the
+/// lock. A Ctrl-C or an exception of `progress` stops the work. The result is the exception, else the value that the work
+/// returned, else a KeyboardInterrupt after a Ctrl-C, else the error of the work.
 pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
-    told: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(Hooks) -> Result<T, Error> + Send + 'static,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(WorkHooks) -> Result<T, Error> + Send + 'static,
 ) -> PyResult<T> {
-    let (sender, news): (_, Receiver<News>) = channel();
+    let (sender, mut events): (_, Receiver<WorkEvent>) = channel();
     let stop = Arc::new(AtomicBool::new(false));
-    let hooks = Hooks { stop: stop.clone(), news: sender.clone() };
+    let hooks = WorkHooks { stop: stop.clone(), events: sender.clone() };
     let thread = std::thread::spawn(move || {
-        let _bell = Bell(sender);
+        let _done = DoneOnDrop(sender);
         work(hooks)
     });
-    let (mut interrupted, mut refused) = (None, None);
-    // Receivers stay with their thread, locks with the interpreter's.
-    let mut news = news;
+    let (mut interrupted, mut exception) = (None, None);
     loop {
-        let (next, back) = py.detach(move || (news.recv_timeout(PATIENCE), news));
-        news = back;
-        match next {
-            Ok(News::Done) | Err(RecvTimeoutError::Disconnected) => break,
-            Ok(News::Progress(stage, simulations)) if refused.is_none() => {
-                refused = told.and_then(|told| told.call1((stage, simulations)).err());
+        // A receiver cannot be shared between threads: it moves into the closure and back.
+        let (event, receiver) = py.detach(move || (events.recv_timeout(POLL_INTERVAL), events));
+        events = receiver;
+        match event {
+            Ok(WorkEvent::Done) | Err(RecvTimeoutError::Disconnected) => break,
+            Ok(WorkEvent::Progress { stage, simulations }) if exception.is_none() => {
+                exception = progress.and_then(|call| call.call1((stage, simulations)).err());
             }
             _ => {}
         }
         if interrupted.is_none() {
             interrupted = py.check_signals().err();
         }
-        if interrupted.is_some() || refused.is_some() {
+        if interrupted.is_some() || exception.is_some() {
             stop.store(true, Ordering::Relaxed);
         }
     }
     let result =
         py.detach(|| thread.join()).map_err(|_| failed(py, "a panic of rodfit's: a bug"))?;
-    match (result, refused, interrupted) {
+    match (result, exception, interrupted) {
         (_, Some(error), _) => Err(error),
         (Ok(value), None, _) => Ok(value),
         (Err(_), None, Some(error)) => Err(error),

@@ -37,7 +37,7 @@ def tip():
 
 
 @pytest.mark.parametrize("file", ["python/README.md", "docs/tutorials/python.md"])
-def test_what_the_documents_begin_with(file, monkeypatch):
+def test_first_examples_of_documents_run(file, monkeypatch):
     """From the folder that they are read in."""
     monkeypatch.chdir(DATA.parent)
     code = (DATA.parent / file).read_text().split("```python\n")[1].split("```")[0]
@@ -65,12 +65,12 @@ def test_arrays_are_views_of_the_run(scene):
     assert np.abs(exact - difference).max() < 1e-6 * np.abs(exact).max()
 
 
-def test_where_a_point_is_at_any_time(scene):
+def test_position_of_a_point_at_any_time(scene):
     run = scene.simulate()
     assert np.array_equal(run.at("tip"), run.tip) and np.array_equal(run.at(3, run.t[7]), run.position[7, 3])
     middle = {"arc_length": 0.4321 * scene.length}
     assert np.abs(run.at(middle) - run.at(middle, run.t)).max() == 0.0
-    # What a fit takes off what was seen, with a noise of a metre, is what the point was seen at.
+    # Residuals of observations at 0 with a standard deviation of 1 m are the positions of the point.
     times = np.linspace(0.0, run.t[-1], 77)
     for point in ("tip", middle):
         r = rodfit.Fit(scene).observe(times, np.zeros((77, 3)), at=point, sigma=1.0)
@@ -81,7 +81,7 @@ def test_where_a_point_is_at_any_time(scene):
             run.at(**wrong)
 
 
-def test_energies_of_a_run(scene):
+def test_energy_of_a_damped_run_decreases(scene):
     run = scene.simulate()
     energy = run.energy
     assert set(energy) == {"kinetic", "stretch", "bend", "twist", "potential", "total"}
@@ -96,7 +96,7 @@ def test_energies_of_a_run(scene):
     assert energy["total"].max() - energy["total"][0] < 1e-6 * energy["kinetic"].max()
 
 
-def test_runs_in_xarray(scene):
+def test_run_converts_to_xarray(scene):
     pytest.importorskip("xarray")
     run = scene.simulate(derivatives=["youngs_modulus"])
     data = run.to_xarray()
@@ -108,7 +108,7 @@ def test_runs_in_xarray(scene):
     assert np.array_equal(data.energy.sum("term"), run.energy["total"])
 
 
-def test_what_the_program_chose(scene, result, tmp_path):
+def test_chosen_numerics_are_reported(scene, result, tmp_path):
     assert scene.resolution is None and scene.simulate().resolution is None and result.resolution == []
     text = (DATA / "cantilever.toml").read_text()
     given = ("segments =", "step =", "beta =")
@@ -129,7 +129,7 @@ def test_what_the_program_chose(scene, result, tmp_path):
     assert [own["chosen"]["segments"] for own in fitted.resolution] == [True]
 
 
-def test_scenes_go_to_tables_and_back(scene):
+def test_scenes_convert_to_tables_and_back(scene):
     table = scene.to_dict()
     again = rodfit.Scene.from_dict(table, DATA)
     assert np.array_equal(again.simulate().tip, scene.simulate().tip)
@@ -137,8 +137,8 @@ def test_scenes_go_to_tables_and_back(scene):
     assert not np.array_equal(twice.simulate().tip, scene.simulate().tip)
     assert np.array_equal(pickle.loads(pickle.dumps(scene)).simulate().tip, scene.simulate().tip)
     assert {"name", "unit", "value"} <= set(scene.parameters[0])
-    for told in (rodfit.Scene(table, DATA), rodfit.Scene(DATA / "cantilever.toml"), rodfit.Scene.load(DATA / "cantilever.toml")):
-        assert np.array_equal(told.simulate().tip, scene.simulate().tip)
+    for other in (rodfit.Scene(table, DATA), rodfit.Scene(DATA / "cantilever.toml"), rodfit.Scene.load(DATA / "cantilever.toml")):
+        assert np.array_equal(other.simulate().tip, scene.simulate().tip)
     # A fit file is no scene, and a number neither.
     with pytest.raises(rodfit.InputError, match="rodfit.Scene; a fit file is read by Fit.load"):
         rodfit.Fit("cantilever-fit.toml")
@@ -152,7 +152,7 @@ def test_scenes_go_to_tables_and_back(scene):
         rodfit.Scene(3)
 
 
-def test_rest_and_modes(scene):
+def test_equilibrium_and_modes_equal_the_command(scene):
     rest, modes = scene.equilibrium(), scene.modes(4)
     assert rest.nodes.shape[1] == 3 and rest.tip[1] < 0
     assert len(modes.frequencies_hz) >= 4 and modes.frequencies_hz[0] > 0
@@ -179,7 +179,7 @@ gravity = [0, -9.81, 0]
         rest.no_such_entry
 
 
-def test_the_shipped_fit(result):
+def test_shipped_fit_recovers_known_modulus(result):
     modulus = result.params["youngs_modulus"]
     low, high = modulus.interval
     assert result.success and low < modulus.value < high and modulus.stderr > 0
@@ -189,7 +189,7 @@ def test_the_shipped_fit(result):
     assert again.to_json() == result.to_json() and copy.copy(result).x == pytest.approx(result.x)
 
 
-def test_arrays_give_what_the_file_gives(scene, result):
+def test_arrays_and_file_give_equal_results(scene, result):
     t, xyz = tip()
     fit = rodfit.Fit(scene).observe(t, xyz)
     for name in result.params:
@@ -197,14 +197,14 @@ def test_arrays_give_what_the_file_gives(scene, result):
     assert fit.solve().x == pytest.approx(result.x, rel=1e-12)
 
 
-def test_files_give_what_arrays_give(scene, result):
+def test_file_and_arrays_give_equal_results(scene, result):
     fit = rodfit.Fit(scene).observe(DATA / "cantilever-tip.csv")
     for name in result.params:
         fit.add(name)
     assert fit.solve().x == pytest.approx(result.x, rel=1e-12)
 
 
-def test_data_frames(scene, result):
+def test_data_frames_are_accepted(scene, result):
     pandas = pytest.importorskip("pandas")
     frame = result.to_dataframe()
     assert frame.loc["youngs_modulus", "value"] == result.params["youngs_modulus"].value
@@ -267,7 +267,7 @@ def test_experiments_share_parameters(scene, result):
     assert len(both.sigma) == 2
 
 
-def test_what_a_result_shows(result, tmp_path):
+def test_result_has_text_and_html(result, tmp_path):
     assert result._repr_html_().startswith(f"<p><b>{result.grade}</b>: {result.verdict}")
     result.report(tmp_path / "fit.html")
     page = (tmp_path / "fit.html").read_text()
@@ -276,7 +276,7 @@ def test_what_a_result_shows(result, tmp_path):
     assert rodfit.FitResult(result.to_json()).x == pytest.approx(result.x, rel=0)
 
 
-def test_plots(scene, result):
+def test_plot_has_data_and_residuals(scene, result):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     kept = rodfit.Fit.load(DATA / "cantilever-fit.toml").solve(plots=True)
@@ -299,7 +299,7 @@ def own(scene):
     return fit(scene).solve(tolerance=1e-7).params["youngs_modulus"].value
 
 
-def test_scipy(scene):
+def test_scipy_finds_the_same_optimum(scene):
     optimize = pytest.importorskip("scipy.optimize")
     r = fit(scene).residuals()
     found = optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds, xtol=1e-14, ftol=1e-14, gtol=1e-14)
@@ -309,7 +309,7 @@ def test_scipy(scene):
     assert abs(early.value - own(scene)) < 1e-3 * early.stderr
 
 
-def test_lmfit(scene):
+def test_lmfit_finds_the_same_optimum(scene):
     lmfit = pytest.importorskip("lmfit")
     r = fit(scene).residuals()
     start = lmfit.Parameters()
@@ -318,7 +318,7 @@ def test_lmfit(scene):
     assert r.values([found.params["x"].value])["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
 
 
-def test_a_noise_of_each_time(scene):
+def test_sigma_of_each_time_scales_residuals(scene):
     t, xyz = tip()
     plain = fit(scene).residuals()
     one = lambda sigma: rodfit.Fit(scene).observe(t, xyz, sigma=sigma).add("youngs_modulus", 1e8).residuals()
@@ -332,7 +332,7 @@ def test_a_noise_of_each_time(scene):
             one(sigma)
 
 
-def test_derivatives_of_residuals(scene):
+def test_derivatives_of_residuals_equal_differences(scene):
     r = fit(scene).residuals()
     x, h = r.x0, 1e-5
     jac, hess = r.jac(x), r.hess(x)
@@ -343,7 +343,7 @@ def test_derivatives_of_residuals(scene):
     assert hess[0, 0] == pytest.approx((slope[0] - slope[1]) / (2 * h), rel=1e-6)
 
 
-def test_jax(scene):
+def test_jax_derivatives_are_exact(scene):
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
     import rodfit.jax
@@ -364,7 +364,7 @@ def test_jax(scene):
     assert r.values(x)["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
 
 
-def test_errors_say_where(scene, tmp_path):
+def test_errors_have_file_key_and_line(scene, tmp_path):
     with pytest.raises(rodfit.InputError) as error:
         scene.replace(rod={"segments": 0})
     assert error.value.key == "rod.segments" and error.value.found == "0" and error.value.allowed
@@ -389,7 +389,7 @@ def test_errors_say_where(scene, tmp_path):
     assert isinstance(failure.value, RuntimeError)
 
 
-def test_other_threads_go_on(scene):
+def test_other_threads_continue_during_a_fit(scene):
     counted, done = [0], threading.Event()
 
     def count():
@@ -408,15 +408,15 @@ def test_other_threads_go_on(scene):
     assert during > 10
 
 
-def test_progress_is_told(scene):
-    told, here = [], threading.get_ident()
+def test_progress_is_called_on_the_calling_thread(scene):
+    calls, here = [], threading.get_ident()
 
-    def tell(stage, simulations):
+    def record(stage, simulations):
         assert threading.get_ident() == here
-        told.append((stage, simulations))
+        calls.append((stage, simulations))
 
-    fit(scene).solve(progress=tell)
-    assert len(told) > 2 and told == sorted(told, key=lambda t: t[1])
+    fit(scene).solve(progress=record)
+    assert len(calls) > 2 and calls == sorted(calls, key=lambda t: t[1])
 
     def refuse(stage, simulations):
         raise ZeroDivisionError(stage)
@@ -441,7 +441,7 @@ def interrupted(code, seconds):
     return taken, said
 
 
-def test_ctrl_c_ends_a_simulation():
+def test_ctrl_c_stops_a_simulation():
     code = (
         "import rodfit\n"
         f"s = rodfit.Scene.load({str(DATA / 'cantilever.toml')!r}).replace(time={{'end': 2000.0}})\n"
@@ -453,15 +453,15 @@ def test_ctrl_c_ends_a_simulation():
     assert set(said) == {"ended\n"} and min(times) < 0.1
 
 
-def test_ctrl_c_ends_a_fit_with_the_best_so_far():
+def test_ctrl_c_stops_a_fit_with_its_best_values():
     code = (
         "import rodfit\n"
         f"f = rodfit.Fit.load({str(DATA / 'cantilever-fit.toml')!r})\n"
         "seen = []\n"
-        "def tell(stage, work):\n"
+        "def report(stage, work):\n"
         "    if stage.startswith('iteration') and not seen:\n"
         "        seen.append(stage)\n        print('begun', flush=True)\n"
-        "r = f.solve(progress=tell, plots=False, bootstrap=20000)\n"
+        "r = f.solve(progress=report, plots=False, bootstrap=20000)\n"
         "print(r.interrupted, r.grade, r.params['youngs_modulus'].value, flush=True)\n"
     )
     times, said = zip(*(interrupted(code, 0.1) for _ in range(3)))
@@ -474,7 +474,7 @@ def command(*words, **options):
     return subprocess.run(run, capture_output=True, text=True, timeout=60, **options)
 
 
-def test_the_command_comes_with_it(result, tmp_path):
+def test_command_is_part_of_the_package(result, tmp_path):
     script = pathlib.Path(sys.executable).with_name("rodfit")
     assert not (pathlib.Path(rodfit.__file__).parent.parent.name == "site-packages" and not script.exists())
     version = command("--version")
@@ -493,7 +493,7 @@ def test_the_command_comes_with_it(result, tmp_path):
     assert failed.returncode == 3 and failed.stderr.startswith("error: ")
 
 
-def test_stubs_are_what_there_is():
+def test_stubs_equal_the_native_part():
     from rodfit import _rodfit
 
     folder = pathlib.Path(rodfit.__file__).parent
@@ -503,7 +503,7 @@ def test_stubs_are_what_there_is():
     def words(function):
         return [a.arg for a in function.args.args if a.arg not in ("self", "cls")]
 
-    def told(function):
+    def signature(function):
         return [name for name in inspect.signature(function).parameters if name != "self"]
 
     def members(thing):
@@ -513,16 +513,16 @@ def test_stubs_are_what_there_is():
     classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
     assert members(_rodfit) == functions.keys() | classes.keys()
     for name, node in functions.items():
-        assert words(node) == told(getattr(_rodfit, name)), name
+        assert words(node) == signature(getattr(_rodfit, name)), name
     for name, node in classes.items():
         own = {inner.name: inner for inner in node.body}
         native = getattr(_rodfit, name)
         assert members(native) == own.keys(), name
         for method, inner in own.items():
             if method == "__new__":
-                assert words(inner) == told(native), name
+                assert words(inner) == signature(native), name
             elif method != "__len__" and "property" not in {getattr(d, "id", "") for d in inner.decorator_list}:
-                assert words(inner) == told(getattr(native, method)), f"{name}.{method}"
+                assert words(inner) == signature(getattr(native, method)), f"{name}.{method}"
 
 
 OPEN = """
@@ -539,7 +539,7 @@ end = 0.5
 """
 
 
-def test_what_is_left_to_the_program_it_chooses_again():
+def test_changed_scene_chooses_numerics_again():
     scene = rodfit.Scene.from_toml(OPEN)
     fresh = rodfit.Scene.from_toml(OPEN.replace("1e8", "2e6"))
     assert fresh.resolution["segments"] != scene.resolution["segments"]
@@ -552,7 +552,7 @@ def test_what_is_left_to_the_program_it_chooses_again():
     assert scene.to_dict()["time"] == {"end": 0.5}
 
 
-def test_nodes_beside_a_clamp_that_turns():
+def test_node_beside_a_rotating_clamp_moves():
     table = rodfit.Scene.from_toml(OPEN).to_dict()
     table["rod"]["segments"], table["time"] = 10, {"end": 0.02, "step": 1e-3}
     table["supports"] = {"start_compliance": {"rotation": 1.0}}
@@ -561,14 +561,14 @@ def test_nodes_beside_a_clamp_that_turns():
     assert np.array_equal(run.at(3), run.position[:, 3])
 
 
-def test_types_hold():
+def test_type_checker_reports_no_errors():
     api = pytest.importorskip("mypy.api")
     folder = pathlib.Path(__file__).resolve().parents[1]
     said, _, code = api.run(["--config-file", str(folder / "pyproject.toml"), str(folder / "rodfit")])
     assert code == 0, said
 
 
-def test_importing_it_imports_nothing_else():
+def test_import_loads_no_slow_module():
     # What takes long is numpy, and after it json and typing with what they import.
     code = "import os, sys; had = set(sys.modules); import rodfit; print(*sorted(set(sys.modules) - had))"
     bare = subprocess.check_output([sys.executable, "-S", "-c", f"import sys; sys.path += {sys.path!r}; {code}"], text=True)

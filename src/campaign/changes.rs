@@ -38,6 +38,7 @@ impl Key {
     /// The key of a column of the table or of the grid; an error if neither fit files nor scenes have it.
     pub fn new(name: &str) -> Result<Self, Error> {
         let parts: Vec<String> = name.split('.').map(Into::into).collect();
+        // Keys of the scene of one experiment begin with its index or name.
         if let [first, experiment, rest @ ..] = &parts[..]
             && first == "experiment"
             && let Some(path) = scene_path(rest)
@@ -107,6 +108,7 @@ pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Re
         let next = rest.get(k + 1);
         entry = child(entry, part, || empty(next)).ok_or_else(missing)?;
     }
+    // Tables of CSV files have numbers in columns of file names: those stay texts.
     *entry = match (&entry, value) {
         (Value::String(_), Value::Integer(_) | Value::Float(_) | Value::Boolean(_)) => {
             Value::String(value.to_string())

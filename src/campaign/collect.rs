@@ -1,6 +1,6 @@
 //! The collection of results: one for each task, in the order of the plan, from the files of all processes.
 
-use crate::campaign::plan::{Plan, Task};
+use crate::campaign::plan::{CampaignTask, Plan};
 use crate::campaign::store::{DamagedLine, Store, StoredRecord};
 use crate::error::Error;
 use serde_json::{Value, json};
@@ -72,12 +72,12 @@ impl<'a> Collected<'a> {
     }
 
     /// The tasks without a result.
-    pub fn missing(&self) -> impl Iterator<Item = &Task> {
+    pub fn missing(&self) -> impl Iterator<Item = &CampaignTask> {
         self.plan.tasks.iter().filter(|task| !self.results.contains_key(&task.id))
     }
 
     /// The tasks with their results, in the order of the plan.
-    pub(crate) fn results(&self) -> impl Iterator<Item = (&'a Task, &StoredRecord)> {
+    pub(crate) fn results(&self) -> impl Iterator<Item = (&'a CampaignTask, &StoredRecord)> {
         self.plan.tasks.iter().filter_map(|task| Some((task, self.results.get(&task.id)?)))
     }
 
@@ -89,8 +89,9 @@ impl<'a> Collected<'a> {
     /// A failed write.
     pub fn write_lines(&self, to: &mut impl Write) -> io::Result<()> {
         let mut sorted: Vec<_> = self.results().collect();
+        // The order of the plan may change, ids do not.
         sorted.sort_by(|(a, _), (b, _)| a.id.cmp(&b.id));
-        for (Task { id, name, fit, changes }, record) in sorted {
+        for (CampaignTask { id, name, fit, changes }, record) in sorted {
             let name = match name.is_empty() {
                 true => String::new(),
                 false => format!("\"name\":{},", json!(name)),
@@ -109,6 +110,7 @@ impl<'a> Collected<'a> {
 /// An error if two results of a task are not equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
+    // Equal texts need no parsing.
     let is_same = one.result == other.result
         || value(one).zip(value(other)).is_some_and(|(one, other)| {
             one["platform"] != other["platform"] && have_equal_parameters(&one, &other)

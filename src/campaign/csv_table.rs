@@ -2,7 +2,7 @@
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;
-use crate::campaign::plan::Task;
+use crate::campaign::plan::CampaignTask;
 use crate::error::Error;
 use crate::fit::{Bootstrap, Estimate, Unknown};
 use crate::input::text_cell::to_cell;
@@ -50,7 +50,7 @@ impl StoredResult {
 
 /// The result of a task, or of all parts of a bootstrap.
 pub(crate) struct ResultRow<'a> {
-    pub task: &'a Task,
+    pub task: &'a CampaignTask,
     pub result: StoredResult,
     /// Estimates of all replicates, parameter by parameter.
     replicates: Vec<Vec<f64>>,
@@ -111,6 +111,7 @@ impl Collected<'_> {
             true => [&PARAMETER_COLUMNS[..], &BOOTSTRAP_COLUMNS].concat(),
             false => PARAMETER_COLUMNS.to_vec(),
         };
+        // Columns are the union of the keys and parameters of all fits.
         let mut header = ["id", "name", "fit"].map(String::from).to_vec();
         header.extend(keys.iter().map(ToString::to_string));
         header.extend(["code", "grade", "status"].map(String::from));
@@ -126,7 +127,7 @@ impl Collected<'_> {
         };
         write(header)?;
         for row in &rows {
-            let Task { id, name, fit, .. } = row.task;
+            let CampaignTask { id, name, fit, .. } = row.task;
             let mut cells = vec![id.clone(), name.clone(), fit.display().to_string()];
             cells.extend(keys.iter().map(|key| row.change(key)));
             cells.push(row.result.code.to_string());
@@ -154,6 +155,7 @@ impl Collected<'_> {
             let estimates =
                 |e: &Estimate| e.bootstrap.as_ref().map_or(Vec::new(), |b| b.estimates.clone());
             let replicates: Vec<Vec<f64>> = result.parameters().map(estimates).collect();
+            // Parts of one bootstrap differ in these keys only: their replicates are pooled.
             if task.changes.contains_key(BOOTSTRAP_KEYS[1]) {
                 let group = (&*task.fit, &*task.name, other_changes(&task.changes));
                 if let Some(first) = bootstraps.get(&group) {

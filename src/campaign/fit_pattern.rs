@@ -101,6 +101,7 @@ impl Walk {
             if !parts.is_empty() {
                 self.visit(&folder, parts)?;
             }
+            // Links are followed only if they lead out of the folders on the way: no endless loop.
             for entry in self.entries(&folder)? {
                 let path = entry.path();
                 if entry.file_type().is_ok_and(|kind| kind.is_symlink()) && path.is_dir() {
@@ -200,7 +201,7 @@ mod tests {
             let error = matching_files(&root, pattern, "fits[0]").unwrap_err().to_string();
             assert!(error.contains("fits[0]") && error.contains("whole disk"), "{error}");
         }
-        // Links in there lead to what is gone the next moment.
+        // Links in /proc lead to processes that may end at any moment.
         assert!(matching_files(&root, "/[dps][er]*[vcs]/**/fd/*", "fits[0]").unwrap().is_empty());
     }
 }

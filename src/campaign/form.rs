@@ -117,6 +117,7 @@ impl CampaignFile {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
         let fits = self.matched(root).map_err(in_file)?;
+        // A table has its own fit files or combines with those of the patterns.
         let rows = match &self.table {
             None => {
                 let row = |fit| CampaignRow { fit, ..CampaignRow::default() };
@@ -128,6 +129,7 @@ impl CampaignFile {
             let allowed = "fits = [\"*/fit.toml\"], or a table of fits";
             return Err(in_file(Error::invalid("fits", "none", allowed)));
         }
+        // The number of tasks is checked before the list is built.
         let combinations = combinations(&self.grid).map_err(in_file)?;
         if rows.len().saturating_mul(combinations.len()) > MOST_TASKS {
             let found = format!("{} fits times {}", rows.len(), combinations.len());
@@ -152,6 +154,7 @@ impl CampaignFile {
             let key = format!("fits[{k}]");
             let before = all.len();
             for path in matching_files(root, pattern, &key)? {
+                // Relative paths keep the plan valid when its folder is moved.
                 let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
                 if seen.insert(relative.clone()) {
                     all.push(relative);
@@ -177,6 +180,7 @@ fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     for GridAxis { key, value } in &axes {
         let path = format!("grid.{key}");
         let own = Key::new(key).map_err(|error| error.below("grid"))?;
+        // A short name and a path may be the same parameter.
         if let Some((other, _)) = known.iter().find(|(_, other)| *other == own) {
             let allowed = format!("one of the two: {other} is the same");
             return Err(Error::invalid(path, "the same number twice", allowed));

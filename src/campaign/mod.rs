@@ -1,7 +1,7 @@
 //! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected to the same
 //! bytes whatever the processes.
 //!
-//! A [`Plan`] is a list of [`Task`]s. The id of a task is a hash of everything that its result depends on, and of nothing
+//! A [`Plan`] is a list of [`CampaignTask`]s. The id of a task is a hash of everything that its result depends on, and of nothing
 //! else; so a task with a result is not computed again. [`run`](Plan::run) appends results to a [`Store`], a line each,
 //! and [`Collected`] merges the results of all processes.
 
@@ -28,7 +28,7 @@ mod table;
 pub use changes::Changes;
 pub use collect::{Collected, Damage};
 pub use outcome::Outcome;
-pub use plan::{Admission, Plan, Planned, Task};
+pub use plan::{Admission, CampaignTask, Plan, Planned};
 pub use platform::platform;
 pub use run::{ChangedTask, RunOptions, RunSummary, useful_threads};
 pub use shard::Shard;

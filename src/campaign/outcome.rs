@@ -43,9 +43,11 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
         Err(Error::Interrupted) => return None,
         Err(error) => (if error.is_input() { 2 } else { 3 }, "error", error.to_string().into()),
     };
+    // Results do not depend on the speed of the machine.
     if let Value::Object(report) = &mut content {
         report.remove(TIME_KEY);
     }
+    // Results do not depend on the folder of the files.
     replace_paths(&mut content, &task.path_names());
     let whole = Map::from_iter([
         ("platform".to_string(), json!(platform())),

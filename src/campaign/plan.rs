@@ -26,7 +26,7 @@ const TASKS_FILE: &str = "tasks.jsonl";
 /// A planned fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Task {
+pub struct CampaignTask {
     /// The first 128 bits of a hash of everything that the result depends on, in hexadecimal.
     pub id: String,
     /// Name in the table of the campaign.
@@ -48,7 +48,7 @@ pub struct Plan {
     /// The folder of the campaign file, which paths are relative to.
     pub root: PathBuf,
     /// All tasks in the order of the campaign file. Tasks with one id are computed once.
-    pub tasks: Vec<Task>,
+    pub tasks: Vec<CampaignTask>,
 }
 
 /// Checks of scenes and fits before they are planned.
@@ -130,6 +130,7 @@ impl Plan {
         let failed = |error| Error::io(folder, error);
         std::fs::create_dir_all(folder).map_err(failed)?;
         let whole = folder.canonicalize().map_err(failed)?;
+        // The tasks come first: a plan without its description is not opened.
         let lines = json_lines(&tasks).map_err(failed)?;
         let description = PlanDescription {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -218,7 +219,7 @@ impl Plan {
 
 /// The tasks of a row, and its error if it cannot be solved.
 struct RowTasks {
-    tasks: Vec<Task>,
+    tasks: Vec<CampaignTask>,
     refused: Option<Error>,
 }
 
@@ -235,6 +236,7 @@ fn row_tasks(
         let allowed = "finite numbers, texts, true, false, and lists and tables of these";
         return Err(located(Error::invalid(key, value, allowed)));
     }
+    // The id of the row without starts and bootstrap seeds their random numbers.
     let resolved = Resolved::new(root, &row.fit, &row.changes).map_err(located)?;
     let base = resolved.id(hashes).map_err(located)?;
     // A fit above a limit is an error of the plan, as another run may admit it; other errors are results.
@@ -260,6 +262,7 @@ fn row_tasks(
             },
         },
     };
+    // Starts and bootstrap parts multiply the tasks of the row.
     let mut all = vec![row.changes.clone()];
     if let Some(starts) = campaign.starts {
         let ranges = start_ranges(&resolved).map_err(located)?;
@@ -271,13 +274,14 @@ fn row_tasks(
         all = extended(&all, bootstrap_parts(bootstrap, seed));
     }
     let task = |changes: Changes| {
+        // The row itself has its id already.
         let id = match changes == row.changes {
             true => base.clone(),
             false => Resolved::new(root, &row.fit, &changes)
                 .and_then(|r| r.id(hashes))
                 .map_err(located)?,
         };
-        Ok(Task { id, name: row.name.clone(), fit: row.fit.clone(), changes })
+        Ok(CampaignTask { id, name: row.name.clone(), fit: row.fit.clone(), changes })
     };
     Ok(RowTasks { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
 }

@@ -20,6 +20,7 @@ pub fn platform() -> &'static str {
             () if cfg!(target_env = "msvc") => "-msvc",
             () => "",
         };
+        // All bits of the values enter the hash.
         let bytes: Vec<u8> =
             (0..ARGUMENTS).flat_map(|k| values(argument(k))).flat_map(f64::to_le_bytes).collect();
         format!("{ARCH}-{OS}{environment} libm-{} {}", hash(&bytes, 4), simd_level())

@@ -102,6 +102,7 @@ impl Resolved {
                 Err(error) => failure = failure.take().or(Some(error)),
             }
         });
+        // Equal fits have equal texts, whatever the order of their keys.
         let fit = canonical_json(&Value::Table(table));
         let whole = json!({ "version": env!("CARGO_PKG_VERSION"), "fit": fit });
         failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)

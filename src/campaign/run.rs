@@ -1,7 +1,7 @@
 //! Runs the tasks of a campaign without a result.
 
 use crate::campaign::outcome::{Outcome, solve};
-use crate::campaign::plan::{Plan, Task};
+use crate::campaign::plan::{CampaignTask, Plan};
 use crate::campaign::resolved::{DataHashes, Resolved};
 use crate::campaign::shard::Shard;
 use crate::campaign::store::Store;
@@ -39,7 +39,7 @@ pub struct RunSummary {
     /// Tasks that could not begin.
     pub changed: Vec<ChangedTask>,
     /// Tasks whose fit ended in a fault of the program. They have no result; the next run repeats them.
-    pub panicked: Vec<Task>,
+    pub panicked: Vec<CampaignTask>,
 }
 
 /// A task whose files are missing or changed after the plan was written.
@@ -47,7 +47,7 @@ pub struct RunSummary {
 #[non_exhaustive]
 pub struct ChangedTask {
     /// The task.
-    pub task: Task,
+    pub task: CampaignTask,
     /// The file and its change.
     pub error: Error,
 }
@@ -73,7 +73,7 @@ impl Plan {
     /// A task that differs from the planned one, and a result that cannot be stored.
     pub fn solve(
         &self,
-        task: &Task,
+        task: &CampaignTask,
         store: &Store,
         stop: Arc<AtomicBool>,
     ) -> Result<Option<Outcome>, Error> {
@@ -83,7 +83,11 @@ impl Plan {
     }
 
     /// Solves one task without storing its outcome.
-    fn attempt(&self, task: &Task, stop: Arc<AtomicBool>) -> Result<Option<TimedOutcome>, Error> {
+    fn attempt(
+        &self,
+        task: &CampaignTask,
+        stop: Arc<AtomicBool>,
+    ) -> Result<Option<TimedOutcome>, Error> {
         let start = Instant::now();
         let outcome = solve(&self.resolved(task)?, stop);
         let timed = |outcome| TimedOutcome { outcome, seconds: start.elapsed().as_secs_f64() };
@@ -91,7 +95,7 @@ impl Plan {
     }
 
     /// The fit of a task with all its files, if these are the planned ones.
-    fn resolved(&self, task: &Task) -> Result<Resolved, Error> {
+    fn resolved(&self, task: &CampaignTask) -> Result<Resolved, Error> {
         let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
         if resolved.id(&mut DataHashes::new())? != task.id {
             let found = "a fit, a scene or data that changed after the plan was written";
@@ -107,15 +111,15 @@ impl Plan {
     /// # Errors
     ///
     /// Results that cannot be read.
-    pub fn open_tasks(&self, shard: Option<Shard>) -> Result<(Vec<&Task>, usize), Error> {
+    pub fn open_tasks(&self, shard: Option<Shard>) -> Result<(Vec<&CampaignTask>, usize), Error> {
         let mut done = HashSet::new();
         Store::new(&self.folder).read(|record| {
             done.insert(record.id);
         })?;
         let mut seen = HashSet::new();
-        let is_own = |task: &&Task| shard.is_none_or(|shard| shard.contains(&task.id));
+        let is_own = |task: &&CampaignTask| shard.is_none_or(|shard| shard.contains(&task.id));
         let own = self.tasks.iter().filter(is_own).filter(|task| seen.insert(&task.id));
-        let (before, open): (Vec<&Task>, Vec<&Task>) =
+        let (before, open): (Vec<&CampaignTask>, Vec<&CampaignTask>) =
             own.partition(|task| done.contains(&task.id));
         Ok((open, before.len()))
     }
@@ -149,7 +153,7 @@ impl Plan {
                 .map_err(|error| Error::Fit(format!("the threads cannot be started: {error}")))?;
             while !options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                 let Some(task) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                let task: &Task = task;
+                let task: &CampaignTask = task;
                 let attempt = || pool.install(|| self.attempt(task, options.stop.clone()));
                 match catch_unwind(AssertUnwindSafe(attempt)) {
                     Ok(Ok(Some(TimedOutcome { outcome, seconds }))) => {

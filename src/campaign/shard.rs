@@ -52,6 +52,7 @@ impl Shard {
             let invalid = |_| Error::invalid(name, &text, "a number of 0 or more");
             text.trim().parse().map(Some).map_err(invalid)
         };
+        // Slurm gives the first index, the step and the number of jobs of the array.
         if let Some(id) = number("SLURM_ARRAY_TASK_ID")? {
             let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
             let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
@@ -65,6 +66,7 @@ impl Shard {
             let index = id.saturating_sub(first) / step;
             return Self::new(index, count).map(Some).ok_or_else(gaps);
         }
+        // These schedulers give the index only.
         for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
             if let Some(index) = number(name)? {
                 let count = count.ok_or_else(|| unknown_count(name, index))?;

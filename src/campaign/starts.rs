@@ -61,6 +61,7 @@ pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
 /// The random start with a number, as changes of the fit file.
 pub(crate) fn start(ranges: &[StartRange], id: &str, seed: u64, number: usize) -> Changes {
     let mut random = ChaCha8Rng::from_seed(generator_key(id, seed));
+    // Every start has a stream of its own, so that it does not depend on the others.
     random.set_stream(number as u64);
     let draw = |StartRange { index, low, high, is_logarithmic }: &StartRange| {
         let part: f64 = random.random_range(0.0..1.0);

@@ -40,6 +40,7 @@ impl Status {
             status.seconds += record.context.wall_seconds;
             status.longest_seconds = status.longest_seconds.max(record.context.wall_seconds);
         }
+        // Two rows of the plan may have one id.
         let missing: BTreeSet<_> = collected.missing().map(|task| &task.id).collect();
         status.tasks = status.done + missing.len();
         status

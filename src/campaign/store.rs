@@ -77,6 +77,7 @@ impl Store {
         let context = serde_json::to_string(&context).unwrap_or_default();
         let line = format!("{{\"id\":\"{id}\",\"result\":{},\"about\":{context}", outcome.json);
         let line = format!("{line},\"checksum\":\"{}\"}}\n", hash(line.as_bytes(), CHECKSUM));
+        // One line is one write, so that threads do not mix their lines.
         let mut part = self.part.lock().unwrap_or_else(PoisonError::into_inner);
         let mut file = match part.take() {
             Some(file) => file,
@@ -119,6 +120,7 @@ impl Store {
         let files: Result<Vec<PathBuf>, _> = entries.map(|entry| Ok(entry?.path())).collect();
         let mut files = files.map_err(|error| Error::io(&self.folder, error))?;
         files.retain(|file| file.extension().is_some_and(|extension| extension == "jsonl"));
+        // The order of reading is the same on every machine.
         files.sort();
         for file in files {
             let mut read = || -> io::Result<()> {
@@ -149,6 +151,7 @@ impl Store {
 fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix("\"}\n")?;
     let (line, checksum) = line.rsplit_once(",\"checksum\":\"")?;
+    // A torn or damaged line has another checksum.
     if checksum != hash(line.as_bytes(), CHECKSUM) {
         return None;
     }

@@ -2,7 +2,7 @@
 
 use crate::campaign::collect::Collected;
 use crate::campaign::csv_table::{BOOTSTRAP_KEYS, ResultRow, plain_text};
-use crate::campaign::plan::Task;
+use crate::campaign::plan::CampaignTask;
 use crate::error::Error;
 use crate::fit::FitSummary;
 use crate::summary::distinct;
@@ -49,7 +49,7 @@ impl Collected<'_> {
 
 /// The name of a task. A task without one is called after its fit file and its changes (keys with their values), or after
 /// the changes alone if all tasks have one file. Keys are shortened to their last part if that is unique.
-fn fit_name(task: &Task, changes: &[(String, String)], is_one_file: bool) -> String {
+fn fit_name(task: &CampaignTask, changes: &[(String, String)], is_one_file: bool) -> String {
     if !task.name.is_empty() {
         return task.name.clone();
     }

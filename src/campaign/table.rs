@@ -52,6 +52,7 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
         if names_fits && row.fit.as_os_str().is_empty() {
             return Err(error(line, "fit: found none, allowed: the name of a fit file".into()));
         }
+        // Each row applies to its own fit file, or to every matched one.
         match names_fits {
             true => all.push(row),
             false => {
@@ -95,6 +96,7 @@ fn cell_value(cell: &str, delimiter: u8) -> Value {
     let point = cell.replace(',', ".");
     let is_number = delimiter == b';' && point.parse::<f64>().is_ok();
     let cell = if is_number { &point } else { cell };
+    // The parser of TOML recognizes numbers, booleans and lists.
     let parsed = format!("value = {cell}").parse::<Table>().ok();
     let value = parsed.filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
     value.filter(|value| !value.is_datetime()).unwrap_or_else(|| Value::String(cell.into()))

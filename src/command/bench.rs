@@ -9,6 +9,7 @@ use rodfit::{Error, Fit, Observation, Parameter, Point, Problem, Scene, Trajecto
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
+/// Options of `rodfit bench`.
 #[derive(clap::Args)]
 pub struct BenchOptions {
     /// Time for which each row is repeated, s; the fastest run counts.
@@ -32,11 +33,13 @@ struct ShippedScene {
     tip: &'static str,
 }
 
+/// The planar cantilever.
 const CANTILEVER: ShippedScene = ShippedScene {
     name: "cantilever",
     scene: include_str!("../../data/cantilever.toml"),
     tip: include_str!("../../data/cantilever-tip.csv"),
 };
+/// The spatial helix.
 const HELIX: ShippedScene = ShippedScene {
     name: "helix",
     scene: include_str!("../../data/helix.toml"),
@@ -79,6 +82,7 @@ struct BenchReport {
 pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
+    // Stepping alone: no output and no record of the motion.
     let mut steps = Vec::new();
     for (scene, step, beta) in RUNS {
         let problem = scene.problem(step, beta)?;
@@ -92,6 +96,7 @@ pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
         let steps_per_second = all as f64 / fastest.as_secs_f64();
         steps.push(SteppingSpeed { scene, segments, step, beta, steps_per_second });
     }
+    // A fit from the search to the report, with the recorded tip of the shipped scene.
     let mut fits = Vec::new();
     for scene in [CANTILEVER, HELIX] {
         let problem = scene.problem(1e-3, 0.5)?;
@@ -121,6 +126,7 @@ fn fastest(
     let start = Instant::now();
     let mut fastest = run()?;
     while start.elapsed() < least {
+        // The fastest run is the one with the least disturbance by other processes.
         fastest = fastest.min(run()?);
     }
     Ok(fastest)

@@ -7,6 +7,7 @@ use rodfit::check::{Tolerance, check_problem};
 use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
+/// Options of `rodfit check`.
 #[derive(clap::Args)]
 pub struct CheckOptions {
     /// Scene file (TOML).
@@ -18,8 +19,10 @@ pub struct CheckOptions {
 /// Exit code 3 if derivatives disagree.
 pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
+    // Outputs are checked before the computation: a mistyped path costs no time.
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     limits::check_cost(&scene).admit(global)?;
+    // The mesh needs no error estimate: derivatives are compared on any mesh.
     let report = check_problem(&scene.problem_for(Aim::Guess)?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };
     let summary = report.summary().with_subject(options.scene.display());

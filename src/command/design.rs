@@ -7,6 +7,7 @@ use rodfit::fit::FitFile;
 use rodfit::{Error, page};
 use std::path::PathBuf;
 
+/// Options of `rodfit design`.
 #[derive(clap::Args)]
 pub struct DesignOptions {
     /// Plan or fit file (TOML).
@@ -28,6 +29,7 @@ pub struct DesignOptions {
 pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> {
     let path = &options.fit;
     let admit = |scene: &_| limits::mesh_cost(scene).admit(global);
+    // Invalid values of a plan are found late, by code that does not have its path.
     let in_file = |error: Error| match error {
         invalid @ Error::Invalid { .. } => invalid.in_file(Some(path)),
         error => error,
@@ -39,6 +41,7 @@ pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> 
     }
     let mut outputs = Outputs::new(&options.json, global);
     outputs.add_page(options.report.as_deref(), "design.html");
+    // Data files that exist already are inputs too.
     let mut inputs = file.files();
     inputs.push(path.clone());
     outputs.check(&inputs)?;

@@ -6,6 +6,7 @@ use rodfit::Error;
 use rodfit::code::{all_explained, explained, named};
 use rodfit::summary::wrap_message;
 
+/// Options of `rodfit explain`.
 #[derive(clap::Args)]
 pub struct ExplainOptions {
     /// Code, as `beyond-sigma`, or exit code, as 3; default: a list of all.

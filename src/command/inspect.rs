@@ -6,6 +6,7 @@ use rodfit::Error;
 use rodfit::fit::{Inspection, Recording};
 use std::path::PathBuf;
 
+/// Options of `rodfit inspect`.
 #[derive(clap::Args)]
 pub struct InspectOptions {
     /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or TRC.

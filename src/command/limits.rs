@@ -32,7 +32,9 @@ struct NodeCost {
     equilibrium: f64,
 }
 
+/// Cost of a node of a planar rod, with two unknowns.
 const PLANAR: NodeCost = NodeCost { bytes: 600.0, step: 0.25e-6, equilibrium: 0.1e-3 };
+/// Cost of a node of a spatial rod, with four unknowns and material frames.
 const SPATIAL: NodeCost = NodeCost { bytes: 1700.0, step: 1.4e-6, equilibrium: 0.6e-3 };
 /// Memory of an equilibrium over that of a simulation.
 const EQUILIBRIUM_MEMORY: f64 = 2.0;
@@ -85,6 +87,7 @@ impl RunCost {
             return Ok(());
         }
         let [memory, time] = [size(self.bytes), duration(self.seconds)];
+        // The first exceeded limit is reported.
         let exceeded = if self.bytes > MAX_MEMORY {
             Some([format!("{memory} of memory"), size(MAX_MEMORY)])
         } else if self.seconds > MAX_TIME {
@@ -163,6 +166,7 @@ pub fn simulation_cost(
 pub fn study_cost(scene: &Scene) -> RunCost {
     let (node, nodes) = (node_cost(scene), node_count(scene));
     let steps = scene.time.as_ref().map_or(0.0, |time| time.steps() as f64);
+    // The finest runs determine the memory, the sum of all runs the time.
     let [most_nodes, most_steps] = [nodes, steps].map(|n| count(STUDY_REFINEMENT * n));
     RunCost {
         file: scene.path.clone(),
@@ -188,6 +192,7 @@ pub fn design_cost(file: &FitFile, path: PathBuf) -> RunCost {
 /// The cost of this many simulations of every experiment.
 fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> RunCost {
     let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
+    // Each recorded value has a derivative by every parameter.
     let record_bytes = RECORD_BYTES * (1.0 + file.unknowns.len() as f64);
     for experiment in &file.experiments {
         let problem = &experiment.problem;

@@ -79,6 +79,7 @@ impl GlobalOptions {
     }
 }
 
+// Subcommands of `rodfit`: a doc comment here would replace the description in its help.
 #[derive(Subcommand)]
 enum Command {
     /// Simulate the motion of a rod.
@@ -176,6 +177,7 @@ impl From<DerivativesOption> for Derivatives {
 /// Runs a command line, whose first argument is the name of the program. Returns the exit code: 0 done; 2 bad input;
 /// 3 not computed, not converged or not identifiable.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    // The arguments are parsed twice if they are invalid, so they are kept.
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let parsed = Arguments::try_parse_from(&arguments).map_err(|error| {
         // The message quotes arguments, which may be names of files with control characters: these are escaped.
@@ -190,7 +192,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return u8::try_from(message.exit_code()).unwrap_or(2);
         }
     };
+    // Before any thread pool exists.
     limits::limit_threads(global);
+    // Each subcommand returns its exit code, or the error that ended it.
     let outcome = match command {
         Command::Simulate(options) => simulate::run(&options, global),
         Command::Static(options) => rest::run(&options, global),
@@ -226,6 +230,7 @@ fn completions(shell: Shell) -> Result<u8, Error> {
 /// Prints the manual page of the command or of a subcommand.
 fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     let mut command = Arguments::command();
+    // Options of all commands are added to the subcommands.
     command.build();
     let found = match subcommand {
         None => Some(&command),

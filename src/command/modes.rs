@@ -7,6 +7,7 @@ use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
+/// Options of `rodfit modes`.
 #[derive(clap::Args)]
 pub struct ModesOptions {
     /// Scene file (TOML); `[time]` is not needed.
@@ -27,7 +28,9 @@ pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     let count = usize::from(options.count);
     limits::modes_cost(&scene, count).admit(global)?;
-    let about = if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
+    // A rod under large loads vibrates about another shape than its rest shape.
+    let about =
+        if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
     let problem = scene.problem_for(Aim::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);

@@ -7,6 +7,7 @@ use rodfit::problem::ParameterList;
 use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
+/// Options of `rodfit parameters`.
 #[derive(clap::Args)]
 pub struct ParametersOptions {
     /// Scene file (TOML).

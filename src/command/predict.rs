@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use toml::{Table, Value};
 
+/// Options of `rodfit predict`.
 #[derive(clap::Args)]
 pub struct PredictOptions {
     /// Scene file (TOML) with the identified values, as `rodfit fit --save` writes it.
@@ -51,8 +52,10 @@ pub fn run(options: &PredictOptions, global: GlobalOptions) -> Result<u8, Error>
     outputs.check(&inputs)?;
     let scene = Scene::load(&options.scene)?;
     limits::mesh_cost(&scene).admit(global)?;
+    // A prediction is a fit file whose measurements are all validation data.
     let mut file = FitFile::from_toml(&fit_text(options, &scene)?, ".")?;
     set_derivatives(&mut file, options.derivatives);
+    // The files of the recordings are known only after the fit file was read.
     outputs.check(&file.files())?;
     let stop = terminal::stop_on_ctrl_c(global);
     let report = prediction(&file, outputs.has_page(), stop)?;

@@ -7,6 +7,7 @@ use rodfit::dynamics::shape_csv;
 use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
+/// Options of `rodfit static`.
 #[derive(clap::Args)]
 pub struct StaticOptions {
     /// Scene file (TOML); `[time]` is not needed.

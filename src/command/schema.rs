@@ -11,6 +11,7 @@ use serde_json::Value;
 /// Definitions that several schemas have; these have `true` in their place.
 const SHARED: &str = include_str!("schema/shared.json");
 
+/// Options of `rodfit schema`.
 #[derive(clap::Args)]
 pub struct SchemaOptions {
     /// Kind of the file or result.
@@ -44,6 +45,7 @@ impl SchemaKind {
             |text| serde_json::from_str::<Value>(text).expect("a schema of the repository is JSON");
         let (mut schema, mut shared) = (value(self.file()), value(SHARED));
         if let Some(Value::Object(own)) = schema.get_mut("definitions") {
+            // Shared definitions are stored once; here they replace their placeholders.
             for (name, definition) in own.iter_mut().filter(|(_, own)| own.is_boolean()) {
                 if let Some(known) = shared.get_mut(name) {
                     *definition = known.take();

@@ -11,6 +11,7 @@ use rodfit::{Error, Problem, Scene, Trajectory, page};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+/// Options of `rodfit simulate`.
 #[derive(clap::Args)]
 pub struct SimulateOptions {
     /// Scene file (TOML).
@@ -41,6 +42,7 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
     let stop = terminal::stop_on_ctrl_c(global);
     let has_report = outputs.has_json() || outputs.has_page();
     let has_energies = has_report || outputs.has_summary();
+    // One run with its outputs. The check of chosen numerics may repeat it on a finer mesh.
     let attempt = |problem: Problem, is_written: bool, observe: &mut dyn FnMut(&dyn Snapshot)| {
         let problem = problem.with_derivatives(options.derivatives.into()).stop_when(stop.clone());
         let steps = problem.time()?.steps();
@@ -55,6 +57,7 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
         let mut table = writer.map(|writer| NodeTable::new(writer, problem.nodes()));
         let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
         let bar = terminal::progress_bar(global, steps as u64);
+        // A failed write does not stop the simulation: the other outputs are complete.
         let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
         let outcome = trajectory.run(&problem, steps, |simulation| {
             observe(simulation);

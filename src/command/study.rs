@@ -6,6 +6,7 @@ use rodfit::study::Study;
 use rodfit::{Error, Scene, page};
 use std::path::PathBuf;
 
+/// Options of `rodfit study`.
 #[derive(clap::Args)]
 pub struct StudyOptions {
     /// Scene file (TOML).
@@ -25,6 +26,7 @@ pub fn run(options: &StudyOptions, global: GlobalOptions) -> Result<u8, Error> {
     outputs.add_page(options.report.as_deref(), "study.html");
     outputs.check(&scene.files())?;
     limits::study_cost(&scene).admit(global)?;
+    // The number of runs is known when the study has begun.
     let bar = terminal::progress_bar(global, 1);
     let study = Study::new(&scene, |done, total| {
         bar.set_length(total as u64);

@@ -37,6 +37,7 @@ fn print_line(text: &str) -> Result<(), Error> {
 /// characters are escaped; programs get every byte unchanged.
 pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     let mut stdout = std::io::stdout();
+    // Another program reads the data.
     if !stdout.is_terminal() {
         return stdout.write(bytes);
     }
@@ -81,6 +82,7 @@ pub fn print_error(error: &Error) {
 pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let shared = flag.clone();
+    // The handler runs on a thread of its own.
     let handler = ctrlc::set_handler(move || {
         if shared.swap(true, Ordering::Relaxed) {
             std::process::exit(130);

@@ -34,7 +34,7 @@ pub(super) struct IntervalPoint {
 }
 
 /// An axis with its label and the range of its data.
-pub(super) struct Axis {
+pub(super) struct ChartAxis {
     /// The quantity with its unit.
     pub label: String,
     pub is_log: bool,
@@ -44,7 +44,7 @@ pub(super) struct Axis {
     range: [f64; 2],
 }
 
-impl Axis {
+impl ChartAxis {
     /// An axis of a quantity in the unit of a scale.
     pub fn new(name: &str, scale: &Scale) -> Self {
         let label = labeled(name, &scale.unit);
@@ -69,7 +69,7 @@ impl Axis {
     }
 }
 
-impl From<&str> for Axis {
+impl From<&str> for ChartAxis {
     /// An axis of numbers that are shown as they are.
     fn from(label: &str) -> Self {
         Self::new(label, &Scale { factor: 1.0, unit: String::new() })
@@ -77,8 +77,8 @@ impl From<&str> for Axis {
 }
 
 /// A chart under construction. Values that are not finite are left out.
-pub(super) struct Chart {
-    pub axes: [Axis; 2],
+pub(super) struct PageChart {
+    pub axes: [ChartAxis; 2],
     pub marks: Vec<Mark>,
     pub lines: Vec<ReferenceLine>,
     pub regions: Vec<ShadedRegion>,
@@ -94,9 +94,9 @@ pub(super) struct Chart {
     thinning: usize,
 }
 
-impl Chart {
+impl PageChart {
     /// A chart of this width and height, px, without data.
-    pub fn new(x: impl Into<Axis>, y: impl Into<Axis>, size: [f64; 2]) -> Self {
+    pub fn new(x: impl Into<ChartAxis>, y: impl Into<ChartAxis>, size: [f64; 2]) -> Self {
         Self {
             axes: [x.into(), y.into()],
             marks: Vec::new(),
@@ -187,6 +187,7 @@ impl Chart {
 
     /// Adds dots with the interval of each point as a bar along x.
     pub fn dots_with_bars(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
+        // Bars are decoration: the CSV has the ends beside their point.
         for IntervalPoint { at: [_, y], ends: [low, high] } in points {
             self = self.line("", [[*low, *y], [*high, *y]], color);
         }
@@ -243,6 +244,7 @@ impl Chart {
             1 => String::new(),
             n => format!("(one of {n} points drawn) "),
         };
+        // A single series is named by the axes.
         let entries = if self.legend.len() > 1 { &self.legend[..] } else { &[] };
         entries.iter().map(entry).collect::<String>() + &thinning
     }
@@ -296,6 +298,7 @@ impl Chart {
         for point in &points {
             self.axes.iter_mut().zip(point).for_each(|(axis, x)| axis.include(*x));
         }
+        // Every k-th point keeps the shape of a dense line.
         let every = points.len().div_ceil(MAX_POINTS).max(1);
         self.thinning = self.thinning.max(every);
         let kept: Points = points.into_iter().step_by(every).collect();
@@ -309,8 +312,9 @@ impl Chart {
 
     /// The range of an axis with a margin, never without extent.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
-        let Axis { range: [low, high], is_log, .. } = self.axes[axis];
+        let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {
+            // Values many decades below the top would flatten the rest.
             let low = low.max(high * 10_f64.powf(-DECADES));
             let margin = (high / low).powf(0.05).max(1.1);
             return [low / margin, high * margin];

@@ -2,7 +2,7 @@
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};
-use crate::page::chart::{Axis, Chart, IntervalPoint};
+use crate::page::chart::{ChartAxis, IntervalPoint, PageChart};
 use crate::page::estimate::{NOT_IDENTIFIABLE, error_heading, quoted_interval};
 use crate::page::figure::{OBSERVED, figure};
 use crate::page::html::{capitalized, escaped, percent_encoded, section, with_explanation};
@@ -98,6 +98,7 @@ impl<'a> ComparedParameter<'a> {
     /// The intervals of all fits.
     fn plot(&self) -> String {
         let count = self.estimates.len();
+        // Names of many fits would overlap.
         let name = |(k, own): (usize, &ComparedEstimate)| match count <= MAX_NAMED {
             true => own.fit.name.clone(),
             false => (k + 1).to_string(),
@@ -110,7 +111,7 @@ impl<'a> ComparedParameter<'a> {
         let numbered = || self.estimates.iter().enumerate();
         let points: Vec<IntervalPoint> = numbered().filter_map(point).collect();
         let size = [520.0, AXIS_HEIGHT + ROW_HEIGHT * count as f64];
-        let chart = Chart::new(Axis::new(self.label, &self.scale()), "fit", size)
+        let chart = PageChart::new(ChartAxis::new(self.label, &self.scale()), "fit", size)
             .row_names(numbered().map(name).collect())
             .dots_with_bars(self.label, &points, OBSERVED);
         let name = format!("{} of every fit", self.label);
@@ -151,6 +152,7 @@ fn ends(e: &Estimate) -> Option<[f64; 2]> {
 /// The numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.
 fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
+    // The page has the worst tone of its fits.
     let tone = match (fits.iter().all(is(Tone::Good)), fits.iter().any(is(Tone::Bad))) {
         (true, _) => Tone::Good,
         (_, true) => Tone::Bad,

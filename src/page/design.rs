@@ -6,7 +6,7 @@ use crate::fit::{
 };
 use crate::page::budget::budgets;
 use crate::page::card::{MessageList, card};
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::correlation::correlation_matrix;
 use crate::page::effects::{largest_biases, undetected_bias};
 use crate::page::estimate::estimate_table;
@@ -118,9 +118,9 @@ fn choice(advice: &Advice, design: &Design) -> String {
     }
     let [title, name, unit] = wording(*variable);
     let scale = Scale::for_values(choices.iter().map(|choice| choice.value), unit);
-    let x = Axis::new(name, &scale).log(*variable != DesignVariable::MarkerPosition);
-    let y = Axis::from("standard error / that of the plan").log(true);
-    let mut chart = Chart::new(x, y, [520.0, 300.0]);
+    let x = ChartAxis::new(name, &scale).log(*variable != DesignVariable::MarkerPosition);
+    let y = ChartAxis::from("standard error / that of the plan").log(true);
+    let mut chart = PageChart::new(x, y, [520.0, 300.0]);
     for (j, e) in design.parameters.iter().enumerate() {
         chart = chart.dotted_line(&e.label(), relative_errors(choices, j), &series_color(j), 3.5);
     }

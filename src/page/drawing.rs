@@ -1,6 +1,6 @@
 //! Drawings of charts as SVG, by kuva, in the colors and letters of the page.
 
-use crate::page::chart::{Chart, Mark};
+use crate::page::chart::{Mark, PageChart};
 use crate::page::html::no_data;
 use crate::page::number::{scientific, superscripts, with_minus_sign};
 use kuva::prelude::{Layout, LinePlot, ReferenceLine, SvgBackend, Theme, TickFormat};
@@ -28,7 +28,7 @@ const LOW_HEIGHT: f64 = 200.0;
 const BROAD_WIDTH: f64 = 600.0;
 
 /// The drawing of a chart as SVG, or a note if there are no data.
-pub(super) fn svg(chart: &Chart) -> String {
+pub(super) fn svg(chart: &PageChart) -> String {
     if chart.marks.is_empty() {
         return no_data("no data");
     }
@@ -36,7 +36,7 @@ pub(super) fn svg(chart: &Chart) -> String {
 }
 
 /// Axes, margins and ticks of a chart.
-fn layout(chart: &Chart) -> Layout {
+fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
     let [width, height] = chart.size;
@@ -58,6 +58,7 @@ fn layout(chart: &Chart) -> Layout {
         .with_y_axis_max(high)
         .with_x_label(x.label.clone())
         .with_x_tick_format(tick_labels([left, right], x.is_log));
+    // Names of rows take the place of the label of the y axis.
     layout = match names.is_empty() {
         true => layout
             .with_ticks(if height <= LOW_HEIGHT { TICKS_OF_LOW } else { TICKS })
@@ -102,8 +103,9 @@ fn shortened(name: &str) -> String {
 }
 
 /// The primitives of a chart: axes, then bands, marks and lines, clipped to the axes.
-fn scene(chart: &Chart) -> Scene {
+fn scene(chart: &PageChart) -> Scene {
     let layout = || layout(chart);
+    // The same layout clips and draws, so that all marks align.
     let computed = ComputedLayout::from_layout(&layout());
     let mut scene = render_line(&LinePlot::new(), layout());
     let axes = scene.elements.len();
@@ -209,36 +211,36 @@ fn inline_svg(svg: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::chart::{Axis, IntervalPoint};
+    use crate::page::chart::{ChartAxis, IntervalPoint};
 
     const SIZE: [f64; 2] = [640.0, 300.0];
 
     #[test]
     fn empty_and_extreme_data_still_give_a_drawing() {
         let none: [[f64; 2]; 0] = [];
-        assert!(svg(&Chart::new("x", "y", SIZE).line("a", none, "red")).contains("no data"));
+        assert!(svg(&PageChart::new("x", "y", SIZE).line("a", none, "red")).contains("no data"));
         let bad = [[f64::NAN, 1.0], [1.0, f64::INFINITY]];
-        let chart = Chart::new("x", "y", SIZE).dots("a", bad, "red", 3.0);
+        let chart = PageChart::new("x", "y", SIZE).dots("a", bad, "red", 3.0);
         assert!(svg(&chart).contains("no data") && chart.csv("a").is_empty());
         for (log, value) in [(false, 0.0), (false, 1e9), (true, 1e-300), (false, -1e-12)] {
-            let axis = || Axis::from("x").log(log);
-            let chart = Chart::new(axis(), axis(), SIZE).dots("a", [[value; 2]], "red", 3.0);
+            let axis = || ChartAxis::from("x").log(log);
+            let chart = PageChart::new(axis(), axis(), SIZE).dots("a", [[value; 2]], "red", 3.0);
             let svg = svg(&chart);
             assert!(svg.contains("<circle") && !svg.contains("NaN"), "{value}");
             assert!(!svg.contains("http") && svg.contains("viewBox"));
         }
-        let axis = || Axis::from("x").log(true);
-        let zero = Chart::new(axis(), axis(), SIZE).dots("a", [[0.0, -1.0]], "red", 3.0);
+        let axis = || ChartAxis::from("x").log(true);
+        let zero = PageChart::new(axis(), axis(), SIZE).dots("a", [[0.0, -1.0]], "red", 3.0);
         assert!(svg(&zero).contains("no data"));
     }
 
     #[test]
     fn small_values_without_a_prefix_have_powers_in_their_ticks() {
         let points = (0..5).map(|k| [f64::from(k), 1e-7 * f64::from(k)]);
-        let small = svg(&Chart::new("x", "y", SIZE).dots("a", points, "red", 3.0));
+        let small = svg(&PageChart::new("x", "y", SIZE).dots("a", points, "red", 3.0));
         assert!(small.contains("\u{d7}10\u{207b}\u{2077}<"), "{small}");
         let wide = [[1e-3, 1.0], [1e7, 2.0]];
-        let chart = Chart::new(Axis::from("x").log(true), "y", SIZE);
+        let chart = PageChart::new(ChartAxis::from("x").log(true), "y", SIZE);
         let wide = svg(&chart.dots("a", wide, "red", 3.0));
         assert!(wide.contains(">10\u{207b}\u{b3}<") && !wide.contains(">0\u{d7}"), "{wide}");
     }
@@ -251,7 +253,7 @@ mod tests {
             IntervalPoint { at: [2.0, 0.0], ends: [1.0, 3.0] },
             IntervalPoint { at: [4.0, -1.0], ends: [3.5, 4.5] },
         ];
-        let chart = Chart::new("E (MPa)", "fit", SIZE)
+        let chart = PageChart::new("E (MPa)", "fit", SIZE)
             .row_names(names)
             .dots_with_bars("fits", &points, "red");
         let svg = svg(&chart);

@@ -60,6 +60,7 @@ fn effect_size(value: f64, unit: &str) -> String {
 
 /// The score tests of omitted effects; those that noise explains as well are folded.
 pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
+    // Only effects that noise does not explain are shown at once.
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
     let mut html = String::new();
     if likely.is_empty() && !others.is_empty() {

@@ -61,6 +61,7 @@ pub(super) fn estimate_table(
         .html(error_heading, |row| or_blank(row, error_cell(row)))
         .html(interval_heading(rows), |row| or_blank(row, interval_cell(row)))
         .text("unit", |row| {
+            // The unit stands beside the value or its bound.
             let has_unit = !row.is_part && (row.value.is_some() || is_lower_bound(row));
             has_unit.then(|| scale(row).unit)
         });

@@ -2,7 +2,7 @@
 
 use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
 use crate::page::card::{MessageList, card};
-use crate::page::chart::{Axis, Chart, IntervalPoint};
+use crate::page::chart::{ChartAxis, IntervalPoint, PageChart};
 use crate::page::figure::{MODEL, figure};
 use crate::page::html::{note, section};
 use crate::page::number::{Scale, quantity};
@@ -55,8 +55,8 @@ fn field(field: &FieldEstimate) -> String {
         IntervalPoint { at: [field.arc_lengths[k], value], ends }
     };
     let points: Vec<IntervalPoint> = (0..count).map(point).collect();
-    let (x, y) = (Axis::new("arc length", &arc_lengths), Axis::new(&field.name, &values));
-    let chart = Chart::new(x, y, [680.0, 320.0]).line_with_band(&field.name, &points, MODEL);
+    let (x, y) = (ChartAxis::new("arc length", &arc_lengths), ChartAxis::new(&field.name, &values));
+    let chart = PageChart::new(x, y, [680.0, 320.0]).line_with_band(&field.name, &points, MODEL);
     let is_determined = |k: &usize| field.standard_errors[*k] < DETERMINED * field.prior_std[*k];
     let caption = format!(
         "band: 95 % interval of each value; the data more than halve the uncertainty of the prior for {} of {count} values",

@@ -1,6 +1,6 @@
 //! Figures: a chart with its title, legend, caption and data.
 
-use crate::page::chart::Chart;
+use crate::page::chart::PageChart;
 use crate::page::drawing::svg;
 use crate::page::html::escaped;
 
@@ -16,7 +16,7 @@ pub(super) fn series_color(k: usize) -> String {
 
 /// A figure in HTML. `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and the
 /// file of the data.
-pub(super) fn figure(title: &str, name: &str, chart: &Chart, caption: &str) -> String {
+pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) -> String {
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
     let drawing = svg(chart).replacen("role=\"img\"", &label, 1);
     let legend = chart.legend();

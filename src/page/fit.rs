@@ -37,6 +37,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let settings = settings(plots.map_or(&[][..], |plots| &plots.settings))
         .row("cost", format!("{:.1} simulations", report.simulations))
         .row("wall-clock time", quantity(report.wall_seconds, "s"));
+    // The order of the sections is that of the questions of a reader: result, fit quality, uncertainty, search.
     let body = first_card(report)
         + &section("Parameters", &parameters(report))
         + &section("Residuals", &residuals)

@@ -87,6 +87,7 @@ pub(super) fn percent_encoded(text: &str, kept: &[u8]) -> String {
 
 /// A message as HTML. If it ends with a code in brackets, a click unfolds the explanation of the code.
 pub(super) fn with_explanation(message: &str) -> String {
+    // Codes follow their message in brackets.
     let coded = message.strip_suffix(']').and_then(|message| message.rsplit_once(" ["));
     match coded.and_then(|(text, code)| Some((text, code, explained(code)?))) {
         Some((text, code, explanation)) => format!(

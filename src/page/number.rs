@@ -28,6 +28,7 @@ impl Scale {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
         let is_plain = !ALWAYS_PREFIXED.contains(&unit) && PLAIN.contains(&size);
+        // Zero and NaN have no size; numbers near one need no prefix.
         if !(size.is_finite() && size > 0.0) || is_plain {
             return plain;
         }

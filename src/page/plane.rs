@@ -9,7 +9,7 @@ const FLAT: f64 = 1e-6;
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Indices of the horizontal and of the vertical axis of a drawing.
-pub(super) type Plane = [usize; 2];
+pub(super) type DrawingPlane = [usize; 2];
 
 /// The smallest and the largest of numbers.
 pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
@@ -18,7 +18,9 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The one or two planes with the largest extents of these points, m.
-pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(points: impl Fn() -> I) -> Vec<Plane> {
+pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
+    points: impl Fn() -> I,
+) -> Vec<DrawingPlane> {
     let extents = [0, 1, 2].map(|c| {
         let [low, high] = range(points().map(|x| x[c]));
         high - low

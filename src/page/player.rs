@@ -3,7 +3,7 @@
 use crate::dynamics::{Film, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
 use crate::page::number::quantity;
-use crate::page::plane::{AXES, Plane, range};
+use crate::page::plane::{AXES, DrawingPlane, range};
 use crate::problem::Problem;
 
 /// The script that draws the rod at a time, and plays and stops the motion.
@@ -32,7 +32,7 @@ struct DrawingGrid {
 
 impl DrawingGrid {
     /// A grid over the plane of a motion, or over all three axes with the upward one last.
-    fn new(film: &Film, problem: &Problem, planes: &[Plane]) -> Self {
+    fn new(film: &Film, problem: &Problem, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
             _ => {
@@ -52,6 +52,7 @@ impl DrawingGrid {
             .zip(&signs)
             .map(|(c, sign)| range(points.iter().map(|x| sign * x[*c])))
             .collect();
+        // All axes have the scale of the longest.
         let largest = ranges.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
         let cell = if largest > 0.0 { largest / LARGEST_COORDINATE } else { 1.0 };
         let low = ranges.iter().map(|[low, _]| *low).collect();
@@ -125,7 +126,7 @@ pub(super) fn player(
     report: &SimulationReport,
     film: &Film,
     problem: &Problem,
-    planes: &[Plane],
+    planes: &[DrawingPlane],
 ) -> String {
     let grid = DrawingGrid::new(film, problem, planes);
     let duration = film.frames().iter().map(|frame| frame.time).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! Likelihood profiles: the rise of twice the misfit over one parameter, all others at their optimum.
 
 use crate::fit::{FitReport, Profile};
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{MODEL, figure, row};
 use crate::page::number::Scale;
 
@@ -30,8 +30,8 @@ fn profile_figure(report: &FitReport, profile: &Profile) -> String {
         })
     });
     let fits = roots.iter().map(|[x, root]| [*x, root * root]);
-    let axis = Axis::new(&profile.label, &scale);
-    let mut chart = Chart::new(axis, "rise of 2 \u{d7} misfit / noise\u{b2}", [520.0, 280.0])
+    let axis = ChartAxis::new(&profile.label, &scale);
+    let mut chart = PageChart::new(axis, "rise of 2 \u{d7} misfit / noise\u{b2}", [520.0, 280.0])
         .level(profile.level)
         .line("", curve, MODEL)
         .dots("fits with this parameter fixed", fits, MODEL, 3.5);

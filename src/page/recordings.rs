@@ -3,7 +3,7 @@
 
 use crate::fit::{MeanError, RecordedMotion, RecordingError, RecordingErrors, RecordingPlots};
 use crate::numerics::total_order;
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{figure, row, series_color};
 use crate::page::html::{escaped, folded, note, subsection};
 use crate::page::number::{Scale, quantity};
@@ -27,6 +27,7 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     let is_validation = plots.motions.iter().any(|m| m.held_out);
     let mut ranked: Vec<&RecordedMotion> =
         plots.motions.iter().filter(|m| m.held_out == is_validation).collect();
+    // From the best to the worst.
     ranked.sort_by_cached_key(|motion| total_order(motion.mean_error));
     let all = ranked.len();
     if all > DRAWN_RECORDINGS {
@@ -91,10 +92,11 @@ struct MeanErrors {
 
 /// A chart of mean errors with a line for fitted and one for validation recordings. Means of fewer than `min_values`
 /// values are not drawn.
-fn error_chart(x: Axis, means: &[MeanErrors], min_values: usize, range: &[f64]) -> Chart {
+fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f64]) -> PageChart {
+    // Both curves have one scale.
     let all = means.iter().flat_map(|m| m.errors).flatten().map(|e| e.mean);
-    let y = Axis::new("mean error", &Scale::for_values(all, "m"));
-    let mut chart = Chart::new(x, y, [520.0, 300.0]).covering(range.iter().copied()).level(0.0);
+    let y = ChartAxis::new("mean error", &Scale::for_values(all, "m"));
+    let mut chart = PageChart::new(x, y, [520.0, 300.0]).covering(range.iter().copied()).level(0.0);
     for (k, name) in ["fitted", "validation"].into_iter().enumerate() {
         let own = means.iter().filter_map(|m| Some((m.abscissa, m.errors[k]?)));
         let own = own.filter(|(_, error)| error.count >= min_values);
@@ -108,7 +110,7 @@ fn error_chart(x: Axis, means: &[MeanErrors], min_values: usize, range: &[f64]) 
 fn window_errors(plots: &RecordingPlots) -> String {
     let means = plots.windows.iter();
     let means = means.map(|w| MeanErrors { abscissa: w.length, errors: [w.fitted, w.held_out] });
-    let axis = Axis::from("length of the window (s)").log(true);
+    let axis = ChartAxis::from("length of the window (s)").log(true);
     let failed: usize = plots.windows.iter().map(|w| w.failed).sum();
     let failed = if failed > 0 { format!("; {failed} windows failed") } else { String::new() };
     figure(
@@ -126,7 +128,7 @@ fn speed_errors(plots: &RecordingPlots) -> String {
         errors: [s.fitted, s.held_out],
     });
     let range: Vec<f64> = plots.speeds.iter().flat_map(|s| s.speed).collect();
-    let axis = Axis::from("speed of the marker (m/s)");
+    let axis = ChartAxis::from("speed of the marker (m/s)");
     figure(
         "Error over the speed of the markers",
         "mean error over the speed of the marker",

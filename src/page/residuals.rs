@@ -2,7 +2,7 @@
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{MODEL, OBSERVED, figure};
 use crate::page::html::{escaped, folded, no_data, note, subsection};
 use crate::page::number::{Scale, three_digits};
@@ -51,6 +51,7 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
     if series.is_empty() {
         return no_data("no comparison of the whole record: the fit was interrupted");
     }
+    // A page with hundreds of charts would be slow.
     let shown = drawn_series(series);
     let mut html = String::new();
     if shown.len() < series.len() {
@@ -104,6 +105,7 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
         residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64
     };
     let mut ranked: Vec<usize> = (0..series.len()).collect();
+    // The worst coordinates show a wrong model first.
     if ranked.len() > MAX_SERIES {
         ranked.sort_by_cached_key(|i| Reverse(total_order(variance(&series[*i]))));
         ranked.truncate(WORST_SERIES);
@@ -132,14 +134,15 @@ fn coordinate(series: &Series, tests: &str) -> String {
         false => series.curve.clone(),
     };
     // Both charts have the same x axis.
-    let axes = |y: Axis, height: f64| {
-        let chart = Chart::new(Axis::new(quantity, &x_scale), y, [680.0, height]);
+    let axes = |y: ChartAxis, height: f64| {
+        let chart = PageChart::new(ChartAxis::new(quantity, &x_scale), y, [680.0, height]);
         let chart = chart.covering(curve.iter().map(|[x, _]| *x).chain(abscissas()));
         if is_counted { chart.whole_ticks() } else { chart }
     };
     let y_scale = Scale::for_values(series.observed.iter().copied(), &series.unit);
-    let values = axes(Axis::new(&series.axis, &y_scale), 290.0);
+    let values = axes(ChartAxis::new(&series.axis, &y_scale), 290.0);
     let observed = points(&series.observed);
+    // Counted values are few: the model is drawn as larger dots below them.
     let values = match is_counted {
         true => values
             .dots("model", curve.iter().copied(), MODEL, 6.0)
@@ -157,7 +160,7 @@ fn coordinate(series: &Series, tests: &str) -> String {
         .dots("residual", points(&r), OBSERVED, 2.6);
     let sigma = Scale::for_size(series.sigma, &series.unit);
     let sigma = escaped(&sigma.format_with_unit(series.sigma, Some(0.01 * series.sigma)));
-    let figure = |part: &str, chart: &Chart, caption: &str| {
+    let figure = |part: &str, chart: &PageChart, caption: &str| {
         let title = format!("{}: {part}", series.axis);
         figure(&title, &format!("{}, {title}", name(series, ", ")), chart, caption)
     };
@@ -174,10 +177,10 @@ fn coordinate(series: &Series, tests: &str) -> String {
 }
 
 /// The chart of the autocorrelation with the band of white noise; none of fewer than four residuals.
-fn autocorrelation_chart(residuals: &[f64]) -> Option<Chart> {
+fn autocorrelation_chart(residuals: &[f64]) -> Option<PageChart> {
     let lags = autocorrelation(residuals);
     let band = 1.96 / (residuals.len() as f64).max(1.0).sqrt();
-    let chart = Chart::new("lag (samples)", "autocorrelation", [400.0, 290.0])
+    let chart = PageChart::new("lag (samples)", "autocorrelation", [400.0, 290.0])
         .whole_ticks()
         .band(-band, band)
         .stems(lags.iter().copied(), OBSERVED)

@@ -2,7 +2,7 @@
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{MODEL, figure, row};
 use crate::page::html::{capitalized, escaped};
 use crate::page::number::{Scale, three_digits};
@@ -39,9 +39,10 @@ pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
 fn convergence(plots: &PlotData) -> String {
     let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
     let mut iterates: Vec<_> = plots.history.iter().collect();
+    // Descents from several minima interleave in the history.
     iterates.sort_by_cached_key(|x| total_order(x.simulations));
-    let rms = Axis::from("RMS residual / final one").log(true);
-    let mut chart = Chart::new("cost (full simulations)", rms, [520.0, 280.0]).covering([0.0]);
+    let rms = ChartAxis::from("RMS residual / final one").log(true);
+    let mut chart = PageChart::new("cost (full simulations)", rms, [520.0, 280.0]).covering([0.0]);
     for (k, stage) in STAGES.into_iter().enumerate() {
         let own = iterates.iter().filter(|i| i.stage == stage);
         let points: Points = own.map(|i| [i.simulations, i.rms() / last]).collect();
@@ -57,14 +58,15 @@ fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> St
     let Landscape { label, name, values, misfit, .. } = landscape;
     let [smallest, largest] = range(values.iter().copied());
     let is_log = values.iter().all(|x| *x > 0.0) && largest.max(0.0) > LOG_RATIO * smallest;
+    // Displayed numbers are those of the estimate, not of the end of a wide range.
     let scale = match value.filter(|_| is_log) {
         Some(value) => Scale::for_size(value, name.unit()),
         None => Scale::for_values(values.iter().copied(), name.unit()),
     };
     let [lowest, _] = range(misfit.iter().copied());
     let points: Points = values.iter().zip(misfit).map(|(x, y)| [*x, y / lowest]).collect();
-    let y = Axis::from("misfit / lowest misfit").log(true);
-    let mut chart = Chart::new(Axis::new(label, &scale).log(is_log), y, [520.0, 280.0])
+    let y = ChartAxis::from("misfit / lowest misfit").log(true);
+    let mut chart = PageChart::new(ChartAxis::new(label, &scale).log(is_log), y, [520.0, 280.0])
         .dotted_line("scan", points, MODEL, 3.0);
     if let Some(value) = value {
         chart = chart.mark(value);

@@ -2,12 +2,12 @@
 
 use crate::dynamics::{Film, Frame, Sample, SimulationReport};
 use crate::page::card::{MessageList, card};
-use crate::page::chart::{Axis, Chart, labeled};
+use crate::page::chart::{ChartAxis, PageChart, labeled};
 use crate::page::figure::{figure, row, series_color};
 use crate::page::html::{capitalized, escaped, note, section, with_explanation};
 use crate::page::number::{Scale, quantity};
 use crate::page::page;
-use crate::page::plane::{AXES, Plane, planes};
+use crate::page::plane::{AXES, DrawingPlane, planes};
 use crate::page::player::player;
 use crate::page::settings::time_steps;
 use crate::page::snapshots::{DrawnSnapshot, strip};
@@ -61,8 +61,8 @@ fn tip_scale(samples: &[Sample]) -> Scale {
 }
 
 /// The time axis of all charts.
-fn time_axis(samples: &[Sample]) -> Axis {
-    Axis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
+fn time_axis(samples: &[Sample]) -> ChartAxis {
+    ChartAxis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
 }
 
 /// The table of positions of the tip at the start, at its largest displacement and at the end.
@@ -72,6 +72,7 @@ fn tip_table(samples: &[Sample]) -> String {
         let squares = sample.tip.iter().zip(&first.tip).map(|(x, start)| (x - start).powi(2));
         squares.sum::<f64>().sqrt()
     };
+    // The time of the largest displacement shows the amplitude.
     let farthest =
         samples.iter().max_by(|a, b| displacement(a).total_cmp(&displacement(b))).unwrap_or(last);
     let scale = tip_scale(samples);
@@ -93,7 +94,7 @@ fn tip_table(samples: &[Sample]) -> String {
 }
 
 /// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in time, for paper.
-fn snapshots(frames: &[Frame], planes: &[Plane]) -> String {
+fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
         let frame = &frames[(frames.len() - 1) * k / (count - 1).max(1)];
@@ -120,9 +121,10 @@ fn energy(samples: &[Sample]) -> String {
     let change = |s: &Sample| Energies { potential: s.energies.potential - start, ..s.energies };
     let energies: Vec<Energies> = samples.iter().map(change).collect();
     let all = terms.iter().flat_map(|(_, term)| energies.iter().map(term));
-    let y = Axis::new("energy", &Scale::for_values(all, "J"));
-    let mut chart = Chart::new(time_axis(samples), y, [760.0, 360.0]);
+    let y = ChartAxis::new("energy", &Scale::for_values(all, "J"));
+    let mut chart = PageChart::new(time_axis(samples), y, [760.0, 360.0]);
     for (k, (name, term)) in terms.iter().enumerate() {
+        // A planar rod has no energy of twist, and most rods no user-defined one.
         if energies.iter().any(|e| term(e).abs() > 0.0) {
             let points = samples.iter().zip(&energies).map(|(s, e)| [s.time, term(e)]);
             let color = if k == 0 { "var(--ink)".into() } else { series_color(k - 1) };
@@ -133,19 +135,19 @@ fn energy(samples: &[Sample]) -> String {
 }
 
 /// Position of the tip over time, and its path in the planes of the motion.
-fn tip(samples: &[Sample], planes: &[Plane]) -> String {
+fn tip(samples: &[Sample], planes: &[DrawingPlane]) -> String {
     let scale = tip_scale(samples);
     let size = [520.0, 340.0];
-    let mut chart = Chart::new(time_axis(samples), Axis::new("position", &scale), size);
+    let mut chart = PageChart::new(time_axis(samples), ChartAxis::new("position", &scale), size);
     for c in (0..3).filter(|c| planes.iter().flatten().any(|axis| axis == c)) {
         let points = samples.iter().map(|s| [s.time, s.tip[c]]);
         chart = chart.line(AXES[c], points, &series_color(c));
     }
     let mut figures = figure("Position over time", "tip position over time", &chart, "");
     for [a, b] in planes.iter().copied() {
-        let [x, y] = [a, b].map(|c| Axis::new(AXES[c], &scale));
+        let [x, y] = [a, b].map(|c| ChartAxis::new(AXES[c], &scale));
         let path = samples.iter().map(|s| [s.tip[a], s.tip[b]]);
-        let chart = Chart::new(x, y, size).equal_scales();
+        let chart = PageChart::new(x, y, size).equal_scales();
         let chart = chart.line("path of the tip", path, "var(--observed)");
         let title = format!("Path in the {}{} plane", AXES[a], AXES[b]);
         figures += &figure(&title, &format!("tip: {title}"), &chart, "");

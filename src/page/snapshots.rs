@@ -2,7 +2,7 @@
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;
-use crate::page::plane::{AXES, Plane, range};
+use crate::page::plane::{AXES, DrawingPlane, range};
 
 /// Width of a drawing, px.
 const WIDTH: f64 = 200.0;
@@ -24,7 +24,12 @@ pub(super) struct DrawnSnapshot<'a> {
 }
 
 /// All snapshots in one plane on one scale. `name` is that of the rod, as text; `key` explains the colors, in HTML.
-pub(super) fn strip(snapshots: &[DrawnSnapshot], plane: Plane, name: &str, key: &str) -> String {
+pub(super) fn strip(
+    snapshots: &[DrawnSnapshot],
+    plane: DrawingPlane,
+    name: &str,
+    key: &str,
+) -> String {
     let points =
         || snapshots.iter().flat_map(|s| s.nodes.iter().chain(s.observed.iter().flatten()));
     let [a, b] = plane;
@@ -40,6 +45,7 @@ pub(super) fn strip(snapshots: &[DrawnSnapshot], plane: Plane, name: &str, key: 
         [WIDTH - (right - left) * zoom, height - (top - bottom) * zoom].map(|space| 0.5 * space);
     let pixel = |x: &[f64; 3]| [(x[a] - left) * zoom + x_margin, (top - x[b]) * zoom + y_margin];
     let drawing = |snapshot: &DrawnSnapshot| {
+        // A run that failed may have positions that are not finite.
         let finite = snapshot.nodes.iter().filter(|x| x.iter().all(|x| x.is_finite()));
         let line = finite.map(pixel).map(|[x, y]| format!("{x:.1},{y:.1}"));
         let dots = snapshot.observed.iter().flatten().map(pixel);

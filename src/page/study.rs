@@ -2,7 +2,7 @@
 
 use crate::numerics::total_order;
 use crate::page::card::card;
-use crate::page::chart::{Axis, Chart, Points};
+use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{figure, series_color};
 use crate::page::html::{folded, note, section};
 use crate::page::number::{Scale, quantity, scientific};
@@ -64,8 +64,9 @@ fn work_precision(study: &Study) -> String {
     let mut names: Vec<String> = study.rows.iter().map(scheme_name).collect();
     names.dedup();
     let scale = Scale::for_values(study.rows.iter().map(|row| row.wall_seconds), "s");
-    let x = Axis::new("wall-clock time", &scale).log(true);
-    let mut chart = Chart::new(x, Axis::from("tip error / length").log(true), [760.0, 460.0]);
+    let x = ChartAxis::new("wall-clock time", &scale).log(true);
+    let mut chart =
+        PageChart::new(x, ChartAxis::from("tip error / length").log(true), [760.0, 460.0]);
     for (k, scheme) in names.iter().enumerate() {
         let own = study.rows.iter().filter(|row| scheme_name(row) == *scheme);
         let point = |row: &StudyRow| Some([row.wall_seconds, row.error?]);

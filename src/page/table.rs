@@ -74,12 +74,14 @@ impl<T> HtmlTable<T> {
         self.render_rows(0..shown) + &folded(&summary, &self.render_rows(shown..all))
     }
 
+    /// The table with a range of its rows only.
     fn render_rows(&self, range: Range<usize>) -> String {
         let rows = &self.rows[range];
         if rows.is_empty() {
             return String::new();
         }
         let has_content = |k: usize| rows.iter().any(|r| r.cells[k].as_deref().unwrap_or("") != "");
+        // The heading of a row is kept even if it is empty.
         let kept: Vec<usize> =
             (0..self.heads.len()).filter(|k| *k == 0 || has_content(*k)).collect();
         let head = |k: &usize| format!("<th scope=\"col\">{}</th>", self.heads[*k]);

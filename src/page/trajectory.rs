@@ -1,11 +1,11 @@
 //! The rod at a dozen times of each experiment, with the observed points, in one plane or two.
 
 use crate::fit::{PlotData, RodShape, Series};
-use crate::page::chart::{Axis, Chart};
+use crate::page::chart::{ChartAxis, PageChart};
 use crate::page::figure::{OBSERVED, figure, row};
 use crate::page::html::{no_data, section, subsection};
 use crate::page::number::{Scale, three_digits};
-use crate::page::plane::{AXES, Plane, planes};
+use crate::page::plane::{AXES, DrawingPlane, planes};
 use std::collections::HashMap;
 
 /// The section with the shapes of all experiments, except those whose recordings are drawn elsewhere on the page.
@@ -31,7 +31,7 @@ fn trajectory(plots: &PlotData, experiment: &str) -> String {
     let observed = observed_points(&plots.series, experiment);
     let planes = planes(|| shapes.iter().flat_map(|shape| &shape.nodes));
     let size = if planes.len() > 1 { [520.0, 460.0] } else { [760.0, 520.0] };
-    let draw = |plane: &Plane| {
+    let draw = |plane: &DrawingPlane| {
         let chart = projection(&shapes, &observed, *plane, size);
         let title = format!("{}{} plane", AXES[plane[0]], AXES[plane[1]]);
         let of = if experiment.is_empty() { String::new() } else { format!(" of {experiment}") };
@@ -44,13 +44,13 @@ fn trajectory(plots: &PlotData, experiment: &str) -> String {
 fn projection(
     shapes: &[&RodShape],
     observed: &[[Option<f64>; 3]],
-    [a, b]: Plane,
+    [a, b]: DrawingPlane,
     size: [f64; 2],
-) -> Chart {
+) -> PageChart {
     let all = shapes.iter().flat_map(|shape| &shape.nodes).flatten().copied();
     let scale = Scale::for_values(all, "m");
-    let [x, y] = [a, b].map(|c| Axis::new(AXES[c], &scale));
-    let mut chart = Chart::new(x, y, size).equal_scales();
+    let [x, y] = [a, b].map(|c| ChartAxis::new(AXES[c], &scale));
+    let mut chart = PageChart::new(x, y, size).equal_scales();
     for (k, shape) in shapes.iter().enumerate() {
         let name = shape.time.map_or("rod".into(), |time| format!("t = {} s", three_digits(time)));
         let nodes = shape.nodes.iter().map(|x| [x[a], x[b]]);
@@ -90,6 +90,7 @@ fn observed_points(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]>
     for s in series.iter().filter(|s| s.experiment == experiment && s.unit == "m") {
         let Some(c) = AXES.iter().position(|axis| *axis == s.axis) else { continue };
         for (time, observed) in s.abscissa_values.iter().zip(&s.observed) {
+            // Coordinates of one point at one time are in several series.
             let index = *index_of.entry((&s.label, time.to_bits())).or_insert(points.len());
             if index == points.len() {
                 points.push([None; 3]);

@@ -21,6 +21,7 @@ fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         let bare = word.trim_end_matches([',', ';', '.', ':', ')']);
+        // "1.5 mm" is one word.
         match words.last_mut() {
             Some(last) if UNITS.contains(&bare) && last.ends_with(|c: char| c.is_ascii_digit()) => {
                 last.push(' ');
@@ -80,6 +81,7 @@ pub fn wrap_message(text: &str, style: TextStyle) -> String {
             lines.push(line.to_string());
             continue;
         }
+        // Continued lines keep the indent of their first.
         let own = line.chars().take_while(|c| *c == ' ').count();
         let indent = if k == 0 { 2 } else { own };
         lines.extend(wrapped_behind(&" ".repeat(own), line.trim_start(), style.width, indent));

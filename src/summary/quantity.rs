@@ -38,6 +38,7 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
         Some(found) if PREFIXED.contains(&unit) => *found,
         _ => ("", 1.0),
     };
+    // Masses are counted in g; from 1000 g on in kg.
     match (unit, size >= 1e3) {
         ("g", true) => format!("{} kg", number(value / 1e3, digits)),
         _ => format!("{} {prefix}{unit}", number(value / factor, digits)).trim_end().into(),

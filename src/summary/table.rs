@@ -123,6 +123,7 @@ impl SummaryTable {
 
     /// Indices of the columns that have text.
     fn used(&self) -> Vec<usize> {
+        // Columns that no row uses are left out.
         let has_text = |k: &usize| self.rows.iter().any(|row| !row[*k].is_empty());
         (0..self.columns.len()).filter(has_text).collect()
     }

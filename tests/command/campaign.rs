@@ -2,7 +2,6 @@
 #![cfg(target_os = "linux")]
 
 use rodfit::campaign::{Plan, Store};
-use rodfit::fit::FitFile;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -16,7 +15,7 @@ use crate::common::fits::{add_noise, observe};
 use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds, words};
 
 /// Mesh and step of the data: fits take some 20 ms.
-const FIT: &str = r#"
+pub const FIT: &str = r#"
 scene = "scene.toml"
 [[observation]]
 file = "tip.csv"
@@ -28,7 +27,7 @@ discretization_error = "none"
 "#;
 
 /// Twelve fits, that all can be used.
-const GRID: &str = r#"
+pub const GRID: &str = r#"
 fits = ["fit.toml"]
 [grid]
 "rod.section.radius" = [4.9e-3, 5e-3, 5.1e-3]
@@ -36,7 +35,7 @@ material.density = [1200, 1250, 1300, 1350]
 "#;
 
 /// The tip of a rod, filmed.
-fn data(seed: u64) -> String {
+pub fn data(seed: u64) -> String {
     let mut seen = observe(&coarse(6, 4e-3, 0.4), 40);
     add_noise(&mut seen, 1e-3, seed);
     let row = |s: &rodfit::fit::Sample| {
@@ -61,7 +60,7 @@ pub fn plan(folder: &Folder, out: &str) {
     succeeds(&folder.run(&["campaign", "plan", "campaign.toml", "--out", out]));
 }
 
-fn planned(campaign: &str) -> Folder {
+pub fn planned(campaign: &str) -> Folder {
     let folder = folder(campaign);
     plan(&folder, "out");
     folder
@@ -85,7 +84,7 @@ fn calls() -> [u64; 2] {
 
 /// What a task costs beside its fit, by count: a few files are read, and one line is written, however many are done.
 #[test]
-fn a_task_costs_a_few_reads_and_a_line() {
+fn task_takes_few_system_calls_and_one_line() {
     let folder = planned(GRID);
     let plan = Plan::open(&folder.path("out")).unwrap();
     let store = Store::new(&plan.folder);
@@ -116,7 +115,7 @@ pub fn collected(folder: &Folder, out: &str) -> (String, String) {
     (folder.read("all.jsonl"), folder.read("all.csv"))
 }
 
-fn lines(text: &str) -> Vec<Value> {
+pub fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -135,7 +134,7 @@ pub fn stored(folder: &Folder) -> usize {
 }
 
 #[test]
-fn any_number_of_shards_merges_to_the_same_bytes() {
+fn shards_of_any_number_collect_to_the_same_bytes() {
     let folder = folder(GRID);
     let mut all = BTreeSet::new();
     for n in [1, 3, 7] {
@@ -184,14 +183,14 @@ fn any_number_of_shards_merges_to_the_same_bytes() {
 }
 
 /// What `collect` gives without any harm.
-fn whole(campaign: &str) -> (String, String) {
+pub fn whole(campaign: &str) -> (String, String) {
     let folder = planned(campaign);
     run(&folder, "out", &[]);
     collected(&folder, "out")
 }
 
 #[test]
-fn killed_at_any_moment_it_goes_on() {
+fn killed_run_continues_with_the_same_results() {
     let folder = planned(GRID);
     let mut kills = 0;
     let (mut least, before) = (stored(&folder), Instant::now());
@@ -225,7 +224,7 @@ pub fn terminate(child: &std::process::Child) {
 }
 
 #[test]
-fn told_to_end_it_ends_well() {
+fn terminated_run_stores_finished_results_and_exits_with_0() {
     let folder = planned(GRID);
     let child = folder.command(&["campaign", "run", "out", "--threads", "1"]).spawn().unwrap();
     let since = Instant::now();
@@ -244,7 +243,7 @@ fn told_to_end_it_ends_well() {
         "{}",
         stdout(&output)
     );
-    // What is left is said, with an exit code of its own.
+    // The number of open fits is reported, with exit code 3.
     let status = folder.run(&["campaign", "status", "out"]);
     assert_eq!(status.status.code(), Some(3));
     let expected = format!("out: {done} of 12 fits have a result");
@@ -258,7 +257,7 @@ fn told_to_end_it_ends_well() {
 }
 
 #[test]
-fn a_torn_line_is_done_again() {
+fn torn_or_damaged_line_is_computed_again() {
     let folder = planned(GRID);
     run(&folder, "out", &["--threads", "1"]);
     let before = collected(&folder, "out");
@@ -269,7 +268,7 @@ fn a_torn_line_is_done_again() {
     let said = run(&folder, "out", &[]);
     assert!(words(&said).contains("This run 1 fits, 1 usable Earlier runs 11 fits"), "{said}");
     assert_eq!(collected(&folder, "out"), before);
-    // A digit in the middle that is another one is told, and done again.
+    // A changed digit is reported as damage, and its fit is computed again.
     let mut damaged = std::fs::read(part).unwrap();
     let digit = damaged.iter().position(|b| b.is_ascii_digit()).unwrap();
     damaged[digit] = if damaged[digit] == b'1' { b'2' } else { b'1' };
@@ -286,7 +285,7 @@ fn a_torn_line_is_done_again() {
 }
 
 #[test]
-fn what_a_result_depends_on_is_in_its_id() {
+fn id_changes_with_every_input_of_the_result() {
     let folder = folder(GRID);
     let ids = |folder: &Folder| -> BTreeSet<String> {
         plan(folder, "out");
@@ -316,13 +315,13 @@ fn what_a_result_depends_on_is_in_its_id() {
         folder.write(file, &before);
         let output = folder.run(&["campaign", "run", "out", "--threads", "1"]);
         assert_eq!(output.status.code(), Some(2));
-        let told = stderr(&output);
+        let message = stderr(&output);
         assert!(
-            told.contains("changed after the plan was written")
-                && told.contains("run `rodfit campaign plan` again"),
-            "{told}"
+            message.contains("changed after the plan was written")
+                && message.contains("run `rodfit campaign plan` again"),
+            "{message}"
         );
-        assert!(told.contains("and 7 more"), "{told}");
+        assert!(message.contains("and 7 more"), "{message}");
     }
     // As it was at first, with the results of that time.
     assert_eq!(ids(&folder), first);
@@ -330,7 +329,7 @@ fn what_a_result_depends_on_is_in_its_id() {
 }
 
 #[test]
-fn results_that_differ_are_an_error() {
+fn different_results_of_one_task_are_an_error() {
     let folder = planned(GRID);
     run(&folder, "out", &[]);
     let plan = Plan::open(&folder.path("out")).unwrap();
@@ -345,9 +344,9 @@ fn results_that_differ_are_an_error() {
 }
 
 #[test]
-fn a_fit_that_fails_is_a_result() {
+fn failed_fit_is_a_result() {
     let folder = folder("fits = [\"*fit.toml\"]\n");
-    // Gravity alone tells E from density by nothing; and there is a row that is none.
+    // A droop under gravity determines only the ratio of E and density; the other row has no such file.
     let two = FIT.replace("[analysis]", "[[parameter]]\nname = \"density\"\n[analysis]");
     folder.write("both-fit.toml", &two);
     folder.write("bad-fit.toml", &FIT.replace("tip.csv", "bad.csv"));
@@ -374,231 +373,4 @@ fn a_fit_that_fails_is_a_result() {
     let words = bad["error"].as_str().unwrap();
     assert!(words.starts_with("observation.0.file:42: ") && words.contains("oh"), "{words}");
     assert!(sheet.contains("bad-fit.toml,2,,\"observation.0.file:42"), "{sheet}");
-}
-
-const ROWS: &str = "name,rod.section.radius,observation.0.file,#who\nsoft,4.9e-3,tip.csv,Ada\nstiff,,deep/2.csv,\n";
-
-#[test]
-fn a_row_of_a_table_is_a_fit() {
-    let folder = folder("fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
-    std::fs::create_dir(folder.path("deep")).unwrap();
-    folder.write("deep/2.csv", &data(2));
-    folder.write("rods.csv", ROWS);
-    plan(&folder, "out");
-    run(&folder, "out", &[]);
-    let (_, sheet) = collected(&folder, "out");
-    let rows: Vec<Vec<&str>> = sheet.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(rows[0][1..6], ["name", "fit", "observation.0.file", "rod.section.radius", "code"]);
-    assert_eq!(rows[1][1..6], ["soft", "fit.toml", "tip.csv", "0.0049", "0"]);
-    assert_eq!(rows[2][1..6], ["stiff", "fit.toml", "deep/2.csv", "", "0"]);
-    // Each is what a fit of its own file finds.
-    let fit = FIT.replace("tip.csv", "deep/2.csv");
-    let alone = FitFile::from_toml(&fit, folder.path("")).unwrap().fit().solve().unwrap();
-    let value: f64 = rows[2][8].parse().unwrap();
-    assert_eq!(alone.parameters[0].value, Some(value));
-    // With a column of fit files.
-    folder.write("campaign.toml", "table = \"rods.csv\"\n");
-    folder.write("rods.csv", "fit;rod.segments\nfit.toml;5\nfit.toml;7\n");
-    plan(&folder, "again");
-    let tasks = lines(&folder.read("again/tasks.jsonl"));
-    assert_eq!((tasks.len(), &tasks[1]["changes"]["rod.segments"]), (2, &7.into()));
-    folder.write("rods.csv", "fit;radius\nfit.toml;4,9e-3\n");
-    plan(&folder, "comma");
-    let tasks = lines(&folder.read("comma/tasks.jsonl"));
-    assert_eq!(tasks[0]["changes"]["radius"], 4.9e-3);
-
-    folder.write("campaign.toml", "fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
-    for (from, to, words) in [
-        ("4.9e-3", "-1", ["rods.csv:2: ", "rod.section.radius", "-1"]),
-        ("4.9e-3", "wide", ["rods.csv:2: ", "radius", "wide"]),
-        ("deep/2.csv", "deep/3.csv", ["rods.csv:3: ", "deep/3.csv", "No such file"]),
-        ("rod.section.radius", "radios", ["rods.csv:1: ", "radios", "short name"]),
-        (
-            "observation.0",
-            "observation.4",
-            ["rods.csv:2: ", "observation.4.file", "a key that the file does not have"],
-        ),
-        ("name", "rod.section.radius", ["rods.csv:1: ", "rod.section.radius twice", "once"]),
-        (
-            "observation.0.file",
-            "radius",
-            ["rods.csv:1: ", "radius beside rod.section.radius", "one of the two"],
-        ),
-        ("stiff,", "stiff,,,", ["rods.csv:3: ", "found 6 fields", "4 as in the header"]),
-    ] {
-        folder.write("rods.csv", &replaced(ROWS, from, to));
-        refused(&folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]), &words);
-    }
-    folder.write(
-        "campaign.toml",
-        "fits = [\"fit.toml\"]\n[grid]\nradius = [4e-3]\n\"rod.section.radius\" = [5e-3]\n",
-    );
-    let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);
-    refused(&output, &["grid.rod.section.radius", "twice", "radius is the same"]);
-    assert!(!folder.path("bad").exists());
-}
-
-#[test]
-fn a_scheduler_says_which_shard() {
-    let folder = planned(GRID);
-    let mut tasks = 0;
-    for id in ["10", "13", "16"] {
-        let mut command = folder.command(&["campaign", "run", "out", "--threads", "1"]);
-        command.env("SLURM_ARRAY_TASK_ID", id).env("SLURM_ARRAY_TASK_MIN", "10");
-        command.env("SLURM_ARRAY_TASK_STEP", "3").env("SLURM_ARRAY_TASK_COUNT", "3");
-        let output = command.output().unwrap();
-        succeeds(&output);
-        let said = stdout(&output);
-        let count = said.strip_prefix("out: all ").unwrap().split(' ').next().unwrap();
-        tasks += count.parse::<usize>().unwrap();
-        assert!(!said.contains("12 fits"), "{said}");
-    }
-    assert_eq!((tasks, collected(&folder, "out")), (12, whole(GRID)));
-    let with = |name: &str, more: &[&str]| {
-        let mut command = folder.command(&[&["campaign", "run", "out"][..], more].concat());
-        command.env(name, "1").output().unwrap()
-    };
-    for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
-        succeeds(&with(name, &["--shards", "2"]));
-        refused(&with(name, &[]), &[name, "found 1 without the number of shards", "--shards N"]);
-        succeeds(&with(name, &["--shard", "1/2"]));
-    }
-    // One counting: another would give two jobs the same part, and one to nobody.
-    let beyond = folder.run(&["campaign", "run", "out", "--shard", "2/2"]);
-    refused(&beyond, &["--shard", "2/2", "i from 0 to n - 1"]);
-    let mut beyond = folder.command(&["campaign", "run", "out", "--shards", "2"]);
-    refused(&beyond.env("HQ_TASK_ID", "2").output().unwrap(), &["HQ_TASK_ID", "found 2", "0 to 1"]);
-    refused(
-        &folder.run(&["campaign", "run", "out", "--shards", "2"]),
-        &["--shards", "--shard I/N"],
-    );
-}
-
-#[test]
-fn a_bootstrap_is_shared_out() {
-    let campaign = "fits = [\"fit.toml\"]\n[bootstrap]\nreplicates = 12\nbatch = 5\nseed = 3\n";
-    let folder = planned(campaign);
-    let tasks = lines(&folder.read("out/tasks.jsonl"));
-    let seed = tasks[0]["changes"]["analysis.seed"].as_u64().unwrap();
-    run(&folder, "out", &[]);
-    let (results, sheet) = collected(&folder, "out");
-    assert_eq!((tasks.len(), lines(&results).len(), sheet.lines().count()), (2, 2, 2));
-    let row = sheet.lines().nth(1).unwrap();
-    // As one fit would have found.
-    let fit = format!("{FIT}bootstrap = 12\nseed = {seed}\n");
-    let alone = FitFile::from_toml(&fit, folder.path("")).unwrap().fit().solve().unwrap();
-    let bootstrap = alone.parameters[0].bootstrap.as_ref().unwrap();
-    assert!(bootstrap.estimates.is_empty());
-    let [low, high] = bootstrap.interval95;
-    let mut header = sheet.lines().next().unwrap().split(',');
-    let first = header.position(|name| name == "youngs_modulus.bootstrap_std_error").unwrap();
-    let cells: Vec<&str> = row.split(',').collect();
-    for (cell, expected) in cells[first..].iter().zip([bootstrap.std_error, low, high]) {
-        let cell: f64 = cell.parse().unwrap();
-        assert!((cell / expected - 1.0).abs() < 1e-12, "{cell} {expected}");
-    }
-    assert_eq!(cells[3], "12");
-}
-
-#[test]
-fn fits_start_anywhere() {
-    let campaign = "fits = [\"fit.toml\"]\n[starts]\ncount = 5\n";
-    let folder = folder(campaign);
-    let arguments = ["campaign", "plan", "campaign.toml", "--out", "out"];
-    refused(&folder.run(&arguments), &["fit.toml", "parameter[0].bounds", "none", "random starts"]);
-    let bounds = "name = \"youngs_modulus\"\nbounds = [1e7, 1e9]";
-    folder.write("fit.toml", &replaced(FIT, "name = \"youngs_modulus\"", bounds));
-    plan(&folder, "out");
-    run(&folder, "out", &[]);
-    let (results, _) = collected(&folder, "out");
-    let of = |line: &Value| {
-        let start = line["changes"]["parameter.0.start"].as_f64().unwrap();
-        (start, line["result"]["report"]["parameters"][0]["value"].as_f64().unwrap())
-    };
-    let all: Vec<(f64, f64)> = lines(&results).iter().map(of).collect();
-    let starts: BTreeSet<u64> = all.iter().map(|(start, _)| start.to_bits()).collect();
-    assert_eq!(starts.len(), 5);
-    for (start, found) in &all {
-        assert!(
-            (1e7..=1e9).contains(start) && (found / all[0].1 - 1.0).abs() < 1e-4,
-            "{start} {found}"
-        );
-    }
-}
-
-/// A fit of numbers along a rod.
-fn along(folder: &Folder) -> String {
-    let straight = "kind = \"straight\", length = 0.5, direction = [1, 0, 0]";
-    let scene =
-        replaced(&folder.read("scene.toml"), straight, "kind = \"arc\", length = 0.5, angle = 1");
-    folder.write("arc.toml", &replaced(&scene, "[rod]", "[rod]\nnatural_curvature = [1, 1]"));
-    let fit = replaced(&folder.read("fit.toml"), "scene.toml", "arc.toml");
-    let (before, _) = fit.split_once("[[parameter]]").unwrap();
-    format!(
-        "{before}sigma = 1e-3\n[[field]]\nname = \"natural_curvature\"\nsigma = 0.1\nlength = 0.1\n"
-    )
-}
-
-#[test]
-fn what_is_no_campaign_is_refused() {
-    let folder = planned(GRID);
-    folder.write("along.toml", &along(&folder));
-    for (campaign, words) in [
-        ("", ["campaign.toml", "fits", "table"]),
-        ("fits = [\"none/*.toml\"]", ["campaign.toml", "fits[0]", "no other file matches"]),
-        (
-            "fits = [\"fit.toml\"]\n[grid]\nradios = [1]",
-            ["campaign.toml", "grid.radios", "short name"],
-        ),
-        ("fits = [\"fit.toml\"]\n[grid]\nradius = 1", ["campaign.toml", "grid.radius", "a list"]),
-        (
-            "fits = [\"fit.toml\"]\n[grid]\nradius = []",
-            ["campaign.toml", "grid.radius", "0 values"],
-        ),
-        ("fits = [\"fit.toml\"]\n[grids]\nradius = [1]", ["campaign.toml", "grids", "grid"]),
-        (
-            "fits = [\"fit.toml\"]\n[bootstrap]\nreplicates = 1",
-            ["bootstrap.replicates", "found 1", "2 .. 300000"],
-        ),
-        ("fits = [\"fit.toml\"]\n[starts]\ncount = 0", ["starts.count", "found 0", "1 .. 300000"]),
-        ("fits = [\"scene.toml\"]", ["scene.toml", "parameter", "bad"]),
-        ("fits = [\"along.toml\"]", ["along.toml", "field", "bad"]),
-    ] {
-        folder.write("campaign.toml", campaign);
-        let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);
-        if words[2] == "bad" {
-            // A file that is no fit is what its result says.
-            succeeds(&output);
-            assert!(stderr(&output).contains("will be rejected"), "{}", stderr(&output));
-        } else {
-            refused(&output, &words);
-        }
-    }
-    folder.write("campaign.toml", GRID);
-    refused(
-        &folder.run(&["campaign", "plan", "campaign.toml", "--out", "."]),
-        &["--out", "other files"],
-    );
-    refused(&folder.run(&["campaign", "run", "nowhere"]), &["nowhere/plan.json"]);
-    let about = folder.read("out/plan.json");
-    folder.write("out/plan.json", &about.replace(env!("CARGO_PKG_VERSION"), "0.0.1"));
-    refused(
-        &folder.run(&["campaign", "run", "out"]),
-        &["version 0.0.1", "run `rodfit campaign plan` again"],
-    );
-    folder.write("out/plan.json", &about);
-    let sbatch = folder.run(&["campaign", "sbatch", "out", "--time", "1:00:00", "--shards", "7"]);
-    succeeds(&sbatch);
-    for line in [
-        "#SBATCH --array=0-6",
-        "#SBATCH --time=1:00:00",
-        "#SBATCH --requeue",
-        "#SBATCH --signal=B:TERM@60",
-    ] {
-        assert!(stdout(&sbatch).lines().any(|said| said == line), "{}", stdout(&sbatch));
-    }
-    refused(
-        &folder.run(&["campaign", "sbatch", "out", "--time", "an hour"]),
-        &["--time", "1:00:00"],
-    );
 }

@@ -12,7 +12,7 @@ const GRID: &str = "fits = [\"fit.toml\"]\n[grid]\nradius = [4.9e-3, 5e-3, 5.1e-
 const TERM_TIME: Duration = Duration::from_secs(5);
 
 #[test]
-fn tasks_that_were_lost_or_changed_are_refused() {
+fn changed_list_of_tasks_is_rejected() {
     let folder = folder(GRID);
     plan(&folder, "out");
     run(&folder, "out", &[]);
@@ -59,7 +59,7 @@ fn tasks_that_were_lost_or_changed_are_refused() {
 }
 
 #[test]
-fn upper_limits_are_stated() {
+fn limits_are_in_the_messages() {
     let folder = folder("");
     for (campaign, words) in [
         (
@@ -81,7 +81,7 @@ fn upper_limits_are_stated() {
 }
 
 #[test]
-fn patterns_over_the_whole_disk_are_refused() {
+fn pattern_over_the_whole_disk_is_rejected() {
     let folder = folder("");
     for pattern in ["/**/*.toml", "/**", "/usr/../**/fit.toml"] {
         folder.write("campaign.toml", &format!("fits = [\"{pattern}\"]\n"));
@@ -97,7 +97,7 @@ fn patterns_over_the_whole_disk_are_refused() {
 }
 
 #[test]
-fn misspelt_keys_of_the_grid_are_refused() {
+fn misspelt_key_of_the_grid_is_rejected() {
     let folder = folder("");
     for (key, word) in [
         ("rod.section.radios", "radios"),
@@ -125,7 +125,7 @@ fn misspelt_keys_of_the_grid_are_refused() {
 
 /// JSON has no infinite numbers: a plan with one could be written and not read.
 #[test]
-fn values_that_no_plan_can_hold_are_refused() {
+fn value_without_json_is_rejected() {
     let folder = folder("");
     for value in
         ["inf", "-inf", "nan", "2026-01-01", "[0, inf, 0]", "{ kind = \"circle\", radius = nan }"]
@@ -144,7 +144,7 @@ fn values_that_no_plan_can_hold_are_refused() {
 }
 
 #[test]
-fn threads_beyond_the_processors_are_not_made() {
+fn threads_are_limited_to_processors() {
     let folder = folder(GRID);
     plan(&folder, "out");
     for done in [0, 3] {

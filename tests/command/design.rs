@@ -23,7 +23,7 @@ fn run(plan: &str, more: &[&str]) -> (Folder, std::process::Output) {
 }
 
 #[test]
-fn a_plan_is_told_on_the_terminal_and_in_json() {
+fn design_is_printed_and_written_as_json() {
     let (_, output) = run(PLAN, &[]);
     succeeds(&output);
     let words = stdout(&output);
@@ -47,7 +47,7 @@ fn a_plan_is_told_on_the_terminal_and_in_json() {
 
 /// Neither a mesh nor a step in the scene, and a recording that is there.
 #[test]
-fn the_program_chooses_numerics_and_data_are_plans() {
+fn design_without_mesh_and_data_chooses_numerics() {
     let folder = Folder::new();
     let scene = replaced(&folder.read("scene.toml"), "segments = 20", "");
     folder.write("scene.toml", &replaced(&replaced(&scene, "step = 2e-3", ""), "beta = 0.5", ""));
@@ -58,7 +58,7 @@ fn the_program_chooses_numerics_and_data_are_plans() {
 }
 
 #[test]
-fn what_is_not_identifiable_exits_with_three() {
+fn unidentifiable_design_exits_with_3() {
     let both = format!("{PLAN}[[parameter]]\nname = \"density\"\n");
     let (_, output) = run(&both, &[]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
@@ -66,7 +66,7 @@ fn what_is_not_identifiable_exits_with_three() {
 }
 
 #[test]
-fn bad_plans_are_refused() {
+fn invalid_plan_is_rejected() {
     for (from, to, words) in [
         ("fps = 80", "", &["plan.toml", "observation[0].fps"][..]),
         ("fps = 80", "fps = -1", &["plan.toml", "observation[0].fps", "-1"]),

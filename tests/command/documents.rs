@@ -39,7 +39,7 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn files_that_are_shown_have_keys_that_there_are() {
+fn toml_snippets_have_only_keys_of_the_schemas() {
     let all = ["fit", "campaign", "scene"].map(schema);
     let mut count = 0;
     for (path, text) in documents() {
@@ -58,7 +58,7 @@ fn files_that_are_shown_have_keys_that_there_are() {
 }
 
 #[test]
-fn commands_that_are_shown_run() {
+fn shown_commands_run() {
     let mut count = 0;
     for (path, text) in documents() {
         // A page is read from its top: a command may need what those before it have written.
@@ -137,7 +137,7 @@ fn help_of_every_command_has_an_example_that_runs() {
 
 /// Other machines round in other ways: numbers may differ, and nothing else.
 #[test]
-fn what_the_readme_shows_is_printed() {
+fn output_in_the_readme_is_that_of_the_program() {
     let text = std::fs::read_to_string("README.md").unwrap();
     let shown = blocks(&text, "text")[0];
     let folder = Folder::new();

@@ -1,5 +1,5 @@
-//! The command's fits of several experiments, of shapes at rest and of frequencies; what is known
-//! before the data and what is held out; and what is refused of all that.
+//! Fits of several experiments, of shapes at rest and of frequencies by the command: shared parameters, input
+//! uncertainties and priors, validation data, and the messages for invalid tables.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -133,7 +133,7 @@ fn lab() -> Lab {
 }
 
 #[test]
-fn two_rods_share_a_modulus() {
+fn two_experiments_share_a_modulus() {
     let Lab { folder, .. } = lab();
     let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
     let output = folder.run(&arguments);
@@ -146,7 +146,7 @@ fn two_rods_share_a_modulus() {
     }
     let [low, high] = [0, 1].map(|i| e["interval95"][i].as_f64().unwrap());
     assert!(low < high && high - low < 0.01 * TRUTH, "{e}");
-    // Whose a parameter is, and what was known of it.
+    // The experiments of a parameter, and its prior.
     assert!(e.get("experiments").is_none() && long.get("prior").is_none());
     assert_eq!(
         (&long["experiments"][0], &short["experiments"][0]),
@@ -190,7 +190,7 @@ fn two_rods_share_a_modulus() {
 /// A shape by arc length in mm or by node, frequencies in Hz or rad/s, numbered or not: the same
 /// numbers.
 #[test]
-fn units_and_ways_to_write_do_not_matter() {
+fn units_and_notations_give_equal_results() {
     let Lab { folder, long, one, .. } = lab();
     let value = |fit: &str| {
         folder.write("fit.toml", fit);
@@ -219,7 +219,7 @@ fn units_and_ways_to_write_do_not_matter() {
 }
 
 #[test]
-fn bad_experiments_are_refused() {
+fn invalid_experiment_is_rejected() {
     let Lab { folder, two, one, .. } = lab();
     let in_two = |from: &str, to: &str| replaced(&two, from, to);
     let in_one = |from: &str, to: &str| replaced(&one, from, to);
@@ -282,7 +282,7 @@ fn bad_experiments_are_refused() {
 }
 
 #[test]
-fn bad_shapes_are_refused() {
+fn invalid_shape_is_rejected() {
     let Lab { folder, one, .. } = lab();
     folder.write("fit.toml", &one);
     let droop = folder.read("droop.csv");
@@ -310,7 +310,7 @@ fn bad_shapes_are_refused() {
 
 /// Residuals whose squares no double holds are a fit that cannot start, not a crash.
 #[test]
-fn a_misfit_beyond_all_numbers_is_an_error() {
+fn infinite_misfit_is_an_error() {
     let Lab { folder, one, .. } = lab();
     let shape = one.split("[[frequencies]]").next().unwrap();
     let fit = format!("{shape}sigma = 1e-200\n[[parameter]]\nname = \"youngs_modulus\"\n");
@@ -322,7 +322,7 @@ fn a_misfit_beyond_all_numbers_is_an_error() {
 
 /// What goes where: the summary or the JSON to stdout, errors to stderr, and nothing else.
 #[test]
-fn quiet_fits_and_fits_into_a_pipe() {
+fn quiet_fit_prints_nothing_and_closed_pipe_is_no_error() {
     let Lab { folder, two, one, .. } = lab();
     let run = |arguments: &[&str]| {
         let output = folder.run(arguments);

@@ -5,7 +5,7 @@ use rodfit::Code;
 use rodfit::code::explained;
 
 #[test]
-fn codes_are_explained() {
+fn explain_prints_entries_and_former_names() {
     let folder = Folder::new();
     let all = stdout(&folder.run(&["explain"]));
     for code in Code::ALL {
@@ -18,14 +18,14 @@ fn codes_are_explained() {
         assert!(text.starts_with("beyond-sigma: The residuals are larger"), "{text}");
         assert!(text.contains("\nTo do. ") && !text.contains("**"), "{text}");
     }
-    let renamed = stdout(&folder.run(&["explain", "could-hide"]));
-    assert!(renamed.starts_with("undetected-bias (formerly could-hide): "), "{renamed}");
+    let renamed = stdout(&folder.run(&["explain", "could-hide"])); // old name
+    assert!(renamed.starts_with("undetected-bias (formerly could-hide): "), "{renamed}"); // old name
     assert!(stdout(&folder.run(&["explain", "3"])).starts_with("3: The computation failed"));
     refused(&folder.run(&["explain", "beyond-sgima"]), &["beyond-sgima", "such as beyond-sigma"]);
 }
 
 #[test]
-fn what_is_warned_of_has_its_code() {
+fn warnings_end_with_their_code() {
     let folder = Folder::new();
     folder.write("fit.toml", &FIT.replace("point = \"tip\"", "point = \"tip\"\nsigma = 1e-6"));
     let output = folder.run(&["fit", "fit.toml", "--json", "fit.json", "--report", "page"]);

@@ -8,7 +8,7 @@ use crate::folder::{FIT, Folder, refused, status, stderr, stdout, succeeds, word
 /// length with derivatives, what the coarser ones of the discretisation error make together, the
 /// search on the coarse model, a tenth for omitted effects, and one with derivatives by the inputs.
 #[test]
-fn shipped_fits_find_the_truth() {
+fn shipped_fits_recover_known_parameters() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
     let folder = Folder::new();
     for (file, truth, rms, most) in [
@@ -40,7 +40,7 @@ fn shipped_fits_find_the_truth() {
 }
 
 #[test]
-fn what_is_not_identifiable_exits_with_three_and_still_writes() {
+fn unidentifiable_fit_exits_with_3_and_writes_its_report() {
     let folder = Folder::new();
     let fit = FIT.replace(
         "name = \"youngs_modulus\"",
@@ -63,7 +63,7 @@ fn what_is_not_identifiable_exits_with_three_and_still_writes() {
 
 /// What is asked for is in the JSON, what is not is not.
 #[test]
-fn analysis_on_request() {
+fn requested_analyses_are_in_the_report() {
     let folder = Folder::new();
     let plain = {
         folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
@@ -92,7 +92,7 @@ fn analysis_on_request() {
 
 /// The first line printed names the grade, and what nobody should use exits with three.
 #[test]
-fn the_grade_comes_first() {
+fn grade_is_the_first_line() {
     let folder = Folder::new();
     let graded = |rows: &dyn Fn(f64) -> [f64; 2]| {
         let row = |k: i32| {
@@ -124,7 +124,7 @@ fn the_grade_comes_first() {
 }
 
 #[test]
-fn bad_fits_and_data_are_refused() {
+fn invalid_fit_or_data_is_rejected() {
     let folder = Folder::new();
     let data = folder.read("tip.csv");
     let cases: Vec<(&str, String, &[&str])> = vec![
@@ -204,7 +204,7 @@ fn bad_fits_and_data_are_refused() {
 }
 
 #[test]
-fn data_in_other_units_and_with_gaps_are_the_same_data() {
+fn units_and_gaps_of_data_do_not_change_the_result() {
     let folder = Folder::new();
     let data = folder.read("tip.csv");
     let value = || {
@@ -244,10 +244,10 @@ fn data_in_other_units_and_with_gaps_are_the_same_data() {
 
 /// The page and its numbers, beside the result.
 #[test]
-fn a_report_is_a_page_and_its_numbers() {
+fn report_folder_has_page_and_json() {
     let folder = Folder::new();
     let output = folder.run(&["fit", "fit.toml", "--report", "pages/new", "--json", "fit.json"]);
-    // The data are no rod's, which the page says first.
+    // Data that no rod produces: the grade is the first statement of the page.
     assert!(output.status.code().is_some_and(|code| code != 2), "{}", stderr(&output));
     let page = folder.read("pages/new/fit.html");
     for part in ["id=\"verdict\"", "tip.csv", "youngs_modulus", "<svg", "scene.toml"] {
@@ -266,7 +266,7 @@ fn a_report_is_a_page_and_its_numbers() {
 
 /// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
 #[test]
-fn results_do_not_depend_on_the_number_of_threads() {
+fn results_are_equal_for_any_number_of_threads() {
     let folder = Folder::new();
     let two = "name = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"";
     folder.write("fit.toml", &FIT.replace("name = \"youngs_modulus\"", two));
@@ -286,7 +286,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 
 /// Under weight alone only E/density is seen: with half the density comes half the modulus.
 #[test]
-fn a_fixed_value_replaces_the_scenes() {
+fn fixed_value_replaces_that_of_the_scene() {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
     let folder = Folder::new();
     let modulus = |density: &str| {
@@ -305,9 +305,9 @@ fn a_fixed_value_replaces_the_scenes() {
     assert!((half / modulus("") - 0.5).abs() < 1e-6);
 }
 
-/// What is known with an error goes into the budget, from the file and from the command line.
+/// Input uncertainties of the file and of the command line are in the budget.
 #[test]
-fn the_budget_has_what_is_known() {
+fn budget_has_inputs_of_file_and_command_line() {
     let folder = Folder::new();
     folder.write("fit.toml", &format!("{FIT}\n[[known]]\nname = \"radius\"\nsigma = 5e-5\n"));
     let known = ["--known", "rod.shape.length=1e-3", "--monte-carlo", "4"];
@@ -315,10 +315,10 @@ fn the_budget_has_what_is_known() {
         &[&["fit", "fit.toml", "--json", "fit.json", "--report", "page"], &known[..]].concat(),
     );
     succeeds(&output);
-    let told = stdout(&output) + &stderr(&output);
+    let printed = stdout(&output) + &stderr(&output);
     assert!(
-        told.contains("Uncertainty budget") && words(&told).contains("radius 50 um -2.00"),
-        "{told}"
+        printed.contains("Uncertainty budget") && words(&printed).contains("radius 50 um -2.00"),
+        "{printed}"
     );
     let fit = folder.json("fit.json");
     let parameter = &fit["parameters"][0];
@@ -342,7 +342,7 @@ fn the_budget_has_what_is_known() {
 
 /// Several fits in one call: each as if it were alone, its results called after it; all are looked at before any runs.
 #[test]
-fn several_fits_run_one_after_the_other() {
+fn several_fits_run_in_order() {
     let folder = Folder::new();
     for template in ["droop", "frequencies"] {
         succeeds(&folder.run(&["init", template]));
@@ -387,7 +387,7 @@ fn several_fits_run_one_after_the_other() {
 
 /// Fit files of one name in different folders are called after these; nothing takes the place of anything else.
 #[test]
-fn fits_of_one_name_are_told_apart() {
+fn fits_of_one_name_get_names_with_folders() {
     let folder = Folder::new();
     for specimen in ["one", "two"] {
         succeeds(&folder.run(&["init", "droop", "--out", specimen]));

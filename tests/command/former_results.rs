@@ -53,10 +53,10 @@ fn former_result_is_collected_with_current_keys_and_the_same_numbers() {
     assert_eq!(sorted(numbers(before)), sorted(numbers(&report)));
     assert_eq!(report["local_minima"]["list"][0]["found_by"], "fit");
     assert_eq!(report["local_minima"]["summary"], before["basins"]["words"]);
-    let [current, former] = [&report["undetected_bias"][0], &before["could_hide"][0]];
+    let [current, former] = [&report["undetected_bias"][0], &before["could_hide"][0]]; // old name
     for (name, former_name) in [
         ("effect", "words"),
-        ("test", "tell"),
+        ("test", "tell"), // old name
         ("plausible_size", "plausible"),
         ("residual_effect", "visible"),
         ("relative", "relative"),

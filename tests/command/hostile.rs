@@ -96,7 +96,7 @@ pub fn all_are_answered(cases: Vec<Case>, least: usize) {
 }
 
 #[test]
-fn command_lines() {
+fn hostile_command_lines_are_rejected() {
     let name = "x".repeat(4000);
     let long = ["simulate", &name];
     let cases: Vec<(&[&str], i32, &[&'static str])> = vec![
@@ -139,7 +139,7 @@ fn command_lines() {
 
 /// What would take all memory, a night or a year is refused, with the estimate and the limit.
 #[test]
-fn boundless_runs() {
+fn runs_above_limits_are_rejected() {
     let fine = |n: u32| replaced(SCENE, "segments = 20", &format!("segments = {n}"));
     let in_space = |n: u32| format!("segments = {n}\ndimension = \"spatial\"");
     let in_space = |n: u32| replaced(SCENE, "segments = 20", &in_space(n));
@@ -199,7 +199,7 @@ fn boundless_runs() {
 /// A pipe into which nobody writes is not waited for.
 #[cfg(target_os = "linux")]
 #[test]
-fn pipes_without_a_writer() {
+fn pipe_without_writer_is_rejected() {
     let folder = Folder::new();
     let pipe = folder.path("pipe");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
@@ -230,7 +230,7 @@ fn pipes_without_a_writer() {
 
 /// As many threads as are of use.
 #[test]
-fn threads_by_the_hundred_thousand() {
+fn excessive_thread_count_is_limited() {
     let folder = Folder::new();
     let mut command = folder.command(&["fit", "fit.toml"]);
     let output = command.env("RAYON_NUM_THREADS", "100000").output().unwrap();

@@ -104,7 +104,7 @@ const FITS: &[(&str, &str, &[&str])] = &[
 ];
 
 #[test]
-fn fits() {
+fn faulty_fit_file_exits_with_2_and_names_the_fault() {
     let case = |(from, to, words): &(&str, &str, &[&'static str])| {
         Case::new(format!("fit: {to}"), &["fit", "fit.toml"], 2, words)
             .with("fit.toml", replaced(FIT, from, to))
@@ -113,7 +113,7 @@ fn fits() {
 }
 
 #[test]
-fn recordings() {
+fn faulty_recording_exits_with_2_and_names_the_fault() {
     let utf16: Vec<u8> = "t,x\n0,0.5\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
     let cases: Vec<(&str, Vec<u8>, &[&'static str])> = vec![
         ("noise", (0..2000_u32).map(|i| (i * i % 251) as u8).collect(), &["tip.csv:"]),
@@ -146,12 +146,12 @@ fn recordings() {
     all_are_answered(cases.into_iter().map(case).collect(), 20);
 }
 
-/// What is said of a line that is not shown whole.
+/// Text in the place of the rest of a clipped line.
 const LEFT_OUT: &str = "bytes left out";
 
 /// 5 MB without a break are not echoed.
 #[test]
-fn long_lines() {
+fn long_lines_are_clipped_in_messages() {
     let long = "9".repeat(5_000_000);
     let scene = |to: &str| replaced(SCENE, "segments = 20", to).into_bytes();
     let fit = |to: &str| replaced(FIT, NAME, to).into_bytes();

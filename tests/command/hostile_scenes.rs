@@ -238,7 +238,7 @@ const SCENES: &[(&str, &str, &[&str])] = &[
 ];
 
 #[test]
-fn scenes() {
+fn faulty_scene_exits_with_2_and_names_the_fault() {
     let case = |(from, to, words): &(&str, &str, &[&'static str])| {
         Case::new(format!("scene: {to}"), &["simulate", "scene.toml"], 2, words)
             .with("scene.toml", replaced(SCENE, from, to))

@@ -1,4 +1,4 @@
-//! `rodfit inspect` tells what is in a file and writes the observation; `rodfit init` writes a scene and a fit that run.
+//! `rodfit inspect` describes a file and writes the observation; `rodfit init` writes a scene and a fit that run.
 
 use crate::common::coarse;
 use crate::common::formats::{Written, all, tip};
@@ -22,29 +22,29 @@ fn unsaid(file: &Written) -> Vec<&'static str> {
 /// A marker's name and places.
 type Marker = (String, Vec<Option<[f64; 3]>>);
 
-/// What it tells of the same tip in any file: format, rate, unit, gaps, noise.
+/// The description of the same tip in files of all programs: format, rate, unit, gaps, noise.
 #[test]
-fn files_of_all_programs_are_told_alike() {
+fn inspection_is_equal_for_files_of_all_programs() {
     let folder = Folder::new();
     for file in files() {
         folder.write(file.name, &file.text);
-        let mut said = vec!["inspect", file.name, "--json", "told.json"];
+        let mut arguments = vec!["inspect", file.name, "--json", "inspection.json"];
         if file.recording.fps.is_some() {
-            said.extend(["--fps", "64"]);
+            arguments.extend(["--fps", "64"]);
         }
-        let output = folder.run(&said);
+        let output = folder.run(&arguments);
         succeeds(&output);
-        let (shown, told) = (stdout(&output), folder.json("told.json"));
+        let (shown, inspection) = (stdout(&output), folder.json("inspection.json"));
         println!("{shown}");
         assert!(shown.contains(&format!("format = \"{}\"", file.format)), "{shown}");
         assert_eq!(
-            (told["format"].as_str(), told["frames"].as_u64()),
+            (inspection["format"].as_str(), inspection["frames"].as_u64()),
             (Some(file.format), Some(24))
         );
-        assert_eq!(told["rate"].as_f64().unwrap(), 64.0, "{}", file.name);
-        let own = told["recording"]["marker"].as_str().map(str::to_string);
+        assert_eq!(inspection["rate"].as_f64().unwrap(), 64.0, "{}", file.name);
+        let own = inspection["recording"]["marker"].as_str().map(str::to_string);
         assert_eq!(own, file.recording.marker, "{}", file.name);
-        let markers = told["markers"].as_array().unwrap();
+        let markers = inspection["markers"].as_array().unwrap();
         let marker = markers.iter().find(|m| own.as_deref().is_none_or(|own| m["name"] == own));
         let marker = marker.unwrap();
         let likely = ["deeplabcut", "sleap"].contains(&file.format);
@@ -56,16 +56,17 @@ fn files_of_all_programs_are_told_alike() {
     }
 }
 
-/// The observation is pasted as it is, where the file says all; and a fit goes on from there.
+/// The printed observation is complete if the file has frame rate and unit: a fit with it runs.
 #[test]
-fn the_observation_can_be_pasted() {
+fn printed_observation_is_valid_in_a_fit_file() {
     let folder = Folder::new();
     for file in files() {
         folder.write(file.name, &file.text);
-        let mut said = vec!["inspect", file.name, "--json", "told.json"];
-        said.extend(unsaid(&file));
-        succeeds(&folder.run(&said));
-        let observation = folder.json("told.json")["observation"].as_str().unwrap().to_string();
+        let mut arguments = vec!["inspect", file.name, "--json", "inspection.json"];
+        arguments.extend(unsaid(&file));
+        succeeds(&folder.run(&arguments));
+        let observation =
+            folder.json("inspection.json")["observation"].as_str().unwrap().to_string();
         // What only the person knows: the camera's axes.
         let observation = match file.name {
             "xypts.csv" => observation.replace("origin = [0, 0, 0]", "origin = [1, 1, 0]"),
@@ -91,7 +92,7 @@ fn the_observation_can_be_pasted() {
 
 /// Jumps, leaps of the clock, lost frames and swapped labels.
 #[test]
-fn what_is_wrong_in_a_file_is_told() {
+fn inspection_reports_faults_of_a_file() {
     let folder = Folder::new();
     let clean = recorded(0, 120, 1e-5, |_| {});
     folder.write("clean.csv", &csv(&clean));
@@ -144,7 +145,7 @@ fn what_is_wrong_in_a_file_is_told() {
 
 /// All that is written runs, finds what its data were made with, and is not written over.
 #[test]
-fn templates_run() {
+fn templates_with_synthetic_data_run() {
     for (template, truth) in [
         ("cantilever", vec![1.1e8, 0.4]),
         ("droop", vec![3e7]),
@@ -184,13 +185,14 @@ fn templates_run() {
 }
 
 #[test]
-fn templates_take_files() {
+fn templates_with_recorded_data_run() {
     let folder = Folder::new();
     for file in files() {
         folder.write(file.name, &file.text);
-        let mut said = vec!["init", "cantilever", "--force", "--into", "new", "--from", file.name];
-        said.extend(unsaid(&file));
-        succeeds(&folder.run(&said));
+        let mut arguments =
+            vec!["init", "cantilever", "--force", "--into", "new", "--from", file.name];
+        arguments.extend(unsaid(&file));
+        succeeds(&folder.run(&arguments));
         // It runs; that the rod is another is the person's to say.
         let output = folder.run(&["fit", "new/cantilever-fit.toml", "--json", "found.json"]);
         let code = output.status.code();

@@ -1,4 +1,4 @@
-//! Fits and simulations that are told to stop.
+//! Fits and simulations that are stopped by their flag.
 
 use rodfit::fit::Analysis;
 use rodfit::page::fit_page;
@@ -54,12 +54,12 @@ fn is_unfinished(report: &FitReport) {
 }
 
 #[test]
-fn a_stopped_search_reports_its_best() {
+fn stopped_search_reports_its_best_values() {
     let whole = stopped_at("never").unwrap();
     assert!(whole.is_success() && !whole.interrupted);
     let best = whole.parameters[0].value.unwrap();
     // In the scan: a candidate, within its grid of the truth or anywhere before that. Progress is
-    // told, and so the flag set, after 16 of its 31 points, which take 7.8 of all 35 simulations.
+    // reported, and so the flag set, after 16 of its 31 points, which take 7.8 of all 35 simulations.
     let scan = stopped_at("scan").unwrap();
     is_unfinished(&scan);
     assert!(scan.verdict.contains("scan") && scan.simulations < 0.25 * whole.simulations);
@@ -77,7 +77,7 @@ fn a_stopped_search_reports_its_best() {
 
 /// What was found before the flag stays; what was not finished is not said.
 #[test]
-fn a_stopped_analysis_keeps_the_fit() {
+fn stopped_analysis_keeps_the_estimates() {
     let report = stopped_at("profile of").unwrap();
     assert!(report.converged && report.interrupted && !report.is_success());
     assert!(report.status.contains("interrupted"), "{}", report.status);
@@ -88,7 +88,7 @@ fn a_stopped_analysis_keeps_the_fit() {
 
 /// Of a million replicates, 16 are done.
 #[test]
-fn a_stopped_bootstrap_says_nothing() {
+fn stopped_bootstrap_is_not_reported() {
     let report = stopped_with("bootstrap", 1_000_000).unwrap();
     assert!(report.converged && report.interrupted, "{report}");
     assert!(report.warnings.iter().all(|warning| !warning.contains("bootstrap")), "{report}");
@@ -97,14 +97,14 @@ fn a_stopped_bootstrap_says_nothing() {
 }
 
 #[test]
-fn nothing_found_is_an_error() {
+fn stop_before_the_first_value_is_an_error() {
     let error = stopped_at("").unwrap_err();
     assert!(matches!(error, Error::Interrupted) && !error.is_input());
 }
 
 /// A simulation stops at the next step, and keeps those before.
 #[test]
-fn a_simulation_stops_on_its_way() {
+fn stopped_simulation_keeps_its_steps() {
     let flag = Arc::new(AtomicBool::new(false));
     let problem = problem().stop_when(flag.clone());
     let mut trajectory = Trajectory::new(&problem, &[8], &[]).unwrap();

@@ -77,13 +77,13 @@ fn results_have_80_columns_with_warnings_before_details() {
     let mut warned = 0;
     for (command, output) in outputs(&folder) {
         let shown = String::from_utf8(output.stdout.clone()).unwrap();
-        let told = String::from_utf8(output.stderr.clone()).unwrap();
+        let errors = String::from_utf8(output.stderr.clone()).unwrap();
         // The part of a fit file is printed as it is.
         let text = shown.split("Observation for a fit file:").next().unwrap();
         assert!(long_lines(text).is_empty(), "{command}:\n{:#?}", long_lines(text));
-        assert!(!shown.contains('\x1b') && !told.contains('\x1b'), "{command}:\n{shown}{told}");
+        assert!(!shown.contains('\x1b') && !errors.contains('\x1b'), "{command}:\n{shown}{errors}");
         // Errors that are read by other programs have one line each.
-        assert!(!told.contains("\n  "), "{command}:\n{told}");
+        assert!(!errors.contains("\n  "), "{command}:\n{errors}");
         let paragraphs: Vec<&str> = shown.split("\n\n").collect();
         let is_warning = |text: &&&str| text.starts_with("warning: ");
         let Some(first) = paragraphs.iter().position(|text| is_warning(&text)) else { continue };

@@ -4,6 +4,7 @@
 mod common;
 
 mod campaign;
+mod campaign_file;
 mod campaign_guards;
 mod design;
 #[cfg(unix)]

@@ -19,7 +19,7 @@ fn page(folder: &Folder) -> (Value, String, usize) {
 }
 
 #[test]
-fn a_simulation_is_shown_in_motion() {
+fn simulation_page_has_the_animation() {
     let folder = Folder::new();
     let run = ["simulate", "scene.toml", "--report", "page", "--json", "run.json"];
     succeeds(&folder.run(&run));
@@ -56,7 +56,7 @@ fn a_simulation_is_shown_in_motion() {
 }
 
 #[test]
-fn long_runs_of_many_nodes_stay_small() {
+fn page_of_a_long_run_stays_small() {
     let folder = Folder::new();
     let scene = change("step = 2e-3", "step = 2e-5").replace("segments = 20", "segments = 250");
     folder.write("scene.toml", &scene.replace("end = 0.3", "end = 0.05"));
@@ -72,7 +72,7 @@ fn long_runs_of_many_nodes_stay_small() {
 }
 
 #[test]
-fn rods_in_space_turn_and_runs_that_stop_are_shown() {
+fn page_of_a_spatial_or_stopped_run_is_complete() {
     let folder = Folder::new();
     let helix = change(
         "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",

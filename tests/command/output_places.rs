@@ -92,7 +92,7 @@ fn symbolic_links_are_followed() {
 }
 
 #[test]
-fn folders_are_refused_before_the_run() {
+fn folder_as_output_is_rejected_before_the_run() {
     let folder = Folder::new();
     // It would run for days.
     folder.write("long.toml", &change("step = 2e-3", "step = 1e-9"));
@@ -110,7 +110,7 @@ fn folders_are_refused_before_the_run() {
 }
 
 #[test]
-fn closed_standard_output_is_refused_before_the_run() {
+fn closed_standard_output_is_rejected_before_the_run() {
     let folder = Folder::new();
     folder.write("long.toml", &change("step = 2e-3", "step = 1e-9"));
     for option in ["--json", "--out"] {

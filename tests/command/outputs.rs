@@ -38,7 +38,7 @@ fn folder() -> Folder {
 }
 
 #[test]
-fn a_full_standard_output_is_an_error() {
+fn full_standard_output_is_an_error() {
     let folder = folder();
     for arguments in commands() {
         let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
@@ -54,7 +54,7 @@ fn a_full_standard_output_is_an_error() {
 
 /// Quietly, with the exit code of the computation and all other outputs.
 #[test]
-fn a_closed_standard_output_is_no_error() {
+fn closed_pipe_of_standard_output_is_no_error() {
     let folder = folder();
     for mut arguments in commands() {
         if !arguments.contains(&"--json") {
@@ -79,7 +79,7 @@ fn a_closed_standard_output_is_no_error() {
 }
 
 #[test]
-fn a_dash_is_standard_output_everywhere() {
+fn dash_is_standard_output_for_every_option() {
     let folder = folder();
     let printed = |arguments: &[&str]| {
         let output = folder.run(arguments);
@@ -120,7 +120,7 @@ fn two(first: &str, second: &str) -> String {
 
 /// Under whatever name; before anything runs.
 #[test]
-fn no_output_takes_the_place_of_an_input_or_of_another() {
+fn output_equal_to_an_input_or_output_is_rejected() {
     let folder = folder();
     folder.write("two.toml", &two("x/y", "x_y"));
     let rest = "x,y,z\n0,0,0\n0.1,0.01,0\n0.2,0,0\n0.3,0.02,0\n";
@@ -208,7 +208,7 @@ fn no_output_takes_the_place_of_an_input_or_of_another() {
 
 /// A fit of hours whose result has nowhere to go says so at once.
 #[test]
-fn places_are_tried_before_anything_runs() {
+fn outputs_are_checked_before_the_run() {
     let folder = folder();
     folder.write("scene.toml", &change("step = 2e-3", "step = 1e-9"));
     folder.write("old.json", "{}");
@@ -239,7 +239,7 @@ fn places_are_tried_before_anything_runs() {
 
 /// Whatever cannot be written: the summary is printed, and everything else is written.
 #[test]
-fn one_output_that_fails_takes_no_other_with_it() {
+fn failed_output_does_not_affect_others() {
     let folder = folder();
     let output = folder.run(&[
         "fit",
@@ -292,7 +292,7 @@ fn signalled(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
 
 /// Ctrl-C in the middle of a fit that would take hours: it says what it is, and harms no older result.
 #[test]
-fn an_interrupted_fit_writes_its_best() {
+fn interrupted_fit_writes_its_best_values() {
     let folder = folder();
     folder.write("scene.toml", &change("step = 2e-3", "step = 1e-9"));
     let fit = [
@@ -373,7 +373,7 @@ fn overwrite_and_no_limits_are_independent() {
 
 /// A simulation that is killed leaves an older table whole, and its own beside it.
 #[test]
-fn a_killed_simulation_harms_nothing() {
+fn killed_simulation_leaves_older_files_unchanged() {
     let folder = folder();
     folder.write("scene.toml", &change("step = 2e-3", "step = 1e-9"));
     folder.write("nodes.csv", "older");
@@ -394,7 +394,7 @@ fn a_killed_simulation_harms_nothing() {
 
 /// A million and a half steps in 150 MB.
 #[test]
-fn simulations_without_outputs_do_not_grow_with_their_steps() {
+fn simulation_without_outputs_has_constant_memory() {
     let folder = folder();
     let scene = change("segments = 20", "segments = 2").replace("end = 0.3", "end = 1.5");
     folder.write("scene.toml", &scene.replace("step = 2e-3", "step = 1e-6"));
@@ -402,9 +402,9 @@ fn simulations_without_outputs_do_not_grow_with_their_steps() {
     succeeds(&output);
 }
 
-/// Shells are told all subcommands and their options.
+/// Completion scripts have all subcommands and their options.
 #[test]
-fn shells_can_complete() {
+fn completions_have_all_subcommands() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let output = folder.run(&["completions", shell]);
@@ -419,7 +419,7 @@ fn shells_can_complete() {
 
 /// Manual pages of the command and of its subcommands.
 #[test]
-fn there_are_manual_pages() {
+fn manual_pages_exist_for_all_subcommands() {
     let folder = Folder::new();
     let page = |words: &[&str]| {
         let output = folder.run(&[&["man"], words].concat());

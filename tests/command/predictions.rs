@@ -184,9 +184,9 @@ fn parameters_beside_validation_data_only_are_named_as_not_fitted() {
     refused(&folder.run(&["fit", "none.toml"]), &["parameter"]);
 }
 
-/// A recording that cannot be simulated leaves the others, and is named; the exit code says so.
+/// A recording that cannot be simulated is named, with exit code 3; the others are predicted.
 #[test]
-fn recording_that_fails_leaves_the_others() {
+fn failed_recording_does_not_affect_others() {
     let folder = folder();
     let jump = folder
         .read("clip_1.csv")
@@ -220,7 +220,7 @@ fn recording_that_fails_leaves_the_others() {
 }
 
 #[test]
-fn saved_scene_lasts_as_long_as_its_recording() {
+fn saved_scene_ends_with_its_recording() {
     let folder = folder();
     let fit = replaced(PREDICTION, "held_out = true\n", "")
         + "[[parameter]]\nname = \"youngs_modulus\"\nstart = 4e8\n";

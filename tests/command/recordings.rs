@@ -75,7 +75,7 @@ fn folder() -> Folder {
 }
 
 #[test]
-fn a_fit_file_of_many_recordings() {
+fn fit_of_many_recordings_reports_free_run_errors() {
     let folder = folder();
     let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
     let output = folder.run(&[&arguments[..], &["--report", "page"]].concat());
@@ -137,7 +137,7 @@ fn a_fit_file_of_many_recordings() {
 }
 
 #[test]
-fn faults_of_a_recording_are_told() {
+fn faults_of_a_recording_are_reported() {
     let folder = folder();
     let track = recorded(0, 60, 1e-5, |_| {});
     folder.write("clip_0.csv", &csv(&swapped(&track, [2, 3])));
@@ -155,7 +155,7 @@ fn faults_of_a_recording_are_told() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn contradictory_recordings_are_rejected() {
     let folder = folder();
     let cases: &[(&str, &str, &[&str])] = &[
         ("every = 5", "every = 0", &["observation[0].every", "1 or more"]),

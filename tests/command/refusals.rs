@@ -4,7 +4,7 @@ use crate::folder::{FIT, Folder, SCENE, change, polyline, refused, stderr, stdou
 
 /// Every way a scene can be wrong: key, what was found, what is allowed.
 #[test]
-fn bad_scenes_are_refused() {
+fn invalid_scene_is_rejected() {
     let cases: Vec<(String, &[&str])> = vec![
         (change("segments = 20", "sgements = 20"), &["sgements", "line 3", "segments"]),
         (change("beta = 0.5", "beta = 0.5\ntheta = 1"), &["theta", "beta"]),
@@ -178,7 +178,7 @@ fn bad_scenes_are_refused() {
 }
 
 #[test]
-fn bad_polylines_are_refused() {
+fn invalid_polyline_is_rejected() {
     let folder = Folder::new();
     let shape = polyline();
     folder.write("scene.toml", &shape);
@@ -223,7 +223,7 @@ fn bad_polylines_are_refused() {
 
 /// Lists that are too long or too short, wherever a scene or a fit file has one.
 #[test]
-fn lists_of_other_lengths_are_refused() {
+fn list_of_wrong_length_is_rejected() {
     let folder = Folder::new();
     let table = |text: &str| change("[time]", &format!("{text}\n[time]"));
     let scenes = [
@@ -271,7 +271,7 @@ fn lists_of_other_lengths_are_refused() {
 
 /// All keys that a file lacks are named at once.
 #[test]
-fn missing_keys_are_named_all_at_once() {
+fn missing_keys_are_named_together() {
     let folder = Folder::new();
     let helix =
         "shape = { kind = \"helix\", radius = 0.1 }\nsection = { kind = \"custom\", i1 = 1.0 }";
@@ -316,7 +316,7 @@ fn missing_keys_are_named_all_at_once() {
 
 /// What does nothing is not taken.
 #[test]
-fn factors_on_no_curvature_are_refused() {
+fn curvature_factor_of_a_straight_rod_is_rejected() {
     let folder = Folder::new();
     let why = "1 beside a straight rest shape, which has no curvature";
     for factor in ["3.0", "0", "[1.0, 0.5]"] {
@@ -337,7 +337,7 @@ fn factors_on_no_curvature_are_refused() {
 
 /// The clamp's angle cannot be found beside what stands in the world's axes: each is named.
 #[test]
-fn the_clamps_angle_says_what_it_cannot_stand_beside() {
+fn clamp_angle_with_excluded_keys_is_rejected() {
     let folder = Folder::new();
     folder.write("fit.toml", &FIT.replace("youngs_modulus", "clamp_angle"));
     let arc = "state = \"shape\"\nshape = { kind = \"arc\", length = 0.5, angle = 1.0 }";
@@ -356,7 +356,7 @@ fn the_clamps_angle_says_what_it_cannot_stand_beside() {
 
 /// Sizes beyond what squares and fourth powers can hold are said to be that, and not folds.
 #[test]
-fn sizes_out_of_this_world_are_refused_as_such() {
+fn sizes_beyond_their_limits_are_rejected() {
     let folder = Folder::new();
     for length in ["1e308", "1e160", "1e60", "1e-60", "1e-160", "1e-320"] {
         folder.write("scene.toml", &change("length = 0.5", &format!("length = {length}")));
@@ -369,7 +369,7 @@ fn sizes_out_of_this_world_are_refused_as_such() {
 /// What says how to read columns that a file does not have does nothing, and is refused; rows that
 /// say nothing are counted.
 #[test]
-fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
+fn keys_without_columns_are_rejected_and_lost_rows_counted() {
     let folder = Folder::new();
     let observation = |keys: &str| FIT.replace("point = \"tip\"", keys);
     let pixels = "scale = 1e-3\ny = \"down\"\n";

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use crate::common::coarse;
 use crate::folder::{Folder, change, replaced, succeeds, words};
 
-/// What is seen of a point at `count` times, off by up to `most`, m, and always alike.
+/// Observations of a point at `count` times with reproducible errors of up to `most`, m.
 pub fn disturbed(run: &Trajectory, point: Point, count: u32, most: f64) -> Observation {
     let end = run.times()[run.times().len() - 1];
     let sample = |k: u32| {
@@ -67,7 +67,7 @@ pub fn is_whole(page: &str) {
 }
 
 #[test]
-fn the_page_has_everything_in_order() {
+fn fit_page_has_its_sections_in_order() {
     let (_, report) = &*FITTED;
     let page = fit_page(report, "a <fit> & more");
     is_whole(&page);
@@ -116,9 +116,9 @@ fn the_page_has_everything_in_order() {
     in_order(&fit_page(&warned, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
 }
 
-/// Numbers along the rod with their band, what was seen and what the rod does with them.
+/// The page of distributed parameters has their intervals, observations and model.
 #[test]
-fn numbers_along_the_rod_have_a_page() {
+fn distributed_parameters_have_a_page() {
     let along = |numbers: &str| {
         let list = format!("segments = 8\nnatural_curvature = [{numbers}]");
         let arc = "kind = \"arc\", length = 0.5, angle = 2.0";
@@ -167,13 +167,13 @@ fn numbers_along_the_rod_have_a_page() {
     let chart = page.split("natural_curvature over the arc length").nth(1).unwrap();
     let chart = chart.split("</svg>").next().unwrap();
     assert!(chart.contains("var(--model)") && chart.matches("<path").count() >= 2, "{chart}");
-    let told: serde_json::Value = serde_json::from_str(&folder.read("page/fit.json")).unwrap();
-    assert_eq!(told["fields"][0]["values"].as_array().unwrap().len(), 4);
-    assert!(told.get("series").is_none());
+    let report: serde_json::Value = serde_json::from_str(&folder.read("page/fit.json")).unwrap();
+    assert_eq!(report["fields"][0]["values"].as_array().unwrap().len(), 4);
+    assert!(report.get("series").is_none());
 }
 
 #[test]
-fn odd_data_and_no_plot_data_make_a_page_too() {
+fn page_without_plot_data_is_complete() {
     let (_, report) = &*FITTED;
     let change = |change: &dyn Fn(&mut FitReport)| {
         let mut odd = report.clone();
@@ -226,9 +226,9 @@ fn odd_data_and_no_plot_data_make_a_page_too() {
     assert!(page.contains("not identifiable") && page.contains("too few values"));
 }
 
-/// What the plot data say is what a simulation at the reported values gives.
+/// Plot data are equal to a simulation at the estimates.
 #[test]
-fn the_plot_data_are_the_fitted_model() {
+fn plot_data_equal_a_simulation_of_the_estimates() {
     let (problem, report) = &*FITTED;
     let plots = report.plot_data.as_ref().unwrap();
     let best = problem.with(report.parameters()).unwrap();
@@ -295,7 +295,7 @@ fn the_plot_data_are_the_fitted_model() {
 
 /// How a file was read, and how much was seen, stands beside what was run.
 #[test]
-fn the_page_says_how_files_were_read() {
+fn fit_page_lists_the_keys_of_recordings() {
     let (problem, _) = &*FITTED;
     let run = problem.simulate().unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -332,7 +332,7 @@ fn the_page_says_how_files_were_read() {
 
 /// What is drawn in red has its warning on top: outliers that are no noise, but without memory.
 #[test]
-fn every_red_test_has_its_warning() {
+fn failed_residual_tests_have_warnings() {
     let (problem, _) = &*FITTED;
     let run = problem.simulate().unwrap();
     let mut state = 7_u64;
@@ -365,7 +365,7 @@ fn every_red_test_has_its_warning() {
 /// Two markers whose noise is estimated are weighted anew on the way, which is drawn as if they had
 /// had their last weights from the beginning.
 #[test]
-fn the_search_comes_down_in_one_weighting() {
+fn misfit_of_the_search_decreases_in_one_weighting() {
     let (problem, _) = &*FITTED;
     let run = problem.simulate().unwrap();
     let report = Fit::new(problem)

@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::folder::{Folder, SCENE, change, refused, stderr, stdout, succeeds, words};
 
 #[test]
-fn simulate_writes_what_it_promises() {
+fn simulate_writes_all_outputs() {
     let folder = Folder::new();
     succeeds(&folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]));
     let run = folder.json("run.json");
@@ -37,7 +37,7 @@ fn simulate_writes_what_it_promises() {
 
 /// What a scene leaves out is chosen, and said with the error that it leaves; a fitted scene leaves it out again.
 #[test]
-fn what_is_left_out_is_chosen() {
+fn missing_mesh_step_and_scheme_are_chosen() {
     let folder = Folder::new();
     let open = SCENE.replace("segments = 20\n", "").replace("step = 2e-3\nbeta = 0.5\n", "");
     folder.write("scene.toml", &open);
@@ -89,7 +89,7 @@ fn what_is_left_out_is_chosen() {
 
 /// The same scene turned out of the xy plane moves the same, in world axes.
 #[test]
-fn any_plane_is_planar() {
+fn scene_in_any_plane_is_planar() {
     let folder = Folder::new();
     folder.write(
         "turned.toml",
@@ -107,7 +107,7 @@ fn any_plane_is_planar() {
 }
 
 #[test]
-fn json_on_stdout_is_only_json() {
+fn json_on_standard_output_is_alone() {
     let folder = Folder::new();
     for arguments in
         [&["simulate", "scene.toml", "--json", "-"][..], &["check", "scene.toml", "--json", "-"]]
@@ -119,7 +119,7 @@ fn json_on_stdout_is_only_json() {
 }
 
 #[test]
-fn both_routes_of_derivatives_simulate_the_same() {
+fn hand_and_dual_derivatives_simulate_equally() {
     let folder = Folder::new();
     for route in ["hand", "dual"] {
         let json = format!("{route}.json");
@@ -134,7 +134,7 @@ fn both_routes_of_derivatives_simulate_the_same() {
 }
 
 #[test]
-fn check_reports_agreement() {
+fn check_of_a_shipped_scene_agrees() {
     let folder = Folder::new();
     succeeds(&folder.run(&["check", "scene.toml", "--json", "check.json"]));
     let check = folder.json("check.json");
@@ -149,7 +149,7 @@ fn check_reports_agreement() {
 
 /// Where the rod hangs, and how it vibrates there.
 #[test]
-fn static_and_modes_write_what_they_promise() {
+fn static_and_modes_write_all_outputs() {
     let folder = Folder::new();
     succeeds(&folder.run(&["static", "scene.toml", "--json", "rest.json", "--out", "rest.csv"]));
     let rest = folder.json("rest.json");
@@ -181,7 +181,7 @@ fn static_and_modes_write_what_they_promise() {
 
 /// A run that dies keeps what it computed.
 #[test]
-fn a_failed_step_exits_with_three_and_keeps_the_rest() {
+fn failed_step_exits_with_3_and_keeps_earlier_steps() {
     let folder = Folder::new();
     // Long enough for beta = 0.5 to gain energy at this step.
     let scene = change("segments = 20", "segments = 50").replace("end = 0.3", "end = 20.0");
@@ -210,7 +210,7 @@ fn a_failed_step_exits_with_three_and_keeps_the_rest() {
 /// given by points, and its discretisation error; the nodes were the points once, and the modulus
 /// 4.1 % off.
 #[test]
-fn a_rod_of_points_is_as_long_as_the_line() {
+fn polyline_rod_has_the_length_of_its_line() {
     let folder = Folder::new();
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/");
     let read = |name: &str| std::fs::read_to_string(format!("{data}{name}")).unwrap();
@@ -240,7 +240,7 @@ fn a_rod_of_points_is_as_long_as_the_line() {
 
 /// Every number of a scene with its names, value, unit and limits; what leads out of its plane says so.
 #[test]
-fn the_numbers_of_a_scene_are_listed() {
+fn parameters_of_a_scene_are_listed() {
     let folder = Folder::new();
     let output = folder.run(&["parameters", "scene.toml", "--json", "list.json"]);
     succeeds(&output);
@@ -257,12 +257,12 @@ fn the_numbers_of_a_scene_are_listed() {
 }
 
 #[test]
-fn bench_tells_how_fast_the_machine_is() {
+fn bench_reports_steps_per_second() {
     let folder = Folder::new();
-    let told = folder.run(&["bench", "--seconds", "1e-6", "--json", "bench.json"]);
-    succeeds(&told);
+    let output = folder.run(&["bench", "--seconds", "1e-6", "--json", "bench.json"]);
+    succeeds(&output);
     let unit = rodfit::numerics::simd::simd_level();
-    assert!(stdout(&told).contains(unit), "{}", stdout(&told));
+    assert!(stdout(&output).contains(unit), "{}", stdout(&output));
     let report = folder.json("bench.json");
     assert_eq!(report["vector_unit"], unit);
     let rows = report["steps"].as_array().unwrap();

@@ -158,7 +158,7 @@ fn with_unknown_keys(value: &Value) -> Vec<Value> {
 }
 
 #[test]
-fn schemas_allow_what_is_read_and_nothing_else() {
+fn schemas_allow_exactly_the_read_keys() {
     let (scene, fit) = (schema("scene"), schema("fit"));
     let mut counts = [0; 3];
     for path in files(Path::new("data")) {
@@ -208,7 +208,7 @@ fn schemas_allow_what_is_read_and_nothing_else() {
 }
 
 #[test]
-fn schemas_describe_what_is_written() {
+fn schemas_describe_written_reports() {
     let folder = Folder::new();
     succeeds(&folder.run(&["fit", "fit.toml", "--report", "page"]));
     succeeds(&folder.run(&["simulate", "scene.toml", "--json", "run.json"]));

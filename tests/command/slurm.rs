@@ -100,7 +100,7 @@ impl<'a> Slurm<'a> {
     }
 
     /// One of Slurm's commands, and what it prints.
-    fn tell(&self, program: &str, words: &[&str]) -> Option<String> {
+    fn query(&self, program: &str, words: &[&str]) -> Option<String> {
         let rodfit = Path::new(env!("CARGO_BIN_EXE_rodfit")).parent().unwrap();
         let path = std::env::var_os("PATH").unwrap_or_default();
         let folders = std::iter::once(rodfit.to_path_buf()).chain(std::env::split_paths(&path));
@@ -127,7 +127,7 @@ fn until(mut done: impl FnMut() -> bool) {
 }
 
 #[test]
-fn job_arrays_that_are_killed_change_nothing() {
+fn killed_job_array_collects_to_the_same_bytes() {
     let programs = ["slurmctld", "slurmd", "sbatch", "scancel"].map(program);
     let [Some(controller), Some(node), Some(_), Some(_)] = &programs else {
         eprintln!("skipped: Slurm (slurmctld, slurmd, sbatch, scancel) is not installed");
@@ -137,8 +137,8 @@ fn job_arrays_that_are_killed_change_nothing() {
     plan(&folder, "out");
     let slurm = Slurm::start(&folder, [controller, node]);
     until(|| {
-        let idle = slurm.tell("sinfo", &["-h", "-t", "idle", "-o", "%D"]);
-        idle.is_some_and(|said| said.trim() == "2")
+        let idle = slurm.query("sinfo", &["-h", "-t", "idle", "-o", "%D"]);
+        idle.is_some_and(|text| text.trim() == "2")
     });
     for shards in ["4", "7"] {
         let script =
@@ -147,15 +147,15 @@ fn job_arrays_that_are_killed_change_nothing() {
         folder.write(&format!("job-{shards}.sh"), &stdout(&script));
     }
     // Four shards, killed as soon as there is something to lose.
-    let job = slurm.tell("sbatch", &["--parsable", "job-4.sh"]).unwrap();
+    let job = slurm.query("sbatch", &["--parsable", "job-4.sh"]).unwrap();
     until(|| stored(&folder) > 1);
-    slurm.tell("scancel", &["-f", "-s", "KILL", job.trim()]).unwrap();
-    slurm.tell("scancel", &[job.trim()]).unwrap();
-    until(|| slurm.tell("squeue", &["-h"]).is_some_and(|said| said.trim().is_empty()));
+    slurm.query("scancel", &["-f", "-s", "KILL", job.trim()]).unwrap();
+    slurm.query("scancel", &[job.trim()]).unwrap();
+    until(|| slurm.query("squeue", &["-h"]).is_some_and(|text| text.trim().is_empty()));
     let done = stored(&folder);
     assert!((2..24).contains(&done), "{done}");
     // Seven.
-    slurm.tell("sbatch", &["--wait", "job-7.sh"]).expect("all jobs end well");
+    slurm.query("sbatch", &["--wait", "job-7.sh"]).expect("all jobs end well");
     assert_eq!(stored(&folder), 24);
     plan(&folder, "alone");
     run(&folder, "alone", &[]);

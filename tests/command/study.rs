@@ -9,7 +9,7 @@ use rodfit::study::Study;
 use crate::common::coarse;
 
 #[test]
-fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
+fn study_errors_fall_with_step_and_mesh() {
     let scene = coarse(12, 4e-3, 0.3);
     let mut last = 0;
     let study = Study::new(&scene, |done, total| {
@@ -71,7 +71,7 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
 
 /// A force on a node by its index belongs to the scene's own mesh.
 #[test]
-fn a_given_mesh_is_kept() {
+fn study_keeps_a_given_mesh() {
     let mut scene = coarse(12, 4e-3, 0.1);
     scene.loads.point =
         vec![PointForce { node: Point::Node(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
@@ -82,7 +82,7 @@ fn a_given_mesh_is_kept() {
 
 /// The reference too is computed with a scheme that takes what the scene has.
 #[test]
-fn moving_supports_are_studied_with_the_schemes_that_take_them() {
+fn study_of_moving_supports_uses_schemes_that_take_them() {
     let mut scene = coarse(6, 2e-3, 0.02);
     let displacement = [0.0, 0.01, 0.0];
     let motion =
@@ -96,7 +96,7 @@ fn moving_supports_are_studied_with_the_schemes_that_take_them() {
 
 /// Markers stand at the nodes of every mesh.
 #[test]
-fn recorded_ends_are_studied_on_meshes_that_have_their_markers() {
+fn study_of_recorded_ends_has_nodes_at_markers() {
     let times: Vec<f64> = (0..=10).map(|k| 0.01 * f64::from(k)).collect();
     let place = |j: usize, t: f64| [0.1 * j as f64, 0.05 * t, 0.0];
     let seen = |j: usize| (j.to_string(), times.iter().map(|t| Some(place(j, *t))).collect());

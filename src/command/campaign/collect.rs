@@ -36,6 +36,7 @@ pub(super) fn collect(
     outputs.check(&plan.files())?;
     let collected = collected_results(&plan)?;
     let status = Status::new(&collected);
+    // Lines are written one by one, without a second copy of all results in memory.
     let lines = lines.map_or(Ok(()), |output| {
         let mut writer = outputs.begin(output)?;
         let written = collected.write_lines(&mut writer);

@@ -11,12 +11,14 @@ pub(super) fn job_script(
     shards: u64,
     threads: usize,
 ) -> Result<String, Error> {
+    // The time goes into a script unquoted.
     let is_time = !time.is_empty() && time.chars().all(|c| c.is_ascii_digit() || ":-".contains(c));
     if !is_time {
         let allowed = "minutes, h:m:s or d-h:m:s, as in 1:00:00";
         return Err(Error::invalid("--time", time, allowed));
     }
     let folder = folder.canonicalize().map_err(|source| Error::io(folder, source))?;
+    // Job names have no spaces.
     let name =
         folder.file_name().unwrap_or_default().to_string_lossy().replace(char::is_whitespace, "-");
     let folder = folder.display().to_string().replace('\'', r"'\''");

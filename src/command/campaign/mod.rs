@@ -26,6 +26,7 @@ const STOP_TIME: Duration = Duration::from_secs(3);
 /// Most jobs of a job script by default.
 const DEFAULT_SHARDS: u64 = 100;
 
+// Subcommands of `rodfit campaign`: a doc comment here would replace the description in its help.
 #[derive(clap::Subcommand)]
 pub enum CampaignCommand {
     /// Write the list of fits (`tasks.jsonl`) of a campaign into a folder; existing results of unchanged fits are kept.
@@ -144,6 +145,7 @@ pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error
 
 /// Plans a campaign. Fits that cannot be solved are named; a fit above a limit is an error.
 fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error> {
+    // Costs of single fits are not announced while thousands are planned.
     let silent = GlobalOptions { quiet: true, ..global };
     let admission = Admission {
         scene: &|scene: &Scene| limits::mesh_cost(scene).admit(silent),
@@ -153,6 +155,7 @@ fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error>
     for error in planned.refused.iter().take(MAX_PRINTED) {
         terminal::warn(Code::InvalidTask, format_args!("this fit will be rejected: {error}"));
     }
+    // The other errors are counted.
     if let Some(more) = planned.refused.len().checked_sub(MAX_PRINTED + 1) {
         terminal::warn(Code::InvalidTask, format_args!("and {} more", more + 1));
     }
@@ -178,6 +181,7 @@ fn run_tasks(
         terminal::warn(Code::FewerThreads, text);
     }
     let options = RunOptions { shard, threads: useful, stop: terminal::stop_on_ctrl_c(global) };
+    // A scheduler kills the process soon after TERM.
     terminal::end_after_stop(&options.stop, STOP_TIME);
     let bar = terminal::progress_bar(global, 1);
     let run = plan.run(&options, |done, total| {

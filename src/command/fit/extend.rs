@@ -5,7 +5,7 @@ use rodfit::Error;
 use rodfit::fit::{FitFile, FitReport};
 
 /// A fit with one more effect that is better than the first.
-struct ExtendedFit {
+struct BetterFit {
     file: FitFile,
     /// Name of the effect.
     term: String,
@@ -19,8 +19,9 @@ pub fn extended_fit(
     first: FitReport,
     solve: impl Fn(&FitFile) -> Result<FitReport, Error>,
 ) -> Result<FitReport, Error> {
-    let mut better: Vec<ExtendedFit> = Vec::new();
+    let mut better: Vec<BetterFit> = Vec::new();
     let mut failed = Vec::new();
+    // Each candidate adds one effect to the original fit file.
     for candidate in file.extensions(&first)? {
         let report = match solve(&candidate.file) {
             Ok(report) if report.interrupted => break,
@@ -32,7 +33,7 @@ pub fn extended_fit(
             }
         };
         if report.improves_on(&first) {
-            better.push(ExtendedFit { file: candidate.file, term: candidate.term, report });
+            better.push(BetterFit { file: candidate.file, term: candidate.term, report });
         } else {
             let why = if report.converged { "no better" } else { "not converged" };
             failed.push(format!("{} ({why})", candidate.term));
@@ -42,7 +43,7 @@ pub fn extended_fit(
         terminal::print_note(format_args!("tested without improvement: {term}"));
     }
     // All better fits are compared: several effects may explain the residuals, with different values of the parameters.
-    better.sort_by(|ExtendedFit { report: a, .. }, ExtendedFit { report: b, .. }| {
+    better.sort_by(|BetterFit { report: a, .. }, BetterFit { report: b, .. }| {
         a.grade.cmp(&b.grade).then(a.residual_rms.total_cmp(&b.residual_rms))
     });
     let mut better = better.into_iter();

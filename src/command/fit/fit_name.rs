@@ -17,6 +17,7 @@ pub(super) fn fit_names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> 
     let unique_name = |i: usize| {
         let is_unique =
             |depth: &usize| (0..fits.len()).all(|j| j == i || name(j, *depth) != name(i, *depth));
+        // The smallest number of folders that makes the name unique.
         let depth = (1..=parts[i].len()).find(is_unique).ok_or_else(|| {
             let found = format!("{} twice", fits[i].display());
             Error::invalid("fit", found, "each fit file once")

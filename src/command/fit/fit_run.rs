@@ -19,7 +19,7 @@ const INTERRUPTED_HEADER: &str =
     "# interrupted: the best values when the fit was stopped, not its result\n";
 
 /// The end of a run: its exit code, the result on one line, and its summary for a comparison.
-pub(super) struct FitOutcome {
+pub(super) struct SolvedFit {
     pub code: u8,
     pub line: String,
     pub summary: Option<FitSummary>,
@@ -52,6 +52,7 @@ impl FitRun {
         file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
         set_derivatives(&mut file, options.derivatives);
         let own = name.as_deref();
+        // Outputs of several fits have the names of their fits.
         let json = output_path(options.json.json.as_deref(), own, "--json")?;
         let mut outputs = Outputs::with_json_file(json.as_deref(), global);
         let folder = options.report.as_ref().map(|folder| folder.join(own.unwrap_or_default()));
@@ -73,7 +74,7 @@ impl FitRun {
 
     /// Computes the result and writes it: predictions of validation data only, a fit of distributed parameters, or a fit
     /// of single parameters.
-    pub fn solve(self, stop: Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+    pub fn solve(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         if self.file.is_validation_only() {
             self.predict(stop)
         } else if let Some(fit) = self.file.field_fit()? {
@@ -84,7 +85,7 @@ impl FitRun {
     }
 
     /// Estimates single parameters.
-    fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+    fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
         let mut report = solve(&self.file)?;
@@ -106,11 +107,11 @@ impl FitRun {
             terminal::print_note(format_args!("error: {} [{grade}]", report.status));
         }
         let (line, summary) = (report.in_a_line(), Some(FitSummary::new("", &report)));
-        Ok(FitOutcome { code: conclude(written, saved), line, summary })
+        Ok(SolvedFit { code: conclude(written, saved), line, summary })
     }
 
     /// Compares the scenes with measurements that are all validation data.
-    fn predict(self, stop: Arc<AtomicBool>) -> Result<FitOutcome, Error> {
+    fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let excluded = [
             ("--extend", self.extends),
             ("--save", !self.saved_scenes.is_empty()),
@@ -122,11 +123,11 @@ impl FitRun {
         }
         let report = prediction(&self.file, self.outputs.has_page(), stop)?;
         let code = finish_prediction(&self.outputs, &report, &self.path.display().to_string());
-        Ok(FitOutcome { code, line: report.in_a_line(), summary: None })
+        Ok(SolvedFit { code, line: report.in_a_line(), summary: None })
     }
 
     /// Estimates parameters that vary along the rod.
-    fn solve_field(self, fit: &FieldFit) -> Result<FitOutcome, Error> {
+    fn solve_field(self, fit: &FieldFit) -> Result<SolvedFit, Error> {
         if self.extends {
             let allowed =
                 "--json, --report and --save with fits of distributed parameters ([[field]])";
@@ -135,6 +136,7 @@ impl FitRun {
         let report = fit.solve()?;
         let title = self.path.display().to_string();
         let values = |experiment: &Experiment| report.values(experiment.problem.scene());
+        // Scenes with the fitted values are written even if the fit did not converge.
         let saved = self.write_scenes(values, false);
         let (code, line) = match report.converged {
             true => (0, "converged, distributed parameters".to_string()),
@@ -147,7 +149,7 @@ impl FitRun {
             let grade = Code::NotUsable;
             terminal::print_note(format_args!("error: no minimum was reached [{grade}]"));
         }
-        Ok(FitOutcome { code: conclude(written, saved), line, summary: None })
+        Ok(SolvedFit { code: conclude(written, saved), line, summary: None })
     }
 
     /// Writes the scenes with the fitted values of their experiments.

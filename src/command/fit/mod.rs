@@ -18,6 +18,7 @@ use rodfit::{Code, Error, page};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+/// Options of `rodfit fit`.
 #[derive(clap::Args)]
 pub struct FitOptions {
     /// Fit files (TOML); several are fitted in order, and each output file gets the name of its fit.
@@ -66,9 +67,11 @@ pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
         runs[..i].iter().try_for_each(|before| run.outputs.check_beside(&before.outputs))?;
         limits::fit_cost(&run.file, run.path.clone()).admit(global)?;
     }
+    // From here on Ctrl-C stops the current fit and skips the others.
     let stop = terminal::stop_on_ctrl_c(global);
     let are_several = runs.len() > 1;
     let has_overview = are_several && runs.iter().all(|run| run.outputs.has_summary());
+    // The page that compares several fits has no report of its own.
     let mut comparison = Outputs::empty(global);
     let folder = options.report.as_deref().filter(|_| are_several);
     let page = comparison.add_in_folder("--report", folder, COMPARISON_PAGE);
@@ -77,6 +80,7 @@ pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     let mut summaries = Vec::new();
     let mut code = 0;
     let mut lines = Vec::new();
+    // Fits run one after the other: each uses all processors.
     for (k, run) in runs.into_iter().enumerate() {
         let file = run.path.display().to_string();
         let name = run.name.clone().unwrap_or_default();

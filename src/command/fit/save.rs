@@ -69,6 +69,7 @@ fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
         share_parameters && a.differs_in_recording_only(b)
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
+    // The first experiment of a group represents it.
     for i in 0..all.len() {
         match groups.iter_mut().find(|group| share_scene(group[0], i)) {
             Some(group) => group.push(i),

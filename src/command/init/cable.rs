@@ -27,6 +27,7 @@ pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) ->
             Some((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt())
         };
         let distances = pair[0].seen.iter().zip(&pair[1].seen).filter_map(distance);
+        // The median excludes frames with swapped or jumping markers.
         lengths.push(median(distances.collect()).map_or(0.0, rounded));
     }
     let mut points = vec![[0.0, 0.0, 0.0]];
@@ -35,6 +36,7 @@ pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) ->
         arc_length += length;
         points.push([rounded(arc_length), 0.0, 0.0]);
     }
+    // Planar recordings have y upwards, spatial ones z.
     let is_planar = markers.iter().flat_map(|m| m.seen.iter().flatten()).all(|x| x[2] == 0.0);
     let gravity = if is_planar { "[0, -9.81, 0]" } else { "[0, 0, -9.81]" };
     let step = median(track.times().windows(2).map(|t| t[1] - t[0]).collect()).unwrap_or(0.01);

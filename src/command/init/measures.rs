@@ -87,6 +87,7 @@ impl Measures {
 
     /// The given kind of section, or that of the given sizes.
     fn kind(&self) -> Option<SectionKind> {
+        // Width and height are those of a rectangle, a thickness that of a tube; a radius alone is that of a circle.
         let of_sizes = [
             (self.width.or(self.height), SectionKind::Rectangle),
             (self.thickness, SectionKind::Tube),

@@ -17,6 +17,7 @@ use rodfit::fit::placeholders;
 use rodfit::summary::{Summary, Tone};
 use std::path::{Path, PathBuf};
 
+/// Options of `rodfit init`.
 #[derive(clap::Args)]
 pub struct InitOptions {
     /// Kind of experiment.
@@ -118,6 +119,7 @@ pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
     let folder = Some(&*options.out);
     let places: Vec<Option<Output>> =
         files.iter().map(|file| outputs.add_in_folder("init", folder, &file.name)).collect();
+    // Files of the user are kept.
     let existing = files.iter().map(|file| options.out.join(&file.name)).find(|p| p.exists());
     if let Some(path) = existing.filter(|_| !global.overwrites()) {
         let found = format!("{}, which exists", path.display());
@@ -136,6 +138,7 @@ pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
         Some(_) => "fill in the origin of the scene and its dimensions",
         None => "the data are synthetic",
     };
+    // Values that only the user can measure are marked in the templates.
     let open: Vec<String> = files.iter().flat_map(|file| placeholders(&file.text)).collect();
     let open = (!open.is_empty()).then(|| open.join(", "));
     let summary = Summary::new(format!("wrote {}", names.join(", ")), Tone::Neutral)

@@ -62,7 +62,7 @@ fn recorded_cable(
     let markers = track.markers().len();
     if markers < MIN_MARKERS {
         let allowed = format!(
-            "{MIN_MARKERS} or more along the rod: two in each hand, and what is seen between them"
+            "{MIN_MARKERS} or more along the rod: two on each gripper, and the others between them"
         );
         return Err(Error::invalid("--from", format!("{markers} markers"), allowed));
     }

@@ -52,7 +52,7 @@ pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Err
             let data = format!("{name}-tip.csv");
             let text = tip_motion(&read(&scene)?, *template == Template::Helix)?;
             let observation = format!(
-                "[[observation]]\nfile = \"{data}\"{}# t, x, y, z in s and m; rodfit inspect tells of other files\n\
+                "[[observation]]\nfile = \"{data}\"{}# t, x, y, z in s and m; rodfit inspect describes other files\n\
                  point = \"tip\"\n",
                 " ".repeat(20usize.saturating_sub(data.len()))
             );
@@ -69,7 +69,8 @@ pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Err
             let problem = refined(&read(scene)?).problem()?;
             let problem = problem.with([(Parameter::YoungsModulus, 1.1e8)])?;
             let modes = problem.modes(4, Default::default())?;
-            let planar = modes.modes.iter().filter(|mode| mode.plane == Some(ModePlane::In)).take(2);
+            let planar =
+                modes.modes.iter().filter(|mode| mode.plane == Some(ModePlane::In)).take(2);
             let hz = planar.map(|mode| (mode.frequency_rad_s / TAU * 100.0).round() / 100.0);
             let hz: Vec<f64> = hz.collect();
             texts.files(scene, fit.replace("{hz}", &format!("{hz:?}")))
@@ -99,6 +100,7 @@ fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
     if !is_spatial {
         truth.push((Parameter::DampingMass, 0.4));
     }
+    // The parameters differ from those of the scene, so that the fit has a task.
     let run = refined(scene).problem()?.with(truth)?.simulate()?;
     let mut noise = NormalNoise::new(5e-4, 1);
     let mut text = if is_spatial { "t,x,y,z\n" } else { "t,x,y\n" }.to_string();

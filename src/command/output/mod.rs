@@ -110,6 +110,7 @@ impl Outputs {
     /// Rejects outputs that are an input or another output, or that cannot be written.
     pub fn check(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let inputs: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
+        // Each output is compared with the inputs and with the outputs before it.
         for (i, target) in self.targets.iter().enumerate() {
             let path = target.path.display();
             if target.creates_folder && folder_of(&target.path) == Path::new("-") {
@@ -181,6 +182,7 @@ impl Outputs {
         content: impl FnOnce() -> Result<Vec<u8>, Error>,
     ) -> Result<(), Error> {
         let Some(output) = output else { return Ok(()) };
+        // The content is complete before the file is created.
         let content = content()?;
         let mut writer = self.begin(output)?;
         let written = writer.write_all(&content);

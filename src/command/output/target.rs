@@ -60,6 +60,7 @@ impl Target {
                 false => Ok(()),
             };
         }
+        // Existing folders, read-only files and pipes are rejected; a missing file needs a folder.
         match metadata(&self.path) {
             Err(_) if ends_like_folder(&self.path) => {
                 let found = format!("{path}, which ends like the name of a folder");

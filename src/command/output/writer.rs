@@ -40,6 +40,7 @@ impl Write for Sink {
         match self {
             Self::Stdout(is_closed) if is_closed.get() => Ok(bytes.len()),
             Self::Stdout(is_closed) => match terminal::write_data(bytes) {
+                // The reader has read enough, as `head` does: this is no error.
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                     is_closed.set(true);
                     Ok(bytes.len())
