@@ -164,7 +164,7 @@ fn shard(text: &str) -> bool {
     };
     let of = variable("of").and_then(|of| of.parse().ok());
     for shard in [read.as_ref().ok().copied(), Shard::from_scheduler(variable, of).ok().flatten()] {
-        let _ = shard.map(|shard| shard.has("00000000000000000000000000000003"));
+        let _ = shard.map(|shard| shard.contains("00000000000000000000000000000003"));
     }
     read.is_ok()
 }

@@ -83,7 +83,8 @@ impl ResultRow<'_> {
         };
         let [low, high] = e.interval95.map_or([e.lower95, None], |ends| ends.map(Some));
         let unknown = Unknown::new(e.name);
-        let pooled = e.value.and_then(|value| Bootstrap::from_estimates(&unknown, value, replicates));
+        let pooled =
+            e.value.and_then(|value| Bootstrap::from_estimates(&unknown, value, replicates));
         let [pooled_low, pooled_high] =
             pooled.as_ref().map_or([None; 2], |b| b.interval95.map(Some));
         let pooled_std = pooled.as_ref().map(|b| b.std_error);
