@@ -69,7 +69,7 @@ const REPLICATE_RUNS: f64 = 3.0;
 const RECORD_BYTES: f64 = 48.0;
 
 /// The estimated cost of a run.
-pub struct RunCost {
+pub struct CostEstimate {
     file: Option<PathBuf>,
     /// Key of the setting that determines the cost.
     key: &'static str,
@@ -80,7 +80,7 @@ pub struct RunCost {
     disk: f64,
 }
 
-impl RunCost {
+impl CostEstimate {
     /// Rejects a cost above the limits unless they are ignored, and announces a long or large run.
     pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
         if global.ignores_limits() {
@@ -118,27 +118,27 @@ impl RunCost {
 }
 
 /// The cost of the mesh of a scene.
-pub fn mesh_cost(scene: &Scene) -> RunCost {
-    RunCost::per_node(scene, node_cost(scene).bytes, 0.0)
+pub fn mesh_cost(scene: &Scene) -> CostEstimate {
+    CostEstimate::per_node(scene, node_cost(scene).bytes, 0.0)
 }
 
 /// The cost of an equilibrium.
-pub fn equilibrium_cost(scene: &Scene) -> RunCost {
+pub fn equilibrium_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
-    RunCost::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
+    CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
 }
 
 /// The cost of a number of modes about an equilibrium.
-pub fn modes_cost(scene: &Scene, modes: usize) -> RunCost {
+pub fn modes_cost(scene: &Scene, modes: usize) -> CostEstimate {
     let (node, modes) = (node_cost(scene), modes as f64 + EXTRA_MODES);
     let bytes = EQUILIBRIUM_MEMORY * node.bytes + MODE_BYTES * modes;
-    RunCost::per_node(scene, bytes, node.equilibrium + MODE_SECONDS * modes)
+    CostEstimate::per_node(scene, bytes, node.equilibrium + MODE_SECONDS * modes)
 }
 
 /// The cost of a check of derivatives at states of a simulation.
-pub fn check_cost(scene: &Scene) -> RunCost {
+pub fn check_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
-    RunCost::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
+    CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
 }
 
 /// The cost of a simulation, with the positions of all nodes in a file or not, and with series in the report or not.
@@ -147,12 +147,12 @@ pub fn simulation_cost(
     steps: usize,
     has_table: bool,
     has_series: bool,
-) -> RunCost {
+) -> CostEstimate {
     let node = problem_node_cost(problem);
     let (nodes, steps) = (problem.nodes() as f64, steps as f64);
     let [memory, series] = if has_series { [SERIES_BYTES, SERIES_DISK] } else { [0.0; 2] };
     let table = if has_table { POSITION_DISK * nodes } else { 0.0 };
-    RunCost {
+    CostEstimate {
         file: problem.scene().path.clone(),
         key: "time.step",
         cause: format!("{} steps of {} nodes", count(steps), count(nodes)),
@@ -163,12 +163,12 @@ pub fn simulation_cost(
 }
 
 /// The cost of a work-precision study.
-pub fn study_cost(scene: &Scene) -> RunCost {
+pub fn study_cost(scene: &Scene) -> CostEstimate {
     let (node, nodes) = (node_cost(scene), node_count(scene));
     let steps = scene.time.as_ref().map_or(0.0, |time| time.steps() as f64);
     // The finest runs determine the memory, the sum of all runs the time.
     let [most_nodes, most_steps] = [nodes, steps].map(|n| count(STUDY_REFINEMENT * n));
-    RunCost {
+    CostEstimate {
         file: scene.path.clone(),
         key: "time.step",
         cause: format!("runs on up to {most_nodes} nodes in up to {most_steps} steps"),
@@ -179,18 +179,18 @@ pub fn study_cost(scene: &Scene) -> RunCost {
 }
 
 /// The cost of a fit with its replicates.
-pub fn fit_cost(file: &FitFile, path: PathBuf) -> RunCost {
+pub fn fit_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
     repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
 }
 
 /// The cost of a design.
-pub fn design_cost(file: &FitFile, path: PathBuf) -> RunCost {
+pub fn design_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     repeated_cost(file, path, DESIGN_RUNS)
 }
 
 /// The cost of this many simulations of every experiment.
-fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> RunCost {
+fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
     // Each recorded value has a derivative by every parameter.
     let record_bytes = RECORD_BYTES * (1.0 + file.unknowns.len() as f64);
@@ -210,7 +210,7 @@ fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> RunCost {
         count(most_nodes),
         count(runs * file.experiments.len() as f64)
     );
-    RunCost { file: Some(path), key: "scene", cause, bytes, seconds, disk: 0.0 }
+    CostEstimate { file: Some(path), key: "scene", cause, bytes, seconds, disk: 0.0 }
 }
 
 /// Steps of a simulation until the last recorded time.
