@@ -38,11 +38,16 @@ pub struct RitzPair {
     pub vector: Vec<f64>,
 }
 
+/// The scalar product, summed in the order of the entries: results do not depend on the vector instructions.
+fn dot(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    a.iter().zip(b.iter()).map(|(a, b)| a * b).sum()
+}
+
 impl Lanczos {
     /// The Krylov space of `start`, before the first product.
     pub fn new(start: Vec<f64>) -> Self {
         let start = DVector::from_vec(start);
-        let norm = start.norm();
+        let norm = dot(&start, &start).sqrt();
         Self {
             basis: Vec::new(),
             next: start / norm.max(f64::MIN_POSITIVE),
@@ -68,17 +73,17 @@ impl Lanczos {
     /// Extends the basis by the product of `A` with the [next](Self::next) vector.
     pub fn extend(&mut self, product: Vec<f64>) {
         let mut product = DVector::from_vec(product);
-        self.diagonal.push(product.dot(&self.next));
-        self.scale = self.scale.max(product.norm());
+        self.diagonal.push(dot(&product, &self.next));
+        self.scale = self.scale.max(dot(&product, &product).sqrt());
         self.basis.push(std::mem::take(&mut self.next));
         // Twice: rounding errors of the first orthogonalization would grow to copies of the basis vectors.
         for _ in 0..2 {
             for vector in &self.basis {
-                let part = product.dot(vector);
+                let part = dot(&product, vector);
                 product.axpy(-part, vector, 1.0);
             }
         }
-        self.remainder = product.norm();
+        self.remainder = dot(&product, &product).sqrt();
         self.subdiagonal.push(self.remainder);
         self.next = product / self.remainder.max(f64::MIN_POSITIVE);
     }
