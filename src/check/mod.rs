@@ -29,7 +29,7 @@ use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Largest errors that pass.
+/// Largest allowed errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Largest error of hand-derived gradients against dual numbers.
@@ -80,7 +80,7 @@ pub struct Worst {
     pub relative_error: f64,
 }
 
-/// A derivative whose error is above what passes.
+/// Derivative with an error above the tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Above {

@@ -7,35 +7,36 @@
 
 use std::collections::VecDeque;
 
-/// MotionSamples below which no onset is looked for.
+/// Fewest samples for which an onset is searched.
 const FEWEST_SAMPLES: usize = 8;
-/// MotionSamples at rest below which the recording begins with the motion.
+/// Fewest samples at rest; with fewer the recording begins with the motion.
 const FEWEST_AT_REST: usize = 3;
-/// A rest stays within this part of the whole extent; tremor of a hand is below it.
+/// Largest range of positions at rest, as a fraction of the whole extent; tremor of a hand is smaller.
 const REST_EXTENT: f64 = 0.02;
-/// Noise in a long rest stays within so many standard deviations, and counts up to this part of the whole extent.
+/// Range of the noise in a long rest, in standard deviations.
 const NOISE_EXTENT: f64 = 10.0;
+/// Largest range that is attributed to noise, as a fraction of the whole extent.
 const MOST_NOISE_EXTENT: f64 = 0.2;
-/// The first fast motion has this part of the highest speed.
+/// Speed of the first fast motion, as a fraction of the highest speed.
 const FAST: f64 = 0.5;
-/// The highest speed is measured over a time in which the point covers this part of its extent.
+/// Distance over which the highest speed is measured, as a fraction of the extent.
 const FAST_EXTENT: f64 = 0.25;
-/// The motion is fitted up to this part of the displacement in the first fast motion: beyond it is no power of time.
+/// Largest fitted displacement, as a fraction of that in the first fast motion; larger ones do not follow a power of time.
 const FITTED_PART: f64 = 0.35;
-/// MotionSamples of the motion that are fitted at the least.
+/// Fewest fitted samples of the motion.
 const FEWEST_MOVING: usize = 4;
-/// MotionSamples at rest that are fitted at most: so many, or so many for each of the motion. Long before its onset the point
-/// may drift.
+/// Most fitted samples at rest, since the point may drift long before the onset: this number, ..
 const FITTED_AT_REST: usize = 100;
+/// .. or this number for each sample of the motion, if that is larger.
 const FITTED_REST: usize = 3;
-/// Most samples that are fitted; of longer windows every second, third, ...
+/// Most fitted samples; of longer windows every second, third, .. sample is used.
 const MOST_FITTED: usize = 400;
 /// Candidates of the onset in each of two refinements.
 const CANDIDATES: usize = 100;
 /// Reduction of the sum of squares against models without rest, in residual variances: four standard errors.
 const SIGNIFICANT: f64 = 16.0;
 
-/// Range of the last samples of one axis: indices of the samples that are lowest or highest of all after them.
+/// Sliding range of one axis: indices and values of the samples that are the lowest or highest of all later ones.
 #[derive(Default)]
 struct SlidingRange {
     lows: VecDeque<(usize, f64)>,
@@ -43,6 +44,7 @@ struct SlidingRange {
 }
 
 impl SlidingRange {
+    /// Adds a sample.
     fn push(&mut self, index: usize, x: f64) {
         while self.lows.back().is_some_and(|(_, low)| *low >= x) {
             self.lows.pop_back();
@@ -54,6 +56,7 @@ impl SlidingRange {
         self.highs.push_back((index, x));
     }
 
+    /// Removes the samples before an index.
     fn forget_before(&mut self, first: usize) {
         for list in [&mut self.lows, &mut self.highs] {
             while list.front().is_some_and(|(index, _)| *index < first) {
@@ -62,6 +65,7 @@ impl SlidingRange {
         }
     }
 
+    /// Difference of the highest and the lowest sample; 0 without samples.
     fn range(&self) -> f64 {
         match (self.lows.front(), self.highs.front()) {
             (Some((_, low)), Some((_, high))) => high - low,
@@ -70,15 +74,15 @@ impl SlidingRange {
     }
 }
 
-/// MotionSamples of a point that were seen along all of its axes.
+/// Times and positions of a point in the frames with all recorded axes.
 struct MotionSamples {
     times: Vec<f64>,
     places: Vec<[f64; 3]>,
 }
 
-/// Time of the onset of motion of a point that rests first, in the unit of `times`; none where the recording begins with
-/// the motion, or no motion stands out of the noise. A rest may also follow slower motion: a point that is pulled
-/// aside and held before its release.
+/// Time of the onset of motion of a point that is at rest first, in the unit of `times`. None if the recording begins with
+/// the motion, or no motion exceeds the noise. The rest may follow slower motion, of a point that is pulled aside and held
+/// before its release.
 pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<f64> {
     let samples = MotionSamples::of(times, places)?;
     let extent = samples.extent();
@@ -93,7 +97,7 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
 }
 
 impl MotionSamples {
-    /// Without axes that were never seen; frames in which another axis was not seen are left out.
+    /// Samples without axes that are never recorded, and without frames in which another axis is missing.
     fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
         let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
         let whole = |place: &[Option<f64>; 3]| (0..3).all(|c| place[c].is_some() == seen[c]);
@@ -106,11 +110,12 @@ impl MotionSamples {
         (times.len() >= FEWEST_SAMPLES).then_some(Self { times, places })
     }
 
+    /// Distance between two samples.
     fn distance(&self, i: usize, j: usize) -> f64 {
         norm([0, 1, 2].map(|c| self.places[i][c] - self.places[j][c]))
     }
 
-    /// Diagonal of the box around all places.
+    /// Diagonal of the bounding box of all positions.
     fn extent(&self) -> f64 {
         let along = |c: usize| {
             let values = self.places.iter().map(|place| place[c]);
@@ -147,8 +152,8 @@ impl MotionSamples {
         None
     }
 
-    /// First sample of the rest before the first fast motion, and the last sample that is fitted. Places at rest stay
-    /// within an `allowed` range.
+    /// First sample of the rest before the first fast motion, and the last fitted sample. Positions at rest are within an
+    /// `allowed` range.
     fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
         let [fast, end] = self.fast(extent)?;
         let mut found = None;
@@ -177,7 +182,7 @@ impl MotionSamples {
         Some((first.max(last.saturating_sub(fitted_rest)), end))
     }
 
-    /// MotionSamples from one to another, thinned out where they are many.
+    /// Samples from `first` to `last`, at most [`MOST_FITTED`] of them, evenly spaced.
     fn window(&self, first: usize, last: usize) -> Self {
         let stride = (last - first) / MOST_FITTED + 1;
         Self {
@@ -186,7 +191,7 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset, where a model with rest fits significantly better than those without.
+    /// Time of the onset, if a model with rest fits significantly better than those without.
     fn onset(&self) -> Option<f64> {
         let count = self.times.len();
         let [first, last] = [self.times[0], self.times[count - 1]];

@@ -1,23 +1,23 @@
-//! The model of a scene: the rod's geometry at rest, in the dimension the scene needs.
+//! Models of a scene: the rest geometry and the elements of its rod, in the plane or in space.
 //!
 //! # The corrected discretisation
 //!
-//! The published sums lose accuracy where a polygon stands for a curve and where the sums end at a
-//! wall. The constants of the elements make up for it; the elements stay what they are.
-//! [`Discretization`](crate::scene::Discretization) chooses. Proofs over many shapes and sizes:
+//! The published sums lose accuracy where a polygon represents a curve, and where they end at a
+//! wall. Corrected constants of the elements compensate for this; the elements are unchanged.
+//! [`Discretization`](crate::scene::Discretization) selects them. Proofs over many shapes and sizes:
 //! `cargo test --release --test physics corrections:: -- --nocapture`.
 //!
 //! **A bent joint** is too stiff. Let one edge turn against the other about a joint with natural
-//! turning angle `phi`, by a small `omega`: the discrete strains answer with
+//! turning angle `phi`, by a small `omega`: the discrete strains change by
 //! `omega/cos^2(phi/2)` along the natural curvature, `omega/cos(phi/2)` across it, and
 //! `d tau = omega/cos(phi/2)`. So the stiffness is `S K S/dl` with `S = (cos^2, cos, cos)(phi/2)`
 //! on these three axes. And a chord is shorter than its arc: `dl`, axial stiffness, mass and
 //! weight count arcs.
 //!
-//! **Its twist is about another axis than the curve's.** The joint twists about the direction of
+//! **The axis of twist of a joint differs from that of the curve.** The joint twists about the direction of
 //! `t_e + t_f`, that of `x(s + l) - x(s - l) = 2 l (t + l^2/6 t'' + ..)`. Across the rod `t''` is
-//! `kappa' n + kappa tau_c b`, with the curve's torsion `tau_c`: on a helix the joint's axis leans
-//! from the curve's by `l^2 kappa tau_c/6` towards the binormal, and takes bending for twisting.
+//! `kappa' n + kappa tau_c b`, with the curve's torsion `tau_c`: on a helix the axis of the joint deviates
+//! from that of the curve by `l^2 kappa tau_c/6` towards the binormal, and mixes bending with twisting.
 //! So `K = Q diag(EI1, EI2, GJ) Q'`, where `Q` turns the joint's axes the shortest way onto the
 //! tangent of the polynomial through the five nearest nodes; it couples twist and bending. A factor
 //! on the natural curvature scales `kappa`, natural twist adds to `tau_c`.
@@ -33,10 +33,9 @@
 //! trapezoidal rule for unequal edges, the shift from one joint to the other is
 //! `(a^2/8 - b^2/12)/b` instead of `l/24`.
 //!
-//! That is what curved rods get, where `f'(0)` goes with the curvature: the helix's error falls
-//! sixfold. A straight rod's joints keep their lengths, unless `corrected-statics` is asked for: what
-//! its sag would gain its frequencies would
-//! lose, in units of `(l/L)^2` for small deflections (error of the sag under its weight, and of
+//! Curved rods have this correction, since their `f'(0)` is proportional to the curvature: the error of
+//! the helix is six times smaller. Joints of straight rods keep their lengths, unless `corrected-statics` is
+//! requested: the correction would improve the sag and degrade the frequencies. The errors are, in units of `(l/L)^2` for small deflections (error of the sag under its weight, and of
 //! squared frequencies):
 //!
 //! | | sag | mode 1 | 2 | 3 | 4 | 5 |
@@ -46,21 +45,21 @@
 //! | and tip masses of 5/12, 13/12 | -0.33 | 0.14 | -2.2 | -7.7 | -16 | -29 |
 //!
 //! The frequencies' own error, `-(l^2/6) int y'^2/int y^2`, is that of lumped masses everywhere
-//! along the rod: no constant of a diagonal mass cures it, and the wall's loss covers a part. The
+//! along the rod: no diagonal mass removes it, and the error at the wall compensates a part. The
 //! first swing of the paper's cantilever at 50 segments is off by 1.9e-4 of its length without the
-//! correction, by 9e-5 with it, and by 1.3e-4 with the tip masses, which spoil the moments of the
-//! weight. Curvature that is not there at rest is measured as `2 tan(phi/2)`, stiffer than `phi` by
-//! `phi^2/3`: that is the element's, and the rest of the error of the swing.
+//! correction, by 9e-5 with it, and by 1.3e-4 with the tip masses, which have wrong moments of the
+//! weight. Curvature beyond that at rest is measured as `2 tan(phi/2)`, stiffer than `phi` by
+//! `phi^2/3`: this error of the element is the rest of the error of the swing.
 //!
-//! **Stretching next to a wall.** A wall in the middle of edge 0 holds the half of it that belongs
-//! to the rod too. For stretching, the wall is where it stands: edge 1 gets the compliance of all
-//! the rod between the wall and node 2, one and a half edges. A rod was short by half an edge, at
-//! first order; now a force at its tip stretches it exactly, and its weight at second order. In
+//! **Stretching next to a wall.** A wall in the middle of edge 0 also holds the half of the edge that belongs
+//! to the rod. So edge 1 gets the axial compliance of the rod between the wall and node 2, one and a half
+//! edges. Without this correction the rod is short by half an edge, a first-order error; with it the stretch
+//! by a force at the tip is exact, and that by the weight of second order. In
 //! curved rods node 2 gets half of that length's mass and weight besides.
 //!
-//! A model makes rods over any scalar and knows where their nodes are in the world.
-//! [`PlanarModel`](super::PlanarModel) drops the third coordinate, angles and frames; [`SpatialModel`](super::SpatialModel) has
-//! them all.
+//! A model builds rods over any number type and maps their nodes to the world.
+//! [`PlanarModel`](super::PlanarModel) has two coordinates per node, without angles and frames; [`SpatialModel`](super::SpatialModel)
+//! has three coordinates, angles and frames.
 
 use crate::energy::adapter::Chart;
 use crate::energy::friction::{Sliders, Springs};

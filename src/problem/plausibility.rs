@@ -1,4 +1,4 @@
-//! Notes on scenes that can be computed and hardly are what was meant: numbers in other units than SI, and a rod that
+//! Notes on valid scenes that are probably not intended: numbers in other units than SI, and a rod that
 //! nothing drives because its scene has no gravity.
 
 use crate::code::Code;

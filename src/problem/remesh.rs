@@ -17,7 +17,7 @@ mod tests {
 
     /// A cantilever with a force on an inner node droops alike on other meshes, but for the meshes' own
     /// error of second order (`forces_between_nodes` measures it). On the nearest node of 12 edges it would
-    /// droop 1.5 % more, twice what is allowed here.
+    /// droop 1.5 % more, twice the allowed difference.
     #[test]
     fn load_on_inner_node_keeps_its_place_on_other_meshes() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };

@@ -11,7 +11,7 @@ use std::fmt;
 /// The error is predicted from the decrease of Newton's corrections. With the default, `3e-14`, trajectories
 /// stay within `1e-10` of the rod's length a second of those solved to rounding
 /// (`cargo test --release --test physics newton_error_stays -- --nocapture`), orders of magnitude below
-/// what steps and mesh leave.
+/// the errors of step and mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepTolerance {
     /// Predicted error of the coordinates, as a fraction of the rod length.
