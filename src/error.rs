@@ -6,6 +6,25 @@ use marker_files::printable::{
 };
 use std::path::{Path, PathBuf};
 
+/// The value of a result; none of a failure. An interruption by the user remains an error.
+pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(_) => Ok(None),
+    }
+}
+
+/// An error unless a condition `holds`: the `key`, the value `found`, and the `allowed` values.
+pub(crate) fn ensure(
+    holds: bool,
+    key: impl Into<String>,
+    found: impl std::fmt::Display,
+    allowed: impl Into<String>,
+) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::invalid(key, found, allowed)) }
+}
+
 /// Every error of the crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -1,105 +1,119 @@
-//! Refuses data that are listed twice: they would count twice, and intervals would be too narrow by the square root of 2;
-//! as validation data they would validate nothing.
+//! Detection of duplicate data. Fitted twice, data make intervals too narrow by the square root of 2; as validation data they
+//! validate nothing.
 //!
-//! Two recordings hold the same samples where, at the times that both have, all coordinates that both have are equal.
-//! A copy may have been written in other units or with fewer digits: values count as equal within a relative 1e-9 or half
-//! of the last decimal of the coarser one, times within a part of the interval between samples. Repeated measurements of
-//! one motion agree in some values by chance, never in nearly all of them. Parts of one recording that do not overlap in
-//! time have no sample in common, nor have several markers of one file.
+//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have.
+//! A copy may be in other units or have fewer digits: values are equal within a relative 1e-9 or half
+//! of the last decimal of the coarser one, times within a fraction of the interval between samples. Repeated measurements of
+//! one motion have some equal values by chance, never nearly all of them. Parts of one recording that do not overlap in
+//! time have no common sample, nor have several markers of one file.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::{Frequency, ModeFrequencies};
-use crate::fit::validate::key;
-use crate::numerics::total_order;
+use crate::fit::validate::measurement_key;
+use crate::numerics::{total_order, upper_median};
 use crate::problem::Problem;
 
-/// Relative difference of numbers that are one number in two units.
+/// Largest relative difference of equal numbers in two units.
 const SAME: f64 = 1e-9;
-/// Part of the usual interval between samples by which their times may differ.
+/// Largest difference of equal times, over the usual interval between samples.
 const SAME_TIME: f64 = 0.01;
-/// So many distinct values in common are no chance.
+/// Fewest distinct common values of duplicates.
 const FEWEST: usize = 8;
-/// The same of shapes and of frequencies of different rods: lists that are equal as a whole.
+/// The same of shapes, of frequencies of different rods, and of coordinates that are equal as a whole.
 const FEWEST_OF_A_LIST: usize = 3;
-/// Part of the shorter record that both must have in common.
+/// Smallest fraction of common times, over the shorter record.
 const SHARED: f64 = 0.2;
-/// Part of what both have at the same times that must be equal.
+/// Smallest fraction of equal values at the common times.
 const EQUAL: f64 = 0.95;
-/// Decimals beyond which a number is not taken for rounded; 1e-9 m is below what any camera resolves.
+/// Largest number of decimals of a rounded number; 1e-9 m is below the resolution of any camera.
 const MOST_DECIMALS: i32 = 9;
 /// Largest last decimal of a copy, over the range of its values: 1 mm of 0.2 m. Coarser pixels than that and than 20 times the
 /// noise make independent recordings equal in nearly all values; with finer ones or more noise fewer than [`EQUAL`] are.
 const FINE: f64 = 5e-3;
-/// The same of shapes and gauges, whose few values repeat within a millimetre.
+/// The same of shapes and gauges, whose few values may be equal within a millimeter.
 const FINE_OF_A_LIST: f64 = 1e-4;
 
-/// A coordinate of a measurement over time or along the rod, ascending.
-struct Record {
+/// A coordinate of a measurement, in ascending order of its abscissas.
+struct CoordinateRecord {
+    /// Name of the coordinate.
     axis: &'static str,
-    at: Vec<f64>,
+    /// Times, s, or arc lengths, m.
+    abscissas: Vec<f64>,
     values: Vec<f64>,
-    /// Half of the last decimal of the values; zero where they are not rounded, or coarser than [`FINE`].
+    /// Half of the last decimal of the values; zero if they are not rounded, or coarser than [`FINE`].
     rounding: f64,
 }
 
-/// Refuses measurements that have their samples in common.
-pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
-    let places = experiments.iter().enumerate();
-    let places = places.flat_map(|(e, own)| (0..own.measurements.len()).map(move |i| (e, i)));
-    let listed: Vec<(&Experiment, usize)> = places
-        .map(|(e, i)| (&experiments[e], i))
-        .filter(|(own, i)| !own.measurements[*i].planned())
-        .collect();
-    let of = |(own, i): &(&Experiment, usize)| records(&own.measurements[*i], &own.problem);
-    let records: Vec<Vec<Record>> = listed.iter().map(of).collect();
-    for (b, (later, j)) in listed.iter().enumerate() {
-        for (a, (earlier, i)) in listed[..b].iter().enumerate() {
-            let pair = (&earlier.measurements[*i], &later.measurements[*j]);
-            let same_rod = earlier.name == later.name;
-            let shared = match (pair.0.frequencies(), pair.1.frequencies()) {
-                (Some(one), Some(other)) => same_frequencies(one, other, same_rod),
-                _ if is_alike(pair.0, pair.1) => common(&records[a], &records[b]),
-                _ => None,
-            };
-            if let Some(count) = shared {
-                return Err(twice((earlier, *i), (later, *j), count));
+/// A measurement of an experiment with its coordinates.
+struct ListedMeasurement<'a> {
+    experiment: &'a Experiment,
+    /// Index of the measurement in the experiment.
+    index: usize,
+    measurement: &'a Measurement,
+    records: Vec<CoordinateRecord>,
+}
+
+impl ListedMeasurement<'_> {
+    /// The key in the fit file with the label.
+    fn name(&self) -> String {
+        let key = measurement_key(self.experiment, self.index);
+        format!("{key} ({})", self.measurement.label())
+    }
+
+    /// The number of common samples of two measurements of one quantity; none if they are no duplicates.
+    fn common_samples(&self, other: &Self) -> Option<usize> {
+        let (one, two) = (self.measurement, other.measurement);
+        match (one.frequencies(), two.frequencies()) {
+            (Some(one), Some(two)) => {
+                common_frequencies(one, two, self.experiment.name == other.experiment.name)
             }
+            _ if one.table() == two.table() && one.unit() == two.unit() => {
+                common_values(&self.records, &other.records)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Rejects measurements that are duplicates of others.
+pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
+    let mut listed: Vec<ListedMeasurement> = Vec::new();
+    for experiment in experiments {
+        for (index, measurement) in experiment.measurements.iter().enumerate() {
+            if measurement.planned() {
+                continue;
+            }
+            let records = records(measurement, &experiment.problem);
+            let later = ListedMeasurement { experiment, index, measurement, records };
+            for earlier in &listed {
+                let Some(count) = earlier.common_samples(&later) else { continue };
+                let found = format!("{count} samples that are also in {}", earlier.name());
+                let allowed = "each sample once. Duplicates make intervals too narrow, and fitted data validate nothing. \
+                     Remove one of the two, or split the recording into parts without overlap";
+                return Err(Error::invalid(later.name(), found, allowed));
+            }
+            listed.push(later);
         }
     }
     Ok(())
 }
 
-fn twice(earlier: (&Experiment, usize), later: (&Experiment, usize), count: usize) -> Error {
-    let named = |(experiment, i): (&Experiment, usize)| {
-        format!("{} ({})", key(experiment, i), experiment.measurements[i].label())
-    };
-    let found = format!("{count} samples that are also in {}", named(earlier));
-    let allowed = "each sample once. Duplicates make intervals too narrow, and fitted data validate nothing. \
-                   Remove one of the two, or split the recording into parts without overlap";
-    Error::invalid(named(later), found, allowed)
-}
-
-/// Whether two measurements are of one quantity.
-fn is_alike(one: &Measurement, other: &Measurement) -> bool {
-    one.table() == other.table() && one.unit() == other.unit()
-}
-
-/// The coordinates of a measurement, in order of time or place.
-fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
+/// The coordinates of a measurement, in ascending order of time or arc length.
+fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord> {
     let all = measurement.values_in_order();
-    let record = |Coordinate { axis, places }: Coordinate| {
-        let mut pairs: Vec<[f64; 2]> = places.into_iter().map(|(k, at)| [at, all[k]]).collect();
-        pairs.sort_by_cached_key(|x| total_order(x[0]));
-        let (at, values): (Vec<f64>, Vec<f64>) = pairs.into_iter().map(|[at, x]| (at, x)).unzip();
-        Record { axis, at, rounding: rounding(&values), values }
+    let record = |Coordinate { axis, mut values }: Coordinate| {
+        values.sort_by_cached_key(|value| total_order(value.abscissa));
+        let abscissas = values.iter().map(|value| value.abscissa).collect();
+        let values: Vec<f64> = values.iter().map(|value| all[value.index]).collect();
+        CoordinateRecord { axis, abscissas, rounding: rounding(&values), values }
     };
-    let mut records: Vec<Record> =
+    let mut records: Vec<CoordinateRecord> =
         measurement.coordinates(problem).into_iter().map(record).collect();
-    // The coordinate that moves most shows how fine the digits are; one that hardly moves is compared with them too.
-    let range = records.iter().map(Record::range).fold(0.0, f64::max);
+    // The largest range of all coordinates limits the rounding: a coordinate that hardly moves has the same digits.
+    let range = records.iter().map(CoordinateRecord::range).fold(0.0, f64::max);
     let fine = if measurement.motion().is_some() { FINE } else { FINE_OF_A_LIST };
     for record in records.iter_mut().filter(|record| 2.0 * record.rounding > fine * range) {
         record.rounding = 0.0;
@@ -107,7 +121,7 @@ fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
     records
 }
 
-/// Half of the last decimal that any of the values has; zero where one has more than [`MOST_DECIMALS`].
+/// Half of the last decimal of the values; zero if one has more than [`MOST_DECIMALS`].
 fn rounding(values: &[f64]) -> f64 {
     let has = |decimals: i32| {
         let unit = 10.0_f64.powi(decimals);
@@ -120,79 +134,84 @@ fn rounding(values: &[f64]) -> f64 {
     last.map_or(0.0, |decimals| 0.5 * 10.0_f64.powi(-decimals))
 }
 
-/// How many samples two measurements have in common, where that is no chance.
-fn common(one: &[Record], other: &[Record]) -> Option<usize> {
+/// The largest number of equal values of a coordinate of two measurements; none if they are no duplicates.
+fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option<usize> {
     let pairs = one.iter().filter_map(|a| Some((a, other.iter().find(|b| b.axis == a.axis)?)));
-    let (mut most, mut distinct) = (0, 0);
+    let (mut most, mut is_duplicate) = (0, false);
     for (a, b) in pairs {
-        let Match { met, equal, distinct: own } = a.compared(b);
-        if met == 0 {
+        let RecordMatch { simultaneous, equal, distinct } = a.compare(b);
+        if simultaneous == 0 {
             continue;
         }
+        // Few common times, or some different values, are no copy.
         let shorter = a.values.len().min(b.values.len()) as f64;
-        if (equal as f64) < EQUAL * met as f64 || (met as f64) < SHARED * shorter {
+        if (equal as f64) < EQUAL * simultaneous as f64 || (simultaneous as f64) < SHARED * shorter
+        {
             return None;
         }
-        let whole = met == a.values.len() && met == b.values.len() && equal == met;
-        let fewest = if whole { FEWEST_OF_A_LIST } else { FEWEST };
+        let is_whole = [a.values.len(), b.values.len(), equal] == [simultaneous; 3];
+        let fewest = if is_whole { FEWEST_OF_A_LIST } else { FEWEST };
         most = most.max(equal);
-        distinct = distinct.max(if own >= fewest { own } else { 0 });
+        is_duplicate |= distinct >= fewest;
     }
-    (distinct > 0).then_some(most)
+    is_duplicate.then_some(most)
 }
 
-/// What two records have in common.
-struct Match {
-    /// Samples at the same time or place.
-    met: usize,
-    /// Those of them with the same value.
+/// Counts of common samples of two records.
+struct RecordMatch {
+    /// Number of samples at the same time or arc length.
+    simultaneous: usize,
+    /// Number of these with the same value.
     equal: usize,
-    /// Distinct values among those.
+    /// Number of distinct values among these.
     distinct: usize,
 }
 
-impl Record {
+impl CoordinateRecord {
+    /// Largest less smallest value.
     fn range(&self) -> f64 {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     }
 
-    fn compared(&self, other: &Self) -> Match {
+    /// Counts the common samples of two records, in one pass over both.
+    fn compare(&self, other: &Self) -> RecordMatch {
         let interval = |record: &Self| {
-            let mut gaps: Vec<f64> = record.at.windows(2).map(|w| w[1] - w[0]).collect();
-            gaps.sort_by(f64::total_cmp);
-            gaps.get(gaps.len() / 2).copied().unwrap_or(0.0)
+            upper_median(record.abscissas.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0)
         };
-        let apart = SAME_TIME * interval(self).min(interval(other));
+        let same_time = SAME_TIME * interval(self).min(interval(other));
         let size = self.values.iter().chain(&other.values).fold(0.0_f64, |m, x| m.max(x.abs()));
-        let within = (SAME * size).max(self.rounding.max(other.rounding) * (1.0 + 1e-6));
-        let (mut met, mut same) = (0, Vec::new());
+        let same_value = (SAME * size).max(self.rounding.max(other.rounding) * (1.0 + 1e-6));
+        // Both records ascend: one index per record suffices.
+        let (mut simultaneous, mut same) = (0, Vec::new());
         let mut j = 0;
-        for (at, value) in self.at.iter().zip(&self.values) {
-            let near = apart.max(SAME * at.abs());
-            while j < other.at.len() && other.at[j] < at - near {
+        for (time, value) in self.abscissas.iter().zip(&self.values) {
+            let near = same_time.max(SAME * time.abs());
+            while j < other.abscissas.len() && other.abscissas[j] < time - near {
                 j += 1;
             }
-            if j == other.at.len() {
+            if j == other.abscissas.len() {
                 break;
             }
-            if (other.at[j] - at).abs() <= near {
-                met += 1;
-                if (other.values[j] - value).abs() <= within {
+            if (other.abscissas[j] - time).abs() <= near {
+                simultaneous += 1;
+                if (other.values[j] - value).abs() <= same_value {
                     same.push(*value);
                 }
                 j += 1;
             }
         }
         let equal = same.len();
-        same.sort_by(f64::total_cmp);
-        same.dedup_by(|a, b| (*a - *b).abs() <= within);
-        Match { met, equal, distinct: same.len() }
+        same.sort_by_cached_key(|x| total_order(*x));
+        // A constant coordinate has many equal values, but only one distinct.
+        same.dedup_by(|a, b| (*a - *b).abs() <= same_value);
+        RecordMatch { simultaneous, equal, distinct: same.len() }
     }
 }
 
-/// How many frequencies two lists have in common, where one is a part of the other: two rods may agree in a few.
-fn same_frequencies(
+/// The number of common frequencies of two lists; none if neither list contains the other. Different rods may have a few equal
+/// frequencies by chance.
+fn common_frequencies(
     one: &ModeFrequencies,
     other: &ModeFrequencies,
     same_rod: bool,
@@ -200,13 +219,13 @@ fn same_frequencies(
     if one.among != other.among {
         return None;
     }
-    let in_both = |value: &&Frequency| {
-        let same =
+    let is_in_both = |value: &&Frequency| {
+        let is_same =
             |o: &Frequency| o.mode == value.mode && (o.rad_s / value.rad_s - 1.0).abs() <= SAME;
-        other.values.iter().any(same)
+        other.values.iter().any(is_same)
     };
-    let count = one.values.iter().filter(in_both).count();
-    let whole = count == one.values.len().min(other.values.len());
+    let count = one.values.iter().filter(is_in_both).count();
+    let is_contained = count == one.values.len().min(other.values.len());
     let fewest = if same_rod { 1 } else { FEWEST_OF_A_LIST };
-    (whole && count >= fewest).then_some(count)
+    (is_contained && count >= fewest).then_some(count)
 }

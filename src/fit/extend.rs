@@ -1,4 +1,4 @@
-//! Fits again, with what the score tests of the first one name.
+//! Extensions of a fit by omitted effects that its score tests find, and the comparison of extended fits.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -10,17 +10,16 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
 
-/// Terms that are tried at most: three of them often resemble each other, as a tilted clamp, a tilted camera and a curved rest
-/// shape do.
+/// Largest number of terms that are tried. Three of them often have similar effects, as a tilted clamp, a tilted camera and a
+/// curved rest shape.
 const MOST_TERMS: usize = 6;
-/// Rise of twice the logarithm of the likelihood by which a further parameter explains more than noise does: two
-/// standard deviations.
-const EXPLAINS_MORE: f64 = 4.0;
-/// Twice the logarithm of a likelihood ratio of 100: below it the data do not decide between two terms.
-const DECIDES: f64 = 9.2;
-/// Terms whose motions resemble each other, so that far from the truth the score tests may name one for the other: the
-/// first is tried behind the second. All of these are losses of energy.
-const RESEMBLING: [[&str; 2]; 4] = [
+/// Smallest significant rise of twice the log-likelihood by a further parameter: two standard deviations.
+const SIGNIFICANT_RISE: f64 = 4.0;
+/// Twice the logarithm of a likelihood ratio of 100, above which the data discriminate between two terms.
+const DISCRIMINATING_RISE: f64 = 9.2;
+/// Pairs of terms with similar effects on the motion. Far from the optimum a score test may find the second instead of
+/// the first, which is tried after it. All of these are losses of energy.
+const SIMILAR_TERMS: [[&str; 2]; 4] = [
     ["loads.damping.stiffness", "loads.damping.friction.stiffness"],
     ["loads.damping.stiffness", "loads.damping.mass"],
     ["loads.damping.stiffness", "loads.drag.linear_normal"],
@@ -33,13 +32,12 @@ const RESEMBLING: [[&str; 2]; 4] = [
 pub struct ExtendedFit {
     /// The fit.
     pub file: FitFile,
-    /// The term, in words.
+    /// Description of the term.
     pub term: String,
 }
 
 impl FitFile {
-    /// The fit with the term that explains best what its `report` left, or with the number that is most likely off;
-    /// none where noise explains it.
+    /// The fit with the most likely term by the score tests of its `report`; none if no test is significant.
     ///
     /// # Errors
     ///
@@ -48,22 +46,23 @@ impl FitFile {
         Ok(self.extensions(report)?.into_iter().next().map(|extended| extended.file))
     }
 
-    /// The fits with one of the terms each that may explain what its `report` left, at most six, the most likely
+    /// Fits with one likely term each, by the score tests of the `report` of this fit; at most six, the most likely
     /// first.
     ///
     /// # Errors
     ///
     /// Scenes that cannot have the values of the report.
     pub fn extensions(&self, report: &FitReport) -> Result<Vec<ExtendedFit>, Error> {
+        // Significant score tests in the order of their rank, each followed by terms with similar effects.
         let mut tried: Vec<&str> = Vec::new();
         let mut found = Vec::new();
         for test in report.score_tests.iter().filter(|test| test.is_significant()) {
             let own = [(&test.source[..], test.to_string(), Some(test.estimate))];
-            let alike = RESEMBLING.iter().filter(|[_, other]| *other == test.source);
-            let alike = alike.map(|[place, _]| {
+            let similar = SIMILAR_TERMS.iter().filter(|[_, other]| *other == test.source);
+            let similar = similar.map(|[place, _]| {
                 (*place, format!("{place}, whose motion resembles {}", test.effect), None)
             });
-            for (place, term, estimate) in own.into_iter().chain(alike) {
+            for (place, term, estimate) in own.into_iter().chain(similar) {
                 let Some(extension) = OMITTED_EFFECTS.iter().find(|e| e.path == place) else {
                     continue;
                 };
@@ -81,8 +80,8 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with a term, which starts at its `estimate` or else at its plausible size; none where no scene can have
-    /// it.
+    /// The fit with a term as a further unknown, which starts at its `estimate` or else at its plausible size; none if no
+    /// scene can have the term.
     fn with_term(
         &self,
         extension: &OmittedEffect,
@@ -95,9 +94,9 @@ impl FitFile {
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
             let sizes = RodSizes::new(experiment, &problem);
             if let Some(problem) = extension.added(&experiment.problem, &sizes) {
-                let there = parameter.of(problem.scene()).unwrap_or(0.0);
+                let value = parameter.of(problem.scene()).unwrap_or(0.0);
                 let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);
-                start.get_or_insert(there + size);
+                start.get_or_insert(value + size);
                 names.push(experiment.name.clone());
                 experiment.problem = problem;
             }
@@ -105,6 +104,7 @@ impl FitFile {
         if names.is_empty() {
             return Ok(None);
         }
+        // A term that only some scenes can have belongs to these experiments.
         let [least, most] = parameter.limits();
         let mut unknown = Unknown::new(parameter);
         unknown.start = start.map(|start| start.clamp(least, most));
@@ -128,36 +128,37 @@ impl FitReport {
         self
     }
 
-    /// Whether this fit is better than the one without its last parameter: it converged, its grade is no worse, and it
-    /// explains more than a further parameter explains of noise.
+    /// Whether this fit is better than the one without its last parameter: it converged, its grade is no worse, and the
+    /// rise of its likelihood is significant.
     pub fn improves_on(&self, first: &Self) -> bool {
         self.converged
             && !self.interrupted
             && self.grade <= first.grade
-            && (self.explains_more_than(first) > EXPLAINS_MORE || !first.converged)
+            && (self.likelihood_rise(first) > SIGNIFICANT_RISE || !first.converged)
     }
 
-    /// Twice the logarithm of the likelihood ratio of this fit and another one of the same data, for white noise.
-    fn explains_more_than(&self, other: &Self) -> f64 {
+    /// Twice the logarithm of the likelihood ratio of this fit to another one of the same data, for white noise.
+    fn likelihood_rise(&self, other: &Self) -> f64 {
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
-    /// This fit with one more term, as the `best` of several that were tried. Where one of the `others`, named with
-    /// its term, explains the data as well and gives a parameter another value, a warning names both values and the
-    /// grade has a reservation: the data do not show which effect the rod has.
+    /// The report of this fit as the best one of several extended fits. If one of the `others`, each with the description of
+    /// its term, has a similar likelihood and another value of a parameter, a warning has both values and the
+    /// grade is lowered: the data do not discriminate between the effects.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
-            if self.explains_more_than(other) > DECIDES {
+            if self.likelihood_rise(other) > DISCRIMINATING_RISE {
                 continue;
             }
-            let Some((own, value)) = self.contradicted_by(other) else { continue };
+            let Some((own, value)) = self.largest_contradiction(other) else { continue };
             let (name, unit) = (&own.name, own.name.unit());
             let words = format!(
                 "{term} explains the residuals as well, with {name} = {value:.4e} {unit} instead of {:.4e} {unit}. The \
                  data do not show which effect is present. Measure one of the two",
                 own.value.unwrap_or(f64::NAN),
             );
+            // The grade is lowered once; the warning comes first, because it concerns the model.
             if self.grade < Grade::CorrelatedOrMissing {
                 self.grade = Grade::CorrelatedOrMissing;
                 self.verdict = words.clone();
@@ -168,17 +169,14 @@ impl FitReport {
         self
     }
 
-    /// The parameter whose interval excludes most clearly the value that another fit found, with that value.
-    fn contradicted_by(&self, other: &Self) -> Option<(&Estimate, f64)> {
-        let distance = |own: &Estimate, value: f64| {
+    /// The estimate whose interval is farthest from the value of another fit, in widths of the interval, with that value; none
+    /// if all intervals contain the other values.
+    fn largest_contradiction(&self, other: &Self) -> Option<(&Estimate, f64)> {
+        let pairs = self.parameters.iter().filter_map(|own| {
+            let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;
             let [low, high] = own.interval95?;
             let outside = (low - value).max(value - high);
-            (outside > 0.0).then_some(outside / (high - low))
-        };
-        let pairs = self.parameters.iter().filter_map(|own| {
-            let same = other.parameters.iter().find(|p| p.name == own.name)?;
-            let value = same.value?;
-            Some((own, value, distance(own, value)?))
+            (outside > 0.0).then_some((own, value, outside / (high - low)))
         });
         pairs.max_by(|a, b| a.2.total_cmp(&b.2)).map(|(own, value, _)| (own, value))
     }

@@ -1,7 +1,7 @@
-//! The fit file.
+//! The fit file: its tables in TOML, and their conversion to experiments, unknowns, inputs and analyses.
 
 use crate::accuracy::Aim;
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::Fit;
 use crate::fit::field::Field;
 use crate::fit::frequencies_form::FrequenciesForm;
@@ -13,7 +13,7 @@ use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::Unknown;
-use crate::fit::validate::{check, check_predicted, recorded};
+use crate::fit::validate::{check, check_predicted, check_recorded};
 use crate::fit::validation_errors::is_validation_only;
 use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
@@ -21,26 +21,26 @@ use crate::scene::Scene;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Most experiments of a fit.
+/// Largest number of experiments of a fit.
 const MOST_EXPERIMENTS: usize = 1000;
-/// Most characters of an experiment's name: it is part of messages, tables and file names.
+/// Largest number of characters of an experiment's name, which is part of messages, tables and file names.
 const LONGEST_NAME: usize = 100;
 
-/// Says whether a scene may be worked on.
-type Admit<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
+/// Returns an error for scenes that must not be prepared, as by limits of memory.
+type SceneCheck<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
 
-/// A fit file and the scenes it names, ready to solve.
+/// Content of a fit file with its prepared scenes.
 #[derive(Clone, Debug)]
 pub struct FitFile {
-    /// The scenes, and what was measured in each.
+    /// The scenes with their measurements.
     pub experiments: Vec<Experiment>,
-    /// What to identify.
+    /// Parameters to identify.
     pub unknowns: Vec<Unknown>,
-    /// What is known with an error.
+    /// Inputs with a standard uncertainty.
     pub knowns: Vec<Known>,
-    /// Lists of numbers along the rod to identify; with any it is a [fit of those](crate::fit::FieldFit).
+    /// Lists along the rod to identify; with any it is a [fit of those](crate::fit::FieldFit).
     pub fields: Vec<Field>,
-    /// What to do beyond finding them.
+    /// Analyses beside the estimates.
     pub analysis: Analysis,
 }
 
@@ -48,7 +48,7 @@ pub struct FitFile {
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-struct Form {
+struct FitForm {
     /// Scene file, or the scene itself as a table.
     scene: Option<SceneForm>,
     /// Recorded motions of points of the rod.
@@ -77,6 +77,7 @@ struct Form {
     analysis: Analysis,
 }
 
+/// `[[experiment]]`: a scene with its measurements.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -104,12 +105,14 @@ struct ExperimentForm {
     frequencies: Vec<FrequenciesForm>,
 }
 
-/// A scene's file, or the scene itself.
+/// A scene in a fit file.
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "toml::Value")]
 enum SceneForm {
+    /// Path of the scene file.
     File(PathBuf),
-    Here(toml::Table),
+    /// The scene as a table.
+    Inline(toml::Table),
 }
 
 #[cfg(test)]
@@ -133,7 +136,7 @@ impl TryFrom<toml::Value> for SceneForm {
     fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
         match value {
             toml::Value::String(file) => Ok(Self::File(file.into())),
-            toml::Value::Table(scene) => Ok(Self::Here(scene)),
+            toml::Value::Table(scene) => Ok(Self::Inline(scene)),
             other => {
                 let found = other.type_str();
                 Err(format!("found {found} as a scene, allowed: its file, or a table with it"))
@@ -160,32 +163,30 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 impl ExperimentForm {
-    /// One experiment of every recording in `paths`.
-    fn each(mut self, i: usize) -> Result<Vec<Self>, Error> {
+    /// One experiment for every recording in `paths`, or itself without these. `i` is its index in the file.
+    fn per_recording(mut self, i: usize) -> Result<Vec<Self>, Error> {
         let paths = std::mem::take(&mut self.paths);
         let key = |own: &str| format!("experiment[{i}].{own}");
-        let several = !paths.is_empty();
-        if several && self.path.is_some() {
-            return Err(Error::invalid(key("paths"), "besides path", "one of the two"));
+        if paths.is_empty() {
+            return Ok(vec![self.named_after_recording()]);
         }
-        if let Some(name) = self.name.as_ref().filter(|_| several) {
-            let allowed = "no name besides paths: each experiment has that of its file";
-            return Err(Error::invalid(key("name"), format!("{name:?}"), allowed));
-        }
-        if !several {
-            return Ok(vec![self.called()]);
-        }
-        Ok(paths.into_iter().map(|p| Self { path: Some(p), ..self.clone() }.called()).collect())
+        ensure(self.path.is_none(), key("paths"), "besides path", "one of the two")?;
+        let found = format!("{:?}", self.name.as_deref().unwrap_or_default());
+        let allowed = "no name besides paths: each experiment has that of its file";
+        ensure(self.name.is_none(), key("name"), found, allowed)?;
+        let of_recording = |path| Self { path: Some(path), ..self.clone() }.named_after_recording();
+        Ok(paths.into_iter().map(of_recording).collect())
     }
 
-    /// With the name of its recording, if it has no other.
-    fn called(self) -> Self {
+    /// With the name of the recording's file, if it has no name.
+    fn named_after_recording(self) -> Self {
         let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
         Self { name: self.name.clone().or_else(stem), ..self }
     }
 
-    /// What stands in the fit file `file`.
-    fn read(self, file: &Path, admit: &Admit) -> Result<Experiment, Error> {
+    /// The experiment of this table in the fit file `file`: reads the scene and the data.
+    fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
+        // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
         let follow = |scene: &mut Scene| match &self.path {
             Some(path) => scene.follow(marker_files::file::at(folder, path)),
@@ -195,21 +196,23 @@ impl ExperimentForm {
             SceneForm::File(scene) => {
                 Scene::load_with(marker_files::file::at(folder, scene), follow)?
             }
-            SceneForm::Here(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
+            SceneForm::Inline(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
         };
-        admit(&scene)?;
+        // The check comes before the mesh, whose size may exceed the memory.
+        check_scene(&scene)?;
         let mut experiment =
             Experiment::new(self.name.unwrap_or_default(), &scene.problem_for(Aim::Guess)?);
-        let measured = (self.observation, self.shape, self.frequencies);
-        measure(&mut experiment, measured, folder)?;
+        add_measurements(&mut experiment, self.observation, self.shape, self.frequencies, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })
     }
 }
 
-/// Reads what was measured in an experiment.
-fn measure(
+/// Reads the measurements of these tables and adds them to an experiment. Paths are relative to `folder`.
+fn add_measurements(
     experiment: &mut Experiment,
-    (observation, shape, frequencies): (Vec<ObservationForm>, Vec<ShapeForm>, Vec<FrequenciesForm>),
+    observation: Vec<ObservationForm>,
+    shape: Vec<ShapeForm>,
+    frequencies: Vec<FrequenciesForm>,
     folder: &Path,
 ) -> Result<(), Error> {
     let mut measurements = Vec::new();
@@ -227,7 +230,7 @@ fn measure(
     experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
 }
 
-/// Tables of a fit file by themselves.
+/// Tables of a fit file that can be added to a fit.
 #[derive(Default, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -241,18 +244,14 @@ struct Tables {
 }
 
 impl Fit {
-    /// Adds what the tables of a fit file say that stand in `text`: `[[observation]]`, `[[shape]]` and `[[frequencies]]` of the
-    /// last experiment, `[[parameter]]`, `[[known]]`, and `[analysis]` in the place of what was said of it before. Paths
+    /// Adds the tables in `text`: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the
+    /// last experiment, `[[parameter]]` and `[[known]]`. `[analysis]` replaces the analyses. Paths
     /// are relative to `folder`.
     ///
     /// # Errors
     ///
     /// Those of [`FitFile::load`] that concern these tables.
     pub fn add_toml(&self, text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        self.add_tables(text, folder.as_ref())
-    }
-
-    fn add_tables(&self, text: &str, folder: &Path) -> Result<Self, Error> {
         let Fit { experiments, unknowns, knowns, analysis, progress, keep_plot_data } =
             self.clone();
         let tables: Tables = parse(text, &REQUIRED[1..])?;
@@ -260,15 +259,14 @@ impl Fit {
         let fields = Vec::new();
         let mut file = FitFile { experiments, unknowns, knowns, fields, analysis };
         if let Some(last) = file.experiments.last_mut() {
-            let measured = (tables.observation, tables.shape, tables.frequencies);
-            measure(last, measured, folder)?;
+            let Tables { observation, shape, frequencies, .. } = tables;
+            add_measurements(last, observation, shape, frequencies, folder.as_ref())?;
         }
         file.add(tables.parameter, tables.known)?;
         Ok(Self { progress, keep_plot_data, ..file.fit() })
     }
 }
 
-/// What a fit file may say.
 #[cfg(test)]
 impl schemars::JsonSchema for FitFile {
     fn schema_name() -> std::borrow::Cow<'static, str> {
@@ -276,7 +274,7 @@ impl schemars::JsonSchema for FitFile {
     }
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        Form::json_schema(generator)
+        FitForm::json_schema(generator)
     }
 }
 
@@ -291,38 +289,33 @@ impl FitFile {
         Self::load_if(path, |_| Ok(()))
     }
 
-    /// The same, and `admit` sees every scene before its mesh is made.
+    /// Reads and validates a fit file like [`load`](Self::load), with `check_scene` called for every scene before its mesh is
+    /// created.
     ///
     /// # Errors
     ///
-    /// Those of [`load`](Self::load), and what `admit` refuses.
+    /// Those of [`load`](Self::load), and those of `check_scene`.
     pub fn load_if(
         path: impl AsRef<Path>,
-        admit: impl Fn(&Scene) -> Result<(), Error>,
+        check_scene: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        Self::load_file(path.as_ref(), &admit)
-    }
-
-    fn load_file(path: &Path, admit: &Admit) -> Result<Self, Error> {
-        let file = Self::load_plan(path, admit)?;
-        recorded(&file.experiments).map_err(|error| error.in_file(Some(path)))?;
+        let file = Self::load_plan_if(&path, check_scene)?;
+        check_recorded(&file.experiments).map_err(|error| error.in_file(Some(path.as_ref())))?;
         Ok(file)
     }
 
-    /// The same of a file whose observations and shapes may be planned only, for [`Fit::design`].
+    /// Reads and validates a fit file like [`load_if`](Self::load_if). Observations and shapes may be planned, for
+    /// [`Fit::design`].
     ///
     /// # Errors
     ///
-    /// Those of [`load_if`](Self::load_if), but for what is not recorded yet.
+    /// Those of [`load_if`](Self::load_if) other than planned measurements.
     pub fn load_plan_if(
         path: impl AsRef<Path>,
-        admit: impl Fn(&Scene) -> Result<(), Error>,
+        check_scene: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        Self::load_plan(path.as_ref(), &admit)
-    }
-
-    fn load_plan(path: &Path, admit: &Admit) -> Result<Self, Error> {
-        Self::read(&marker_files::file::text(path)?, path, admit)
+        let path = path.as_ref();
+        Self::read(&marker_files::file::text(path)?, path, &check_scene)
     }
 
     /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the
@@ -335,35 +328,35 @@ impl FitFile {
         Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
     }
 
-    /// What stands in a fit file of this path.
-    pub(crate) fn read(text: &str, path: &Path, admit: &Admit) -> Result<Self, Error> {
-        let mut form: Form = parse(text, &REQUIRED)
-            .map_err(|error| explained(error, text, &FIT).in_file(Some(path)))?;
-        let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
-        let read = |e: ExperimentForm| e.read(path, admit);
-        let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
-        let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
+    /// Reads and validates the `text` of a fit file at `path`. Errors have the path.
+    pub(crate) fn read(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
+        Self::parse_and_check(text, path, check_scene).map_err(|error| error.in_file(Some(path)))
+    }
+
+    /// Like [`read`](Self::read), with errors that may lack the path.
+    fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
+        let mut form: FitForm =
+            parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
+        let read = |e: ExperimentForm| e.read(path, check_scene);
+        let experiments = form.experiments()?.into_iter().map(read).collect::<Result<_, _>>()?;
         let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);
         let mut file = Self { experiments, unknowns, knowns, fields: form.field, analysis };
-        file.add(form.parameter, form.known).map_err(|error| error.in_file(Some(path)))?;
-        if let Some(fit) = file.field_fit().map_err(|error| error.in_file(Some(path)))? {
-            fit.check().map_err(|error| error.in_file(Some(path)))?;
-            return Ok(file);
+        file.add(form.parameter, form.known)?;
+        match file.field_fit()? {
+            Some(fit) => fit.check()?,
+            None if file.is_validation_only() => check_predicted(&file.experiments)?,
+            None => {
+                check(&file.experiments, &file.unknowns, &file.analysis)?;
+                known::check(&file.experiments, &file.unknowns, &file.knowns)?;
+            }
         }
-        if file.is_validation_only() {
-            check_predicted(&file.experiments).map_err(|error| error.in_file(Some(path)))?;
-            return Ok(file);
-        }
-        check(&file.experiments, &file.unknowns, &file.analysis)
-            .and_then(|()| known::check(&file.experiments, &file.unknowns, &file.knowns))
-            .map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
 
-    /// Adds what is looked for, and what is known.
+    /// Adds the parameters and inputs of these tables.
     fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
         for (i, parameter) in parameters.into_iter().enumerate() {
-            self.take(i, parameter)?;
+            self.add_parameter(i, parameter)?;
         }
         for (i, known) in known.into_iter().enumerate() {
             self.knowns.push(known.known(&format!("known[{i}]"))?);
@@ -371,18 +364,19 @@ impl FitFile {
         Ok(())
     }
 
-    /// Adds an unknown, or gives the experiments its fixed value.
-    fn take(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
+    /// Adds the unknown of the `i`-th parameter table, or sets its fixed value in the experiments.
+    fn add_parameter(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
         let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
+        // A fixed parameter replaces the value of the scene and is no unknown.
         let unknown = parameter.unknown(&key)?;
         let Some(value) = fixed else {
             self.unknowns.push(unknown);
             return Ok(());
         };
-        if unknown.start.is_some() || unknown.bounds.is_some() || unknown.prior.is_some() {
-            let allowed = "no start, bounds or prior beside it: it is not identified";
-            return Err(Error::invalid(format!("{key}.fixed"), value, allowed));
-        }
+        let is_alone =
+            unknown.start.is_none() && unknown.bounds.is_none() && unknown.prior.is_none();
+        let allowed = "no start, bounds or prior beside it: it is not identified";
+        ensure(is_alone, format!("{key}.fixed"), value, allowed)?;
         unknown.check(&self.experiments, &key)?;
         for experiment in self.experiments.iter_mut().filter(|e| unknown.is_of(e)) {
             let fixed = experiment.problem.with([(unknown.parameter, value)]);
@@ -396,26 +390,24 @@ impl FitFile {
         Ok(())
     }
 
-    /// The files of its scenes and data.
+    /// The files of the scenes and the data.
     pub fn files(&self) -> Vec<PathBuf> {
-        let of = |e: &Experiment| {
+        let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
             e.problem.scene().files().into_iter().chain(data).collect::<Vec<_>>()
         };
-        self.experiments.iter().flat_map(of).collect()
+        self.experiments.iter().flat_map(own).collect()
     }
 
-    /// The file, if its fit is one of parameters alone.
+    /// The file, if it has no lists along the rod to identify.
     ///
     /// # Errors
     ///
-    /// [`Error::Invalid`] where it asks for lists of numbers along the rod, which [`field_fit`](Self::field_fit) finds.
+    /// [`Error::Invalid`] for a file with lists along the rod, which [`field_fit`](Self::field_fit) identifies.
     pub fn of_parameters(self) -> Result<Self, Error> {
-        if self.fields.is_empty() {
-            return Ok(self);
-        }
         let allowed = "[[parameter]] alone; `rodfit fit` finds numbers along the rod";
-        Err(Error::invalid("field", "numbers along the rod", allowed))
+        ensure(self.fields.is_empty(), "field", "numbers along the rod", allowed)?;
+        Ok(self)
     }
 
     /// Whether every measurement is validation data: nothing can be fitted, and [`Fit::predict`] compares them with the
@@ -432,22 +424,17 @@ impl FitFile {
     }
 }
 
-impl Form {
-    /// The experiments: those of the list, or the only one.
+impl FitForm {
+    /// The experiments: those of the list, or the one of the file's own `scene`.
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
-        let listed = std::mem::take(&mut self.experiment).into_iter().enumerate();
-        let listed = listed.map(|(i, NamedForm(form))| form.each(i));
-        let listed: Vec<ExperimentForm> =
-            listed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
-        let (observation, shape) =
-            (std::mem::take(&mut self.observation), std::mem::take(&mut self.shape));
+        let mut listed: Vec<ExperimentForm> = Vec::new();
+        for (i, NamedForm(form)) in std::mem::take(&mut self.experiment).into_iter().enumerate() {
+            listed.extend(form.per_recording(i)?);
+        }
+        let observation = std::mem::take(&mut self.observation);
+        let shape = std::mem::take(&mut self.shape);
         let frequencies = std::mem::take(&mut self.frequencies);
-        let alone = [
-            ("observation", observation.is_empty()),
-            ("shape", shape.is_empty()),
-            ("frequencies", frequencies.is_empty()),
-        ];
-        let alone = alone.iter().find(|(_, empty)| !empty);
+        // Either the file has a scene with measurements of its own, or a list of experiments.
         match self.scene.take() {
             Some(scene) if listed.is_empty() => Ok(vec![ExperimentForm {
                 name: None,
@@ -467,22 +454,23 @@ impl Form {
                 Err(Error::invalid("scene", "none", "a scene, or [[experiment]] with a scene each"))
             }
             None => {
-                if let Some((table, _)) = alone {
+                let tables = [
+                    ("observation", observation.is_empty()),
+                    ("shape", shape.is_empty()),
+                    ("frequencies", frequencies.is_empty()),
+                ];
+                for (table, is_empty) in tables {
                     let allowed = format!("[[experiment.{table}]] below its [[experiment]]");
-                    return Err(Error::invalid(*table, "besides [[experiment]]", allowed));
+                    ensure(is_empty, table, "besides [[experiment]]", allowed)?;
                 }
-                if listed.len() > MOST_EXPERIMENTS {
-                    let allowed = format!("up to {MOST_EXPERIMENTS}");
-                    return Err(Error::invalid("experiment", listed.len(), allowed));
-                }
-                let is_name =
-                    |name: &str| !name.trim().is_empty() && name.chars().count() <= LONGEST_NAME;
-                let named = |e: &ExperimentForm| e.name.as_deref().is_some_and(is_name);
-                if let Some(i) = listed.iter().position(|e| !named(e)) {
-                    let found = listed[i].name.as_deref().unwrap_or_default();
+                let (count, allowed) = (listed.len(), format!("up to {MOST_EXPERIMENTS}"));
+                ensure(count <= MOST_EXPERIMENTS, "experiment", count, allowed)?;
+                for (i, experiment) in listed.iter().enumerate() {
+                    let name = experiment.name.as_deref().unwrap_or_default();
+                    let is_name = !name.trim().is_empty() && name.chars().count() <= LONGEST_NAME;
                     let key = format!("experiment[{i}].name");
                     let allowed = format!("a name of up to {LONGEST_NAME} characters");
-                    return Err(Error::invalid(key, format!("{found:?}"), allowed));
+                    ensure(is_name, key, format!("{name:?}"), allowed)?;
                 }
                 Ok(listed)
             }

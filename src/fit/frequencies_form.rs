@@ -1,4 +1,4 @@
-//! `[[frequencies]]` of a fit file.
+//! `[[frequencies]]` of a fit file: its keys, and the conversion to measured natural frequencies.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -18,9 +18,9 @@ pub(crate) struct FrequenciesForm {
     rad_s: Option<Vec<f64>>,
     /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
     modes: Option<Vec<usize>>,
-    /// Plane of the modes relative to the plane of the scene; default: in the plane.
+    /// ModePlane of the modes relative to the plane of the scene; default: in the plane.
     plane: Option<ModePlane>,
-    /// Kind of the modes; mode numbers count within it.
+    /// ModeKind of the modes; mode numbers count within it.
     kind: Option<ModeKind>,
     /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
@@ -38,10 +38,9 @@ pub(crate) struct FrequenciesForm {
 impl FrequenciesForm {
     /// The measurement of the table at `key`.
     pub fn read(self, key: &str) -> Result<Measurement, Error> {
-        type New = fn(&[f64], f64) -> Frequencies;
-        let (unit, values, new): (_, _, New) = match (self.hz, self.rad_s) {
-            (Some(hz), None) => ("hz", hz, Frequencies::hz),
-            (None, Some(rad_s)) => ("rad_s", rad_s, Frequencies::new),
+        let (unit, values) = match (self.hz, self.rad_s) {
+            (Some(hz), None) => ("hz", hz),
+            (None, Some(rad_s)) => ("rad_s", rad_s),
             (hz, _) => {
                 let found = if hz.is_some() { "both hz and rad_s" } else { "neither hz nor rad_s" };
                 return Err(Error::invalid(key, found, "one of the two"));
@@ -50,7 +49,10 @@ impl FrequenciesForm {
         if let Some(k) = values.iter().position(|f| !(f.is_finite() && *f > 0.0)) {
             return Err(Error::invalid(format!("{key}.{unit}[{k}]"), values[k], "above 0"));
         }
-        let mut frequencies = new(&values, self.sigma);
+        let mut frequencies = match unit {
+            "hz" => Frequencies::hz(&values, self.sigma),
+            _ => Frequencies::new(&values, self.sigma),
+        };
         if let Some(modes) = self.modes {
             if modes.len() != values.len() {
                 let found = format!("{} modes for {} values", modes.len(), values.len());
@@ -60,6 +62,6 @@ impl FrequenciesForm {
         }
         let Self { plane, kind, direction, loss, held_out, .. } = self;
         frequencies.among = ModeFilter { plane, kind, direction };
-        Ok(frequencies.stated(None, loss, held_out).into())
+        Ok(frequencies.with_properties(None, loss, held_out).into())
     }
 }

@@ -1,73 +1,73 @@
-//! Numbers of the scenes that are not identified, and not exactly known either.
+//! Inputs with a standard uncertainty (type B inputs of the GUM): numbers of the scenes that are neither identified nor exact.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 use crate::scene::validate::positive;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// How far below zero an eigenvalue of correlations may be by rounding.
+/// Smallest eigenvalue of a correlation matrix with rounding errors, per row of the matrix.
 const ROUNDING: f64 = 1e-9;
 
-/// A number of the scenes that was measured with an error. The data do not change what is known of it: its
-/// error goes into those of the parameters.
+/// An input with a standard uncertainty. The fit does not change its value; its error contributes to those of the
+/// estimates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
-    /// The number, as parameters are named.
+    /// The input, named as a parameter.
     pub parameter: Parameter,
-    /// Its standard uncertainty, in its unit.
+    /// Standard uncertainty, in the unit of the input.
     pub sigma: f64,
-    /// The experiments in which it is off by the same error; all that have it when empty.
+    /// Names of the experiments that share the error; empty: all whose scene has the input.
     pub experiments: Vec<String>,
-    /// With which others its error goes together.
+    /// Correlations with the errors of other inputs.
     pub correlations: Vec<Correlation>,
 }
 
-/// How the error of a known number goes with that of another.
+/// Correlation of the errors of two inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correlation {
-    /// The other number.
+    /// The other input.
     pub with: Parameter,
-    /// An experiment of the other, where several known numbers have its name.
+    /// An experiment of the other input, where several inputs have its name.
     pub experiment: Option<String>,
-    /// The coefficient, -1 to 1.
+    /// Correlation coefficient, -1 to 1.
     pub value: f64,
 }
 
 impl Known {
-    /// A number with a standard uncertainty in its unit.
+    /// An input with a standard uncertainty in its unit.
     pub fn new(parameter: Parameter, sigma: f64) -> Self {
         Self { parameter, sigma, experiments: Vec::new(), correlations: Vec::new() }
     }
 
-    /// Of one more experiment only; without any all that have the number share its error.
+    /// Adds the name of an experiment with this error. Without any, all experiments with the input share it.
     pub fn of_experiment(mut self, name: impl Into<String>) -> Self {
         self.experiments.push(name.into());
         self
     }
 
-    /// With an error that goes with that of another known number, by a coefficient of -1 to 1.
+    /// Adds the correlation with the error of another input, -1 to 1.
     pub fn correlated(mut self, with: Parameter, value: f64) -> Self {
         self.correlations.push(Correlation { with, experiment: None, value });
         self
     }
 
-    /// The name, with the experiments if it is of some only.
+    /// The name, followed by the experiments in parentheses unless it belongs to all.
     pub fn label(&self) -> String {
         named(&self.parameter, &self.experiments)
     }
 
-    /// The same number as one to be differentiated by.
+    /// The input as an unknown, for derivatives by it.
     pub(crate) fn as_unknown(&self) -> Unknown {
         Unknown { experiments: self.experiments.clone(), ..Unknown::new(self.parameter) }
     }
 }
 
-/// Squares of more are no numbers any more.
+/// Largest standard uncertainty: squares of larger ones overflow.
 const MOST_SIGMA: f64 = 1e100;
 
-/// Refuses known numbers that no scene has, that are identified, or whose correlations cannot be.
+/// Rejects inputs that no scene has, that are identified, or whose correlations contradict each other.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -77,15 +77,9 @@ pub(crate) fn check(
         let (key, own) = (format!("known[{i}]"), known.as_unknown());
         own.check(experiments, &key)?;
         positive(&format!("{key}.sigma"), known.sigma)?;
-        if known.sigma > MOST_SIGMA {
-            let allowed = format!("up to {MOST_SIGMA:e}");
-            return Err(Error::invalid(format!("{key}.sigma"), known.sigma, allowed));
-        }
-        let shared = |other: &Unknown| {
-            let both = |e: &Experiment| other.is_of(e) && own.is_of(e);
-            other.parameter == own.parameter && experiments.iter().any(both)
-        };
-        if let Some(unknown) = unknowns.iter().find(|u| shared(u)) {
+        let (sigma, allowed) = (known.sigma, format!("up to {MOST_SIGMA:e}"));
+        ensure(sigma <= MOST_SIGMA, format!("{key}.sigma"), sigma, allowed)?;
+        if let Some(unknown) = unknowns.iter().find(|u| own.is_same_in_any(u, experiments)) {
             let (found, allowed) = match unknown.prior {
                 Some(_) => ("which has a prior", "a prior or a [[known]], not both"),
                 None => (
@@ -96,64 +90,59 @@ pub(crate) fn check(
             let found = format!("{}, {found}", known.parameter);
             return Err(Error::invalid(format!("{key}.name"), found, allowed));
         }
-        if knowns[..i].iter().any(|k| shared(&k.as_unknown())) {
-            let allowed = "each name once in an experiment";
-            return Err(Error::invalid(format!("{key}.name"), known.parameter, allowed));
-        }
+        let is_new = !knowns[..i].iter().any(|k| own.is_same_in_any(&k.as_unknown(), experiments));
+        let allowed = "each name once in an experiment";
+        ensure(is_new, format!("{key}.name"), known.parameter, allowed)?;
     }
     correlations(knowns).map(|_| ())
 }
 
-/// The correlations of all known numbers.
+/// The correlation matrix of all inputs.
 pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let n = knowns.len();
+    // Each correlation is given at one of its inputs and applies to both.
     let mut matrix = DMatrix::identity(n, n);
     for (i, known) in knowns.iter().enumerate() {
         for (k, Correlation { with, experiment, value }) in known.correlations.iter().enumerate() {
             let key = |own: &str| format!("known[{i}].correlation[{k}].{own}");
-            let is_it = |other: &Known| {
-                let of = |name: &String| {
+            let is_named = |other: &Known| {
+                let has = |name: &String| {
                     other.experiments.is_empty() || other.experiments.contains(name)
                 };
-                other.parameter == *with && experiment.as_ref().is_none_or(of)
+                other.parameter == *with && experiment.as_ref().is_none_or(has)
             };
-            let others: Vec<usize> = (0..n).filter(|j| *j != i && is_it(&knowns[*j])).collect();
+            let others: Vec<usize> = (0..n).filter(|j| *j != i && is_named(&knowns[*j])).collect();
             let [j] = others[..] else {
                 let found = format!("{with}, of which there are {} others", others.len());
                 let allowed =
                     "the name of one other [[known]], with its experiment where several have it";
                 return Err(Error::invalid(key("with"), found, allowed));
             };
-            if !(-1.0..=1.0).contains(value) {
-                return Err(Error::invalid(key("value"), value, "-1 .. 1"));
-            }
-            if matrix[(i, j)] != 0.0 && matrix[(i, j)] != *value {
-                let found = format!("{value}, and {} for the same pair", matrix[(i, j)]);
-                return Err(Error::invalid(key("value"), found, "one value"));
-            }
+            ensure((-1.0..=1.0).contains(value), key("value"), value, "-1 .. 1")?;
+            let given = matrix[(i, j)];
+            let found = format!("{value}, and {given} for the same pair");
+            ensure(given == 0.0 || given == *value, key("value"), found, "one value")?;
             (matrix[(i, j)], matrix[(j, i)]) = (*value, *value);
         }
     }
     if knowns.iter().all(|known| known.correlations.is_empty()) {
         return Ok(matrix);
     }
+    // A matrix with a negative eigenvalue is no correlation matrix.
     let least = SymmetricEigen::new(matrix.clone()).eigenvalues.iter().copied().fold(0.0, f64::min);
-    match least < -ROUNDING * n as f64 {
-        true => {
-            let found = "correlations that contradict each other";
-            let allowed = "a matrix of correlations without negative eigenvalues";
-            Err(Error::invalid("known", found, allowed))
-        }
-        false => Ok(matrix),
-    }
+    let found = "correlations that contradict each other";
+    let allowed = "a matrix of correlations without negative eigenvalues";
+    ensure(least >= -ROUNDING * n as f64, "known", found, allowed)?;
+    Ok(matrix)
 }
 
-/// A root of the correlations: independent normal numbers times it are correlated ones.
-pub(crate) fn root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
+/// A root `B` of the correlation matrix `B B'`: the product of `B` with independent normal numbers has these correlations.
+pub(crate) fn correlation_root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let correlations = correlations(knowns)?;
     if knowns.is_empty() {
         return Ok(correlations);
     }
+    // The eigenvectors give a root also of a singular matrix, for which Cholesky's factorization fails.
     let axes = SymmetricEigen::new(correlations);
     let sizes = axes.eigenvalues.map(|value| value.max(0.0).sqrt());
     Ok(axes.eigenvectors * DMatrix::from_diagonal(&sizes))

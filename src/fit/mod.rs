@@ -1,19 +1,17 @@
-//! Identification of parameters from what was measured of rods.
+//! Identification of parameters of rods from measurements.
 //!
-//! [`Fit`] minimises the distance between what was measured in [experiments](Experiment) and what
-//! their scenes do, by [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) on exact sensitivities, from a
-//! start of its own making, and says how well the data determine each parameter.
+//! [`Fit`] minimizes the difference between the measurements of [experiments](Experiment) and simulations of
+//! their scenes, by the [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) method with exact sensitivities. It needs
+//! no initial values.
 //!
-//! A number comes with what speaks against it: what the data cannot tell
-//! ([`FitReport::not_identifiable`]), the budget of its uncertainty ([`Estimate::budget`]), its statistical error (the covariance of the exact Jacobian;
-//! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
-//! step may be off ([`DiscretizationError`]), whether the residuals look like noise
-//! ([`ResidualTests`]), how well held-out data are predicted ([`Prediction`]), and which other minima
-//! were seen ([`LocalMinima`]).
+//! Every estimate has a standard error (the covariance of the exact Jacobian; [on request](Analysis) the exact Hessian, the
+//! profile likelihood or a bootstrap) and an uncertainty budget ([`Estimate::budget`]). The report also has the parameters
+//! that the data do not determine ([`FitReport::not_identifiable`]), the discretization error ([`DiscretizationError`]),
+//! tests of the residuals ([`ResidualTests`]), the errors of predicted validation data ([`Prediction`]), and other local
+//! minima ([`LocalMinima`]).
 //!
-//! The way through it: a [`FitFile`] or calls to [`Fit`] say what was measured and what is looked
-//! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
-//! [`FitReport`] of it.
+//! The stages of a fit: a [`FitFile`], or calls to [`Fit`], define measurements and unknowns. [`Residuals`] compare
+//! measurements and simulations. A search finds the optimum. An assessment results in the [`FitReport`].
 
 pub(crate) mod design;
 mod duplicates;
@@ -51,7 +49,7 @@ pub use measurement::gauge::{Gauge, GaugeReadings, Reading};
 pub use measurement::inspection::{InspectedMarker, Inspection};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Glitches, Observation, PointMotion, Sample};
-pub use measurement::quantity::{Moving, Quantity, Sight};
+pub use measurement::quantity::{PointState, Quantity, Sight};
 pub use measurement::shape::{EquilibriumShape, RestShape, Sighting};
 pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;
@@ -96,33 +94,35 @@ pub use validation_errors::report::{
 };
 
 use crate::code::Code;
-use crate::error::Error;
-use crate::fit::design::plan::Plan;
+use crate::error::{Error, none_on_failure};
+use crate::fit::design::plan::PlannedFit;
 use crate::fit::duplicates::check_duplicates;
 use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
 use crate::fit::measurement::experiment::{fitted as measured, full_work};
 use crate::fit::measurement::repeated_frames::all_repeated_frames;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::report::outcome::FitOutcome;
-use crate::fit::resolution::{RefinedStart, begun, refined, smooth};
+use crate::fit::resolution::{
+    RefinedStart, refined_start, with_initial_resolution, with_smooth_steps,
+};
 use crate::fit::search::Search;
 use crate::fit::search::data_precheck::DataPrecheck;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::local_minima::{SAME, distance};
-use crate::fit::search::minimum_comparison::{MinimumComparison, better_elsewhere};
+use crate::fit::search::minimum_comparison::{MinimumComparison, unreached_minimum_warning};
 use crate::fit::uncertainty::assessment::{AssessmentInputs, assess};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::limit::estimate_bias;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::uncertainty::warnings::data::{constant_axes, repeated_frames};
-use crate::fit::unknown::laid_out;
-use crate::fit::validate::{check, recorded};
+use crate::fit::unknown::with_fixed_layouts;
+use crate::fit::validate::{check, check_recorded};
 use crate::problem::Problem;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// An identification in the making.
+/// A fit: experiments, unknowns, inputs with an uncertainty, and the analyses of the result.
 ///
 /// ```no_run
 /// use rodfit::{Fit, Observation, Parameter, Scene};
@@ -135,7 +135,7 @@ use std::time::Instant;
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 ///
-/// Experiments share the parameters that are not said to be of some of them only:
+/// Experiments share all parameters but those with names of experiments:
 ///
 /// ```no_run
 /// use rodfit::fit::{Experiment, Frequencies, RestShape};
@@ -170,8 +170,9 @@ struct FirstFit<'a> {
 
 /// State of a fit between the first optimum and the report.
 #[derive(Clone, Copy)]
-struct Refinements<'a> {
+struct RefinementState<'a> {
     precheck: &'a DataPrecheck,
+    /// Start of the fit.
     since: Instant,
     /// The search, if it stopped at the first optimum that explains the motion.
     first_fit: Option<&'a FirstFit<'a>>,
@@ -199,13 +200,13 @@ impl Fit {
         }
     }
 
-    /// Adds an experiment: what is observed from now on is of it.
+    /// Adds an experiment. Later measurements are added to it.
     pub fn experiment(mut self, experiment: Experiment) -> Self {
         self.experiments.push(experiment);
         self
     }
 
-    /// Adds what was measured in the last experiment.
+    /// Adds a measurement to the last experiment.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         if let Some(experiment) = self.experiments.last_mut() {
             experiment.measurements.push(measurement.into());
@@ -219,13 +220,13 @@ impl Fit {
         self
     }
 
-    /// Adds a number that is not identified, but known with an error: the report's budget has it.
+    /// Adds an input with a standard uncertainty, which is a line of the uncertainty budget.
     pub fn known(mut self, known: Known) -> Self {
         self.knowns.push(known);
         self
     }
 
-    /// Says what to do beyond finding the parameters.
+    /// Sets the analyses beside the estimates.
     pub fn analyse(self, analysis: Analysis) -> Self {
         Self { analysis, ..self }
     }
@@ -236,13 +237,13 @@ impl Fit {
         self
     }
 
-    /// Keeps what the numbers rest on in [`FitReport::plot_data`]; costs one more simulation.
+    /// Keeps the data of the plots in [`FitReport::plot_data`]. It costs one more simulation.
     pub fn keep_plot_data(self) -> Self {
         Self { keep_plot_data: true, ..self }
     }
 
-    /// Stops once `flag` is set, at the next time step of whatever runs then. The report has the
-    /// best values so far and says that it was interrupted.
+    /// Stops the fit at the next time step once `flag` is set. The report then has the
+    /// best values so far, and its `interrupted` is true.
     pub fn stop_when(mut self, flag: Arc<AtomicBool>) -> Self {
         for experiment in &mut self.experiments {
             experiment.problem = experiment.problem.clone().stop_when(flag.clone());
@@ -250,49 +251,51 @@ impl Fit {
         self
     }
 
-    /// The residuals and their derivatives, for any solver of argmin: on mesh and step of the scenes, also where the program chose
-    /// these for a simulation. [`solve`](Self::solve) makes them as fine as the data need instead.
+    /// The residuals and their derivatives, for any solver of argmin, on the meshes and with the steps of the scenes, also
+    /// where the program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that the data
+    /// require.
     ///
     /// # Errors
     ///
-    /// A fit that cannot be solved, or not in the way it is asked for.
+    /// A fit that cannot be solved.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
-        let fitted = measured(&smooth(self.laid_out()?)?);
+        let fitted = measured(&with_smooth_steps(self.prepared_experiments()?)?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
     }
 
-    /// What the data are expected to tell that are planned or there, without fitting them: standard errors, intervals
-    /// and budgets at the values of starts or else of the scenes, and what other markers, lengths and rates would
-    /// tell. Of data only the times count.
+    /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals
+    /// and budgets at the start values, or else at those of the scenes, and the standard errors with other markers, durations
+    /// and frame rates. Of existing data only the times are used.
     ///
     /// # Errors
     ///
-    /// A fit that cannot be solved but for what is not recorded yet, a noise that is not given, and a simulation that
+    /// A fit that cannot be solved even with the planned data, a noise that is not given, and a simulation that
     /// fails.
     pub fn design(&self) -> Result<Design, Error> {
-        self.check_numbers()?;
-        let experiments = self.laid_out()?;
+        self.check_plan()?;
+        let experiments = self.prepared_experiments()?;
         let (unknowns, knowns) = (&self.unknowns[..], &self.knowns[..]);
         let (analysis, progress) = (&self.analysis, self.progress.clone());
-        Plan { experiments: &experiments, unknowns, knowns, analysis, progress }.design()
+        PlannedFit { experiments: &experiments, unknowns, knowns, analysis, progress }.design()
     }
 
-    /// Finds the parameters. A report may still say that the fit did not converge, was interrupted, or
-    /// that a parameter is not identifiable.
+    /// Finds the parameters. The report includes whether the fit converged or was interrupted, and the
+    /// parameters that are not identifiable.
     ///
     /// # Errors
     ///
-    /// There is nothing to report: a fit that cannot be solved, recordings that cannot be of this rod,
-    /// or no start from which anything could be simulated.
+    /// A fit that cannot be solved, recordings that cannot be of this rod,
+    /// or no start that can be simulated.
     pub fn solve(&self) -> Result<FitReport, Error> {
         let since = Instant::now();
         self.check()?;
-        let experiments = begun(self.laid_out()?)?;
+        let experiments = with_initial_resolution(self.prepared_experiments()?)?;
         let measured = measured(&experiments);
-        let mut precheck = DataPrecheck::at(&measured, &self.unknowns)?;
+        let mut precheck = DataPrecheck::new(&measured, &self.unknowns)?;
+        // Findings that the report mentions, though the fit already takes them into account.
         precheck.constant_axes = all_constant_axes(&self.experiments);
         precheck.repeated_frames = all_repeated_frames(&measured);
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
@@ -302,14 +305,14 @@ impl Fit {
             Some(words) => FitOutcome::unsearched(&search, words, self.keep_plot_data),
             None => match self.search(&mut search, &experiments, &precheck, since) {
                 Err(Error::Interrupted) => FitOutcome::unfinished(&search, self.keep_plot_data)?,
-                Err(error @ Error::Fit(_)) => return Err(precheck.beside(error)),
+                Err(error @ Error::Fit(_)) => return Err(precheck.explain(error)),
                 report => return report,
             },
         };
         Ok(FitReport::new(outcome, &search, &experiments, since))
     }
 
-    /// Searches from all starts, and assesses the best optimum.
+    /// Searches the global optimum on the initial mesh, and refines and assesses it.
     fn search(
         &self,
         search: &mut Search,
@@ -319,81 +322,79 @@ impl Fit {
     ) -> Result<FitReport, Error> {
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
         search.stops_at_first_fit = open && !search.is_displacement_driven();
-        let optimum = search.best()?;
+        let optimum = search.find_optimum()?;
         let first = FirstFit { search, experiments, x: optimum.x.clone() };
         let first_fit = (search.stops_at_first_fit && !search.is_noise(&optimum)).then_some(&first);
-        let state = Refinements { precheck, since, first_fit, is_compared: false, round: 0 };
+        let state = RefinementState { precheck, since, first_fit, is_compared: false, round: 0 };
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// Refines mesh and step as the optimum needs it, follows better minima, and assesses the final optimum.
+    /// Refines mesh and step to the accuracy that the optimum requires, compares it with other minima, and assesses the final
+    /// optimum. Each change of the optimum or its mesh calls this function again.
     fn refine(
         &self,
         fitted: Fitted,
         experiments: &[Experiment],
-        state: Refinements,
+        state: RefinementState,
     ) -> Result<FitReport, Error> {
+        // 1. Unknowns along directions that the data do not determine are held.
         let search = fitted.search;
         let mut local = LocalAnalysis::new(fitted, None)?;
         let held = local.covariance.held_unknowns();
-        let reduced = match (!held.is_empty()).then(|| fitted.without_undetermined(&held)) {
-            Some(Err(Error::Interrupted)) => return Err(Error::Interrupted),
-            found => found.and_then(Result::ok),
+        let reduced = match held.is_empty() {
+            true => None,
+            false => none_on_failure(fitted.without_undetermined(&held))?,
         };
         let optimum = reduced.as_ref().unwrap_or(fitted.optimum);
         let fitted = Fitted { search, optimum };
         if reduced.is_some() {
             local = LocalAnalysis::new(fitted, None)?;
         }
+        // 2. Mesh and step are refined by the estimated discretization errors.
         let mut warnings = Warnings::default();
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
         let bias = match open {
             true => estimate_bias(fitted, &local, &self.analysis, &mut warnings)?,
             false => None,
         };
-        let finer = refined(experiments, fitted, &local, bias.as_ref(), state.round)?;
+        let finer = refined_start(experiments, fitted, &local, bias.as_ref(), state.round)?;
         if let Some(RefinedStart { experiments, x: start }) = finer {
             let measured = measured(&experiments);
-            let mut next = search.on(&measured)?;
+            let mut next = search.with_experiments(&measured)?;
             let polished = next.polish(&start)?;
-            // A damping that a coarser mesh has at zero may have to go up again.
-            let raised = next.raised(polished)?;
-            let found = next.with_leverage_weights(raised)?;
+            // A damping near zero on a coarser mesh may be larger on this one.
+            let raised = next.with_raised_damping(polished)?;
+            let found = next.with_growth_weights(raised)?;
             next.follow(&optimum.x, &start, &found);
-            let state = Refinements { round: state.round + 1, ..state };
+            let state = RefinementState { round: state.round + 1, ..state };
             return self.refine(Fitted { search: &next, optimum: &found }, &experiments, state);
         }
+        // 3. A search that stopped early is completed if its residuals are no discretization error.
         if let Some(first) = state.first_fit.filter(|_| !search.is_noise(optimum)) {
-            // The residuals are no discretization error: the search continues where it stopped.
-            let mut complete = first.search.on(first.search.experiments)?;
-            match complete.best() {
-                Ok(other) if distance(&other.x, &first.x) > SAME => {
-                    let state = Refinements { first_fit: None, round: 0, ..state };
-                    let fitted = Fitted { search: &complete, optimum: &other };
-                    return self.refine(fitted, first.experiments, state);
-                }
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                // What was found stays.
-                _ => {}
+            let mut complete = first.search.with_experiments(first.search.experiments)?;
+            if let Some(other) = none_on_failure(complete.find_optimum())?
+                && distance(&other.x, &first.x) > SAME
+            {
+                let state = RefinementState { first_fit: None, round: 0, ..state };
+                let fitted = Fitted { search: &complete, optimum: &other };
+                return self.refine(fitted, first.experiments, state);
             }
-            // A start may be right where the first mesh is too coarse to tell.
-            if let Some(start) = search.given(Some(optimum)) {
-                match search.polish(&start) {
-                    Ok(other) if other.cost < optimum.cost => {
-                        let state = Refinements { first_fit: None, ..state };
-                        return self.refine(Fitted { search, optimum: &other }, experiments, state);
-                    }
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    _ => {}
-                }
+            // The first mesh may be too coarse for the basin of a right start.
+            if let Some(start) = search.given_start(Some(optimum))
+                && let Some(other) = none_on_failure(search.polish(&start))?
+                && other.cost < optimum.cost
+            {
+                let state = RefinementState { first_fit: None, ..state };
+                return self.refine(Fitted { search, optimum: &other }, experiments, state);
             }
         }
+        // 4. Minima that were near in their objective are compared on this mesh.
         if !state.is_compared {
             let compared = search.compare_minima(optimum, local.noise.misfit_scale)?;
-            let MinimumComparison { search: follower, lower, mut unreached } = compared;
+            let MinimumComparison { search: next, lower, mut unreached } = compared;
             if let Some(lower) = lower {
-                let state = Refinements { first_fit: None, is_compared: true, ..state };
-                let fitted = Fitted { search: &follower, optimum: &lower };
+                let state = RefinementState { first_fit: None, is_compared: true, ..state };
+                let fitted = Fitted { search: &next, optimum: &lower };
                 let report = self.refine(fitted, experiments, state)?;
                 if report.converged || report.interrupted || !optimum.converged {
                     return Ok(report);
@@ -401,10 +402,11 @@ impl Fit {
                 unreached = Some(lower.x);
             }
             if let Some(x) = unreached {
-                let words = better_elsewhere(search.unknowns, &x);
+                let words = unreached_minimum_warning(search.unknowns, &x);
                 warnings.add(Severity::Worthless, Code::BetterMinimum, words);
             }
         }
+        // 5. The final optimum is assessed.
         repeated_frames(&state.precheck.repeated_frames, &mut warnings);
         let suspicions = &state.precheck.suspicions;
         let inputs = AssessmentInputs { local, bias, warnings, suspicions, experiments };
@@ -414,22 +416,24 @@ impl Fit {
         Ok(FitReport::new(outcome, search, experiments, state.since))
     }
 
-    /// The experiments, laid out for generic values of all that they are differentiated by.
-    fn laid_out(&self) -> Result<Vec<Experiment>, Error> {
+    /// The experiments without constant coordinates, with layouts for generic values of all parameters by which they are
+    /// differentiated: unknowns and inputs with an uncertainty.
+    fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         let knowns = self.knowns.iter().map(Known::as_unknown);
+        let parameters: Vec<Unknown> = self.unknowns.iter().cloned().chain(knowns).collect();
         let experiments: Vec<Experiment> =
             self.experiments.iter().map(without_constant_axes).collect();
-        laid_out(&experiments, &self.unknowns.iter().cloned().chain(knowns).collect::<Vec<_>>())
+        with_fixed_layouts(&experiments, &parameters)
     }
 
-    /// Refuses a fit that cannot be solved, or not in the way it is asked for.
+    /// Rejects a fit that cannot be solved, and planned measurements.
     fn check(&self) -> Result<(), Error> {
-        self.check_numbers()?;
-        recorded(&self.experiments)
+        self.check_plan()?;
+        check_recorded(&self.experiments)
     }
 
-    /// The same, whether it is recorded yet or not.
-    fn check_numbers(&self) -> Result<(), Error> {
+    /// Rejects a fit that cannot be solved even with all planned measurements.
+    fn check_plan(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
         check_duplicates(&self.experiments)?;
         known::check(&self.experiments, &self.unknowns, &self.knowns)

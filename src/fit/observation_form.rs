@@ -1,15 +1,12 @@
-//! `[[observation]]` of a fit file: which file, which marker, which point.
+//! `[[observation]]` of a fit file: its keys, and the conversion to recorded or planned motions.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::problem::Problem;
 use crate::scene::Point;
-use marker_files::Axes;
-use marker_files::Format;
-use marker_files::SigmaColumns;
-use marker_files::{Recording, Vertical};
+use marker_files::{Axes, Format, Recording, SigmaColumns, Vertical};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,9 +21,9 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
-        let led = matches!(form.markers, Some(Markers::Led(_)));
+        let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {
-            (None, None) if !led => Err("missing field `file`"),
+            (None, None) if !is_free => Err("missing field `file`"),
             (_, Some(_)) if form.fps.is_none() => Err("missing field `fps`"),
             _ => Ok(Self(form)),
         }
@@ -35,23 +32,23 @@ impl TryFrom<ObservationKeys> for ObservationForm {
 
 /// Several markers of one recording.
 #[derive(Clone, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Markers"))]
 #[serde(
     untagged,
     expecting = "expected \"free\", or a table of markers of the file with their points"
 )]
-enum Markers {
+enum MarkerSelection {
     /// Markers of the recording that drives the ends.
-    Led(Led),
+    Recorded(RecordedMarkers),
     /// Markers of a file by name, with their points.
     Named(BTreeMap<String, Point>),
 }
 
 /// Selection of markers of the recording that drives the ends.
 #[derive(Clone, Copy, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Led"))]
 #[serde(rename_all = "lowercase")]
-enum Led {
+enum RecordedMarkers {
     /// All markers that no end holds.
     Free,
 }
@@ -72,7 +69,7 @@ pub(crate) enum Sigma {
 }
 
 impl Sigma {
-    /// One of the two.
+    /// The number or the columns.
     pub fn parts(self) -> (Option<f64>, Option<SigmaColumns>) {
         match self {
             Self::Number(sigma) => (Some(sigma), None),
@@ -81,6 +78,7 @@ impl Sigma {
     }
 }
 
+/// Keys of `[[observation]]`.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -88,7 +86,7 @@ struct ObservationKeys {
     /// Table, or file of a tracking program.
     file: Option<PathBuf>,
     /// Several markers with their points, or `"free"`.
-    markers: Option<Markers>,
+    markers: Option<MarkerSelection>,
     /// Use every n-th frame; default 1.
     every: Option<usize>,
     /// Treatment of frames in which a marker jumps.
@@ -132,7 +130,8 @@ struct ObservationKeys {
 }
 
 impl ObservationForm {
-    /// What it names: a file's point, or the markers that no end holds; `key` names its table.
+    /// The measurements of the table at `key`: a planned or recorded point, several markers of a file, which is relative to
+    /// `folder`, or the free markers of the recording in `problem`.
     pub fn read(
         self,
         folder: &Path,
@@ -144,7 +143,8 @@ impl ObservationForm {
         let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
-        let said = |o: Observation| o.offset(offset).stated(sigma, loss, held_out).into();
+        let measurement =
+            |o: Observation| o.offset(offset).with_properties(sigma, loss, held_out).into();
         let recording = Recording {
             format,
             marker,
@@ -157,49 +157,48 @@ impl ObservationForm {
             time_zero,
             sigma: columns,
         };
+        // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
             let alone = form.every.is_none() && form.glitches.is_none() && markers.is_none();
-            if file.is_some() || !alone || recorded != Recording::default() {
-                let allowed = "only point, offset, fps, axes, sigma and held_out with the duration of a planned \
-                               observation";
-                return Err(Error::invalid(format!("{key}.duration"), duration, allowed));
-            }
+            let allowed = "only point, offset, fps, axes, sigma and held_out with the duration of a planned observation";
+            let is_plan = file.is_none() && alone && recorded == Recording::default();
+            ensure(is_plan, format!("{key}.duration"), duration, allowed)?;
             let planned = Observation::planned(duration, fps.unwrap_or_default());
             let mut planned =
                 planned.map_err(|error| error.below(key))?.at(point.unwrap_or_default());
             if let Some(axes) = axes {
                 planned.samples.iter_mut().for_each(|s| s.position = axes.to_world(s.position));
             }
-            return Ok(vec![said(planned)]);
+            return Ok(vec![measurement(planned)]);
         }
-        let Some(Markers::Led(Led::Free)) = markers else {
-            let alone = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
-            if let Some((own, _)) = alone.iter().find(|(_, there)| *there) {
+        // Markers of a file need the file; free markers are those of the scene's recording.
+        let Some(MarkerSelection::Recorded(RecordedMarkers::Free)) = markers else {
+            for (own, is_absent) in
+                [("every", form.every.is_none()), ("glitches", form.glitches.is_none())]
+            {
                 let (found, allowed) = ("no markers beside it", "with markers = \"free\" only");
-                return Err(Error::invalid(format!("{key}.{own}"), found, allowed));
+                ensure(is_absent, format!("{key}.{own}"), found, allowed)?;
             }
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
-            let Some(Markers::Named(markers)) = markers else {
+            let Some(MarkerSelection::Named(markers)) = markers else {
                 let read = Observation::read_as(file, &recording)?;
-                return Ok(vec![said(read.at(point.unwrap_or_default()))]);
+                return Ok(vec![measurement(read.at(point.unwrap_or_default()))]);
             };
-            if recording.marker.is_some() || point.is_some() || markers.is_empty() {
-                let found = format!("{} markers, marker or point beside them", markers.len());
-                let allowed = "one marker or more, each with its point, and neither marker nor point in the observation";
-                return Err(Error::invalid(format!("{key}.markers"), found, allowed));
-            }
+            let are_alone = recording.marker.is_none() && point.is_none() && !markers.is_empty();
+            let found = format!("{} markers, marker or point beside them", markers.len());
+            let allowed = "one marker or more, each with its point, and neither marker nor point in the observation";
+            ensure(are_alone, format!("{key}.markers"), found, allowed)?;
             let read = Observation::read_markers(file, &recording, &markers)?;
-            return Ok(read.into_iter().map(said).collect());
+            return Ok(read.into_iter().map(measurement).collect());
         };
-        if file.is_some() || point.is_some() || recording != Recording::default() {
-            let allowed = "no file, point, or keys of files beside free markers, which are those of supports.path";
-            return Err(Error::invalid(format!("{key}.markers"), "\"free\"", allowed));
-        }
+        let are_alone = file.is_none() && point.is_none() && recording == Recording::default();
+        let allowed = "no file, point, or keys of files beside free markers, which are those of supports.path";
+        ensure(are_alone, format!("{key}.markers"), "\"free\"", allowed)?;
         let every = form.every.unwrap_or(1);
         let glitches = form.glitches.unwrap_or_default();
         let free = Observation::of_free_markers(problem, every, glitches);
         let free = free.map_err(|error| error.below(key))?;
-        Ok(free.into_iter().map(said).collect())
+        Ok(free.into_iter().map(measurement).collect())
     }
 }

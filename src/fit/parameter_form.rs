@@ -1,4 +1,4 @@
-//! `[[parameter]]` and `[[known]]` of a fit file.
+//! `[[parameter]]` and `[[known]]` of a fit file: their keys, and the conversion to unknowns and inputs.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};
@@ -24,7 +24,7 @@ pub(crate) struct ParameterForm {
     pub fixed: Option<f64>,
     /// Name or names of the experiments with this parameter; default: all.
     #[serde(default)]
-    experiment: Names,
+    experiment: ExperimentNames,
 }
 
 /// `[[known]]`: an input with a standard uncertainty.
@@ -38,7 +38,7 @@ pub(crate) struct KnownForm {
     sigma: f64,
     /// Name or names of the experiments that share the error; default: all.
     #[serde(default)]
-    experiment: Names,
+    experiment: ExperimentNames,
     /// Correlations with other inputs.
     #[serde(default)]
     correlation: Vec<CorrelationForm>,
@@ -59,17 +59,17 @@ pub(crate) struct CorrelationForm {
 
 /// Name of an experiment, or a list of names.
 #[derive(Default, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Names"))]
 #[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
-pub(crate) enum Names {
+pub(crate) enum ExperimentNames {
     #[default]
     All,
     One(String),
     Some(Vec<String>),
 }
 
-impl Names {
-    /// The names of the experiments that share a number, whose table is at `key`; none for all.
+impl ExperimentNames {
+    /// The names in the table at `key`; an empty list for all experiments.
     pub fn list(self, key: &str) -> Result<Vec<String>, Error> {
         match self {
             Self::All => Ok(Vec::new()),
@@ -96,6 +96,7 @@ impl KnownForm {
     /// The input of the table at `key`.
     pub fn known(self, key: &str) -> Result<Known, Error> {
         let Self { name, sigma, experiment, correlation } = self;
+        // The form has the names of the file's keys, the input those of the library.
         let correlation = correlation.into_iter().map(|form| {
             let CorrelationForm { with, experiment, value } = form;
             Correlation { with, experiment, value }

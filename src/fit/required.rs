@@ -1,8 +1,8 @@
-//! What a fit file must say.
+//! Required keys of a fit file, as rules for messages about missing keys.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
-/// What a fit file must have.
+/// The required keys of every table.
 pub(crate) const REQUIRED: [Rule; 13] = [
     always("", fit_keys),
     if_there("field[]", |_| &["name", "sigma", "length"]),
@@ -19,7 +19,7 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
 
-/// Lists of numbers along the rod are unknowns too, and predictions have none.
+/// Required keys of the file: `parameter`, unless lists along the rod are fitted or all measurements are validation data.
 fn fit_keys(fit: &toml::Table) -> Keys {
     let held_out = |table: &toml::Value| table.get("held_out") == Some(&toml::Value::Boolean(true));
     let experiments = fit.get("experiment").and_then(toml::Value::as_array);
@@ -27,7 +27,7 @@ fn fit_keys(fit: &toml::Table) -> Keys {
     if fit.contains_key("field") || only_predicts { &[] } else { &["parameter"] }
 }
 
-/// Experiments of recordings are called after these.
+/// Required keys of an experiment. Experiments of recordings have the names of these.
 fn experiment_keys(experiment: &toml::Table) -> Keys {
     match experiment.contains_key("path") || experiment.contains_key("paths") {
         true => &["scene"],
@@ -35,7 +35,8 @@ fn experiment_keys(experiment: &toml::Table) -> Keys {
     }
 }
 
-/// Free markers are in the recording that leads the rod's ends; what is only planned is in no file.
+/// Required keys of an observation. Free markers are in the recording that prescribes the ends, and planned observations have
+/// no file.
 fn observation_keys(observation: &toml::Table) -> Keys {
     let free = observation.get("markers").is_some_and(toml::Value::is_str);
     match observation.contains_key("duration") {
@@ -45,6 +46,7 @@ fn observation_keys(observation: &toml::Table) -> Keys {
     }
 }
 
+/// Required keys of a shape. Planned shapes have arc lengths instead of a file.
 fn shape_keys(shape: &toml::Table) -> Keys {
     if shape.contains_key("at") { &[] } else { &["file"] }
 }

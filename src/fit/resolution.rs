@@ -1,10 +1,10 @@
 //! Mesh and step of a fit, where scenes leave them to the program.
 //!
-//! A search begins with a coarse mesh and large steps, as the motion that was recorded takes them. At its optimum
-//! another mesh and another step show how far every parameter is from where edges and steps of no length have it.
-//! That is corrected in the estimates, and half of it stated as the error of the correction. Where this half is more
-//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), or where discretization errors are a
-//! visible part of the residuals, mesh and step are refined, and the fit goes on from the expected optimum.
+//! A search begins with a coarse mesh and large steps for the recorded motion. At its optimum another mesh and another step
+//! give the shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation).
+//! The shift is corrected in the estimates, and half of it is the error of the correction. Where this half is more
+//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), or where discretization errors are a visible part of the
+//! residuals, mesh and step are refined accordingly. The fit continues from the optimum that is expected on them.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
@@ -16,58 +16,78 @@ use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAININ
 use crate::fit::unknown::Unknown;
 use crate::scene::StepTolerance;
 
-/// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.
-const OF_ERROR: f64 = 0.25;
-const OF_VALUE: f64 = 1e-4;
-/// Edges to begin with, edges for each mode up to the highest that was measured, and steps in the first period.
+/// Largest discretization error that remains, over the standard error.
+const MAX_ERROR_RATIO: f64 = 0.25;
+/// Largest discretization error that remains, over the value, where data are exact.
+const MAX_RELATIVE_ERROR: f64 = 1e-4;
+/// Fewest edges of the initial mesh.
 const FIRST_EDGES: usize = 24;
+/// Edges of the initial mesh for each mode up to the highest measured one.
 const FIRST_PER_MODE: usize = 6;
+/// Initial number of steps in the first period.
 const FIRST_STEPS: f64 = 60.0;
-/// Refinements at most, and each by so many times at most.
+/// Largest number of refinements.
 const ROUNDS: usize = 4;
+/// Largest factor of one refinement, on the number of edges and on that of steps.
 const MOST_FINER: f64 = 4.0;
-/// Most work of a simulation of all experiments, steps times edges.
+/// Smallest factor that is worth a refinement.
+const LEAST_FINER: f64 = 1.01;
+/// Factor on the number of steps where steps were halved, which makes the misfit discontinuous.
+const FINER_IF_HALVED: f64 = 2.0;
+/// Largest work of a simulation of all experiments, steps times edges.
 const MOST_WORK: f64 = 4e6;
 
-/// The experiments as a search begins with them.
-pub(crate) fn begun(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
-    experiments.into_iter().map(begin).collect()
+/// The experiments with the mesh and the step with which a search begins, where the scenes leave these open.
+pub(crate) fn with_initial_resolution(
+    experiments: Vec<Experiment>,
+) -> Result<Vec<Experiment>, Error> {
+    let initial = |experiment: Experiment| {
+        let scene = experiment.problem.scene();
+        if !scene.chosen().any() {
+            return Ok(experiment);
+        }
+        let modes = FIRST_PER_MODE * experiment.highest_mode();
+        // The mesh is chosen for the measurements: the scene's own may resolve a motion that was not recorded.
+        let guess = scene.reopened().problem_for(Aim::Guess)?.segments();
+        let segments = guess.max(FIRST_EDGES).max(modes);
+        let period =
+            experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
+        let step = period / FIRST_STEPS;
+        let step = match step.is_finite() && step > 0.0 {
+            true => step.min(scene.supports.largest_good_step()),
+            false => step_size(&experiment),
+        };
+        with_resolution(experiment, segments, step)
+    };
+    experiments.into_iter().map(initial).collect()
 }
 
-fn begin(experiment: Experiment) -> Result<Experiment, Error> {
-    let problem = &experiment.problem;
-    let chosen = problem.scene().chosen();
-    if !chosen.any() {
-        return Ok(experiment);
-    }
-    let modes = FIRST_PER_MODE * experiment.highest_mode();
-    // A mesh that was chosen for a motion that was not recorded is finer, and says nothing.
-    let guess = problem.scene().reopened().problem_for(Aim::Guess)?.segments();
-    let segments = guess.max(FIRST_EDGES).max(modes);
-    let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
-    let own = problem.scene().time.as_ref().map_or(1.0, |time| time.step_size());
-    let step = swing / FIRST_STEPS;
-    let good = problem.scene().supports.largest_good_step();
-    let step = if step.is_finite() && step > 0.0 { step.min(good) } else { own };
-    posed(experiment, segments, step)
-}
-
-/// The experiments on the mesh and in the steps of their scenes, where the program has chosen these for a simulation: their
-/// steps solved so exactly that residuals follow the unknowns smoothly.
-pub(crate) fn smooth(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
+/// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a simulation, its
+/// steps are solved to a smaller tolerance, so that the residuals are smooth functions of the unknowns.
+pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
     let smooth = |experiment: Experiment| {
         let mut scene = experiment.problem.scene().clone();
         let chosen = scene.chosen().scheme;
         let Some(time) = scene.time.as_mut().filter(|_| chosen) else { return Ok(experiment) };
         time.tolerance = StepTolerance::default();
         let other = experiment.problem.with_scene(scene)?;
-        Ok(experiment.posed_as(other))
+        Ok(experiment.with_problem(other))
     };
     experiments.into_iter().map(smooth).collect()
 }
 
-/// The experiment with other numerics, where the program chooses them.
-fn posed(experiment: Experiment, segments: usize, step: f64) -> Result<Experiment, Error> {
+/// The time step of an experiment's scene, s; 1 without one.
+fn step_size(experiment: &Experiment) -> f64 {
+    experiment.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size())
+}
+
+/// The experiment with this number of edges and this step, s, where its scene leaves them open. The markers of a recording
+/// that prescribes the ends are at nodes: the number of edges is a multiple of the spans between them.
+fn with_resolution(
+    experiment: Experiment,
+    segments: usize,
+    step: f64,
+) -> Result<Experiment, Error> {
     let problem = &experiment.problem;
     let spans = match &problem.scene().supports.path {
         Some(path) => path.track()?.markers().len().max(2) - 1,
@@ -75,86 +95,88 @@ fn posed(experiment: Experiment, segments: usize, step: f64) -> Result<Experimen
     };
     let segments = segments.div_ceil(spans) * spans;
     let other = problem.with_scene(problem.scene().resolved(segments, step))?;
-    Ok(experiment.posed_as(other))
+    Ok(experiment.with_problem(other))
 }
 
-/// A refined discretization, and the expected optimum on it.
+/// Experiments with a refined mesh and step, and the optimum expected on them.
 pub(crate) struct RefinedStart {
     pub experiments: Vec<Experiment>,
     /// The unknowns on their scales.
     pub x: Vec<f64>,
 }
 
-/// The experiments as finely as an optimum needs them, whose unknowns have this `bias` by mesh and step;
-/// none where they are fine enough, cannot be finer, or have been refined often enough.
-pub(crate) fn refined(
+/// The experiments with the mesh and the step that the accuracy of the optimum requires, and the optimum expected on them.
+/// `bias` is that of the unknowns by mesh and step. None where mesh and step are sufficient,
+/// at their limit of work, or at the last `round` of refinement.
+pub(crate) fn refined_start(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
     bias: Option<&DiscretizationBias>,
     round: usize,
 ) -> Result<Option<RefinedStart>, Error> {
+    // Only meshes and steps that the scenes leave open are refined, a limited number of times.
     let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
     if !open || round >= ROUNDS {
         return Ok(None);
     }
+    // The factors on edges and steps are the largest that any unknown or combination of unknowns requires.
     let [mut mesh, mut step] = [1.0_f64; 2];
     let segments = experiments.iter().map(|e| e.problem.segments()).max().unwrap_or(0);
+    let mut require = |errors: [f64; 2], deviation: f64, exact: f64| {
+        let allowed = (MAX_ERROR_RATIO * deviation).max(exact) / REMAINING_FRACTION;
+        let finer = ErrorModel::of_second_order(errors).finer_for(allowed, segments);
+        (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
+    };
+    // Corrections for edges and for steps of a value.
     let corrections = |i: usize| bias.map_or([0.0; 2], |bias| bias.corrections(i));
     for (i, unknown) in search.unknowns.iter().enumerate() {
-        let Some(sd) = local.covariance.deviation[i] else { continue };
-        let exact = OF_VALUE * size(unknown, optimum.x[i], search);
-        let allowed = (OF_ERROR * sd).max(exact) / REMAINING_FRACTION;
-        let finer = ErrorModel::of_second_order(corrections(i)).finer_for(allowed, segments);
-        (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
+        let Some(deviation) = local.covariance.deviation[i] else { continue };
+        let exact = MAX_RELATIVE_ERROR * value_scale(unknown, optimum.x[i], search);
+        require(corrections(i), deviation, exact);
     }
     for combination in &local.covariance.combinations {
         let errors = bias.map_or([0.0; 2], |bias| bias.corrections_along(&combination.exponents));
-        let allowed = (OF_ERROR * combination.deviation).max(OF_VALUE) / REMAINING_FRACTION;
-        let finer = ErrorModel::of_second_order(errors).finer_for(allowed, segments);
-        (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
+        require(errors, combination.deviation, MAX_RELATIVE_ERROR);
     }
     if let Some(bias) = bias {
         let [by_mesh, by_step] = bias.refinement();
         (mesh, step) = (mesh.max(by_mesh), step.max(by_step));
     }
     if optimum.halved {
-        // Steps that are taken in halves make the misfit jump.
-        step = step.max(2.0);
+        step = step.max(FINER_IF_HALVED);
     }
+    // The work grows with the product of both factors.
     let work = full_work(search.experiments)?;
-    let room = (MOST_WORK / work).sqrt().max(1.0);
-    let [mesh, step] = [mesh, step].map(|factor| factor.min(MOST_FINER).min(room));
-    if mesh.max(step) < 1.01 {
+    let most = MOST_FINER.min((MOST_WORK / work).sqrt().max(1.0));
+    let [mesh, step] = [mesh, step].map(|factor| factor.min(most));
+    if mesh.max(step) < LEAST_FINER {
         return Ok(None);
     }
     let finer = |e: &Experiment| {
         let segments = (e.problem.segments() as f64 * mesh).ceil() as usize;
-        let own = e.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size());
         match e.problem.scene().chosen().any() {
-            true => posed(e.clone(), segments, own / step),
+            true => with_resolution(e.clone(), segments, step_size(e) / step),
             false => Ok(e.clone()),
         }
     };
     let experiments = experiments.iter().map(finer).collect::<Result<_, _>>()?;
+    // Errors of second order: a refinement by a factor f leaves 1/f^2 of the shift.
     let expected = optimum.x.iter().enumerate().zip(search.unknowns).map(|((i, x), unknown)| {
         let [low, high] = unknown.scaled_bounds();
         let [by_mesh, by_step] = corrections(i);
-        let there = by_mesh * (1.0 - mesh.powi(-2)) + by_step * (1.0 - step.powi(-2));
-        (x + there).clamp(low, high)
+        let shift = by_mesh * (1.0 - mesh.powi(-2)) + by_step * (1.0 - step.powi(-2));
+        (x + shift).clamp(low, high)
     });
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// What a value that is not a logarithm is measured by.
-fn size(unknown: &Unknown, x: f64, search: &Search) -> f64 {
+/// The scale of relative errors at `x`: 1 of a logarithm; of others the value, or the typical size of the parameter if that is
+/// larger.
+fn value_scale(unknown: &Unknown, x: f64, search: &Search) -> f64 {
+    if unknown.parameter.is_positive() {
+        return 1.0;
+    }
     let own = search.experiments.iter().find(|e| unknown.is_of(e));
-    let scale = match unknown.parameter.unit() {
-        _ if unknown.parameter.is_positive() => return 1.0,
-        "m" => own.map_or(1.0, |e| e.problem.length()),
-        "s" => own.map_or(1.0, Experiment::duration),
-        "" | "rad" => 1.0,
-        _ => 0.0,
-    };
-    x.abs().max(scale)
+    x.abs().max(own.map_or(1.0, |e| unknown.typical_size(e)))
 }

@@ -1,4 +1,4 @@
-//! `[[shape]]` of a fit file: which file, or which points are to be photographed.
+//! `[[shape]]` of a fit file: its keys, and the conversion to a measured or planned shape.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -37,11 +37,12 @@ pub(crate) struct ShapeForm {
 }
 
 impl ShapeForm {
-    /// What it names; `key` names its table.
+    /// The measurement of the table at `key`: reads the file, relative to `folder`, or plans the points.
     pub fn read(self, folder: &Path, key: &str) -> Result<Measurement, Error> {
         let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
         let recording = Recording { scale, origin, y, sigma: columns, ..Recording::default() };
+        // A shape has a file or planned arc lengths, not both.
         let read = match &self.file {
             Some(file) if self.at.is_empty() => {
                 RestShape::read_as(marker_files::file::at(folder, file), &recording)?
@@ -58,6 +59,6 @@ impl ShapeForm {
                 return Err(Error::invalid(format!("{key}.at"), found, allowed));
             }
         };
-        Ok(read.stated(sigma, loss, held_out).into())
+        Ok(read.with_properties(sigma, loss, held_out).into())
     }
 }

@@ -1,4 +1,6 @@
-//! A parameter to be identified, and the scale it is identified on.
+//! Unknowns of a fit: a parameter with its start, bounds and prior, and the scale on which it is identified.
+//!
+//! Positive parameters are identified on the scale of their logarithm, others on their own.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -23,30 +25,52 @@ pub struct Prior {
 pub struct Unknown {
     /// The parameter.
     pub parameter: Parameter,
-    /// Where to look first; the program finds a start without one.
+    /// Start value, in the parameter's unit; `None`: the search finds one.
     pub start: Option<f64>,
-    /// Smallest and largest value allowed.
+    /// Smallest and largest value, in the parameter's unit.
     pub bounds: Option<[f64; 2]>,
-    /// What is known of it besides the data.
+    /// Normal prior.
     pub prior: Option<Prior>,
-    /// The experiments that share it; all that have it when empty.
+    /// Names of the experiments with this unknown; empty: all whose scene has the parameter.
     pub experiments: Vec<String>,
     /// On its own scale even where it is positive, for derivatives where it may be zero.
     pub(crate) plain: bool,
 }
 
-/// The experiments with the layouts of their problems decided for generic values of what is looked for,
-/// once for the whole fit: the misfit then follows the unknowns smoothly.
-pub(crate) fn laid_out(
+/// Values of the unknowns, at which a fit is evaluated.
+#[derive(Clone, Copy)]
+pub(crate) struct ParameterPoint<'a> {
+    /// The unknowns of the fit.
+    pub unknowns: &'a [Unknown],
+    /// One number per unknown, on its scale.
+    pub x: &'a [f64],
+}
+
+impl ParameterPoint<'_> {
+    /// Values of all parameters, each in its unit.
+    pub fn values(self) -> Vec<f64> {
+        self.unknowns.iter().zip(self.x).map(|(unknown, x)| unknown.from_scale(*x)).collect()
+    }
+
+    /// The parameters of one experiment with their values, each in its unit.
+    pub fn values_of(self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
+        let own = self.unknowns.iter().zip(self.x).filter(|(u, _)| u.is_of(experiment));
+        own.map(|(u, x)| (u.parameter, u.from_scale(*x))).collect()
+    }
+}
+
+/// The experiments with mesh and layout chosen for generic values of the unknowns, once for the whole fit. The misfit is
+/// then a smooth function of the unknowns.
+pub(crate) fn with_fixed_layouts(
     experiments: &[Experiment],
     unknowns: &[Unknown],
 ) -> Result<Vec<Experiment>, Error> {
-    let of = |experiment: &Experiment| {
+    let fixed = |experiment: &Experiment| {
         let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
         let problem = experiment.problem.with_generic_layout_for(own.collect())?;
-        Ok(Experiment { problem, ..experiment.clone() })
+        Ok(experiment.with_problem(problem))
     };
-    experiments.iter().map(of).collect()
+    experiments.iter().map(fixed).collect()
 }
 
 impl From<Parameter> for Unknown {
@@ -68,7 +92,7 @@ impl Unknown {
         parameter.into()
     }
 
-    /// With a first guess, in the parameter's unit.
+    /// With a start value, in the parameter's unit.
     pub fn start(self, start: f64) -> Self {
         Self { start: Some(start), ..self }
     }
@@ -78,18 +102,18 @@ impl Unknown {
         Self { bounds: Some([low, high]), ..self }
     }
 
-    /// Known to be `mean` but for a standard deviation `sigma`, in the parameter's unit.
+    /// With a normal prior of this mean and standard deviation, in the parameter's unit.
     pub fn prior(self, mean: f64, sigma: f64) -> Self {
         Self { prior: Some(Prior { mean, sigma }), ..self }
     }
 
-    /// Of one more experiment only; without any it is shared by all that have the parameter.
+    /// Adds the name of an experiment with this unknown. Without any, all experiments with the parameter share it.
     pub fn of_experiment(mut self, name: impl Into<String>) -> Self {
         self.experiments.push(name.into());
         self
     }
 
-    /// Whether an experiment's scene takes its value from it.
+    /// Whether an experiment has this unknown.
     pub(crate) fn is_of(&self, experiment: &Experiment) -> bool {
         match self.experiments.is_empty() {
             true => self.parameter.of(experiment.problem.scene()).is_some(),
@@ -97,35 +121,53 @@ impl Unknown {
         }
     }
 
-    /// How far `x`, on the scale of the fit, is from what is known, in standard deviations; none
-    /// when nothing is. `x` may carry derivatives.
+    /// The residual of the prior at `x` on the scale of the fit: the distance from the mean in standard deviations; none
+    /// without a prior. `x` may carry derivatives.
     pub(crate) fn prior_residual<D: Scalar>(&self, x: D) -> Option<D> {
         let Prior { mean, sigma } = self.prior?;
-        let value = if self.parameter.is_positive() { x.exp() } else { x };
-        Some((value - mean) * sigma.recip())
+        Some((self.value(x) - mean) * sigma.recip())
     }
 
-    /// From the parameter to the scale of the fit: logarithmic for positive parameters.
+    /// The number on the scale of the fit of a value in the parameter's unit: its logarithm for positive parameters.
     pub fn to_scale(&self, value: f64) -> f64 {
         if self.is_logarithm() { value.ln() } else { value }
     }
 
-    /// Back from the scale of the fit.
+    /// The value in the parameter's unit of a number on the scale of the fit.
     pub fn from_scale(&self, x: f64) -> f64 {
+        self.value(x)
+    }
+
+    /// The value in the parameter's unit at `x` on the scale of the fit, which may carry derivatives.
+    pub(crate) fn value<D: Scalar>(&self, x: D) -> D {
         if self.is_logarithm() { x.exp() } else { x }
     }
 
+    /// Whether the scale of the fit is the logarithm of the parameter.
     fn is_logarithm(&self) -> bool {
         self.parameter.is_positive() && !self.plain
     }
 
-    /// d(parameter)/d(scale) at a value.
+    /// The derivative of the parameter by its number on the scale of the fit, at a value in its unit.
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithm() { value } else { 1.0 }
     }
 
-    /// Bounds on the scale of the fit.
+    /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion; 0 for units
+    /// without one.
+    pub(crate) fn typical_size(&self, experiment: &Experiment) -> f64 {
+        match self.parameter.unit() {
+            _ if self.parameter.is_positive() => 1.0,
+            "m" => experiment.problem.length(),
+            "s" => experiment.duration(),
+            "" | "rad" => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// The bounds, within the limits of the parameter, on the scale of the fit.
     pub fn scaled_bounds(&self) -> [f64; 2] {
+        // Given bounds never extend beyond the limits of the parameter.
         let [low, high] = self.parameter.limits();
         let [low, high] = self.bounds.map_or([low, high], |[l, h]| [l.max(low), h.min(high)]);
         [self.to_scale(low), self.to_scale(high)]

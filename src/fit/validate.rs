@@ -1,74 +1,48 @@
-//! Refusals: what cannot be fitted is said before anything is computed, with the key or the file it
-//! stands in.
+//! Validation of a fit before any simulation. Each error has the key or the file, the value, and the allowed values.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
-use crate::fit::measurement::dataset::Subject;
+use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
-use crate::scene::Support;
+use crate::numerics::upper_median;
 use crate::scene::validate::positive;
-use crate::scene::{Parameter, Point};
+use crate::scene::{Parameter, Point, Support};
 
-/// Fewer values do not show their own noise beside other measurements.
+/// Fewest values of a measurement without a sigma beside other measurements: fewer do not determine their noise.
 const FEW: usize = 8;
 
-/// Replicates of bootstrap and Monte Carlo beyond this are a slip of the pen.
+/// Largest number of replicates of bootstrap and Monte Carlo; more are a typing error.
 const MOST_REPLICATES: usize = 1_000_000;
 
-/// Searches that end farther from their minimum, in standard errors, have not found it.
+/// Largest tolerance of the minimum, in standard errors.
 const LARGEST_TOLERANCE: f64 = 0.1;
 
-/// Points this many lengths from the wall of a held rod are not points of it.
+/// Largest typical distance of observed points from the wall of a held rod, over its length.
 const FARTHEST: f64 = 2.5;
 
-/// Refuses a fit that cannot be solved, or not in the way it is asked for.
+/// Rejects a fit that cannot be solved: without measurements or unknowns, with wrong values of keys, or with fewer values than
+/// unknowns.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
     analysis: &Analysis,
 ) -> Result<(), Error> {
+    // Validation data do not determine parameters.
     let fitted = fitted(experiments);
-    if all(&fitted).next().is_none() {
-        let allowed =
-            "at least one measurement without held_out; `rodfit predict` compares without a fit";
-        return Err(Error::invalid("observation", "none", allowed));
-    }
-    if unknowns.is_empty() {
-        let allowed =
-            "at least one; for a prediction without a fit set held_out = true in every measurement";
-        return Err(Error::invalid("parameter", "none", allowed));
-    }
+    let allowed =
+        "at least one measurement without held_out; `rodfit predict` compares without a fit";
+    ensure(all(&fitted).next().is_some(), "observation", "none", allowed)?;
+    let allowed =
+        "at least one; for a prediction without a fit set held_out = true in every measurement";
+    ensure(!unknowns.is_empty(), "parameter", "none", allowed)?;
     check_experiments(experiments)?;
     check_unknowns(experiments, unknowns)?;
-    if analysis.bootstrap == 1 || analysis.bootstrap > MOST_REPLICATES {
-        let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
-        return Err(Error::invalid("analysis.bootstrap", analysis.bootstrap, allowed));
-    }
-    if let Some(first) = analysis.bootstrap_first.filter(|first| *first > MOST_REPLICATES) {
-        let allowed = format!("0 .. {MOST_REPLICATES}");
-        return Err(Error::invalid("analysis.bootstrap_first", first, allowed));
-    }
-    if analysis.monte_carlo == 1 || analysis.monte_carlo > MOST_REPLICATES {
-        let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
-        return Err(Error::invalid("analysis.monte_carlo", analysis.monte_carlo, allowed));
-    }
-    if !(0.0..=LARGEST_TOLERANCE).contains(&analysis.tolerance) {
-        let allowed = format!("0 to {LARGEST_TOLERANCE} of a standard error");
-        return Err(Error::invalid("analysis.tolerance", analysis.tolerance, allowed));
-    }
-    for (place, size) in &analysis.plausible {
-        let key = format!("analysis.plausible.{place:?}");
-        if !OMITTED_EFFECTS.iter().any(|e| e.path == place) {
-            let places: Vec<&str> = OMITTED_EFFECTS.iter().map(|e| e.path).collect();
-            return Err(Error::invalid(key, "no term that is looked for", places.join(", ")));
-        }
-        positive(&key, *size)?;
-    }
+    check_analysis(analysis)?;
     let several = all(&fitted).count() > 1;
     for experiment in experiments {
         check_measurements(experiment, unknowns, several)?;
@@ -76,122 +50,135 @@ pub(crate) fn check(
     }
     let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
     let priors = unknowns.iter().filter(|u| u.prior.is_some()).count();
-    // One more shows the noise, where that is not given.
+    // An unknown noise takes one more value.
     let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
     let needed = unknowns.len() + usize::from(!known);
-    if values + priors < needed {
-        let allowed = match known {
-            true => format!("at least {needed}, as many as parameters"),
-            false => format!("at least {needed}, one more than parameters without a sigma"),
-        };
-        return Err(Error::invalid("observation", format!("{values} values"), allowed));
+    let allowed = match known {
+        true => format!("at least {needed}, as many as parameters"),
+        false => format!("at least {needed}, one more than parameters without a sigma"),
+    };
+    ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
+}
+
+/// Rejects values of `[analysis]` outside of their ranges, and unknown terms in `plausible`.
+fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
+    let Analysis { bootstrap, monte_carlo, .. } = analysis;
+    for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
+        let is_valid = replicates != 1 && replicates <= MOST_REPLICATES;
+        let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+        ensure(is_valid, format!("analysis.{key}"), replicates, allowed)?;
+    }
+    let first = analysis.bootstrap_first.unwrap_or(0);
+    let allowed = format!("0 .. {MOST_REPLICATES}");
+    ensure(first <= MOST_REPLICATES, "analysis.bootstrap_first", first, allowed)?;
+    let (tolerance, allowed) =
+        (analysis.tolerance, format!("0 to {LARGEST_TOLERANCE} of a standard error"));
+    let is_valid = (0.0..=LARGEST_TOLERANCE).contains(&tolerance);
+    ensure(is_valid, "analysis.tolerance", tolerance, allowed)?;
+    let places: Vec<&str> = OMITTED_EFFECTS.iter().map(|e| e.path).collect();
+    for (place, size) in &analysis.plausible {
+        let key = format!("analysis.plausible.{place:?}");
+        let is_known = places.contains(&&place[..]);
+        ensure(is_known, &key, "no term that is looked for", places.join(", "))?;
+        positive(&key, *size)?;
     }
     Ok(())
 }
 
-/// Refuses measurements that cannot be compared with their scenes.
+/// Rejects measurements that cannot be compared with their scenes.
 pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     check_experiments(experiments)?;
-    // Without a fit measurements are not weighed against each other.
+    // Without a fit the noise of a measurement is not needed for its weight.
     let several = false;
     experiments.iter().try_for_each(|e| check_measurements(e, &[], several))
 }
 
-/// Refuses what is only planned.
-pub(crate) fn recorded(experiments: &[Experiment]) -> Result<(), Error> {
+/// Rejects planned measurements.
+pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
-        if let Some(i) = experiment.measurements.iter().position(|m| m.planned()) {
-            let key = format!("{}.file", key(experiment, i));
+        for (i, measurement) in experiment.measurements.iter().enumerate() {
+            let key = format!("{}.file", measurement_key(experiment, i));
             let allowed = "a file; use `rodfit design` for a plan";
-            return Err(Error::invalid(key, "none, as it is only planned", allowed));
+            ensure(!measurement.planned(), key, "none, as it is only planned", allowed)?;
         }
     }
     Ok(())
 }
 
+/// Rejects experiments with the same name, and experiments without measurements.
 fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
     for (i, experiment) in experiments.iter().enumerate() {
         let name = &experiment.name;
-        if experiments[..i].iter().any(|e| e.name == *name) {
-            let key = format!("experiment[{i}].name");
-            return Err(Error::invalid(key, format!("{name:?}"), "each name once"));
-        }
-        if experiment.measurements.is_empty() {
-            let found = format!("no measurement in {name}");
-            let allowed = "at least one observation, shape or frequencies";
-            return Err(Error::invalid(format!("experiment[{i}]"), found, allowed));
-        }
+        let (key, found) = (format!("experiment[{i}]"), format!("no measurement in {name}"));
+        let is_new = experiments[..i].iter().all(|e| e.name != *name);
+        ensure(is_new, format!("{key}.name"), format!("{name:?}"), "each name once")?;
+        let allowed = "at least one observation, shape or frequencies";
+        ensure(!experiment.measurements.is_empty(), key, found, allowed)?;
     }
     Ok(())
 }
 
+/// Rejects unknowns with wrong values, and unknowns with the same parameter in one experiment.
 fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<(), Error> {
     for (i, unknown) in unknowns.iter().enumerate() {
         let key = format!("parameter[{i}]");
         unknown.check(experiments, &key)?;
-        let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
-        let twice = unknowns[..i]
-            .iter()
-            .any(|u| u.parameter == unknown.parameter && experiments.iter().any(|e| shared(e, u)));
-        if twice {
-            let allowed = "each name once in an experiment";
-            return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
-        }
+        let is_new = !unknowns[..i].iter().any(|u| unknown.is_same_in_any(u, experiments));
+        let allowed = "each name once in an experiment";
+        ensure(is_new, format!("{key}.name"), unknown.parameter, allowed)?;
     }
     Ok(())
 }
 
-/// Those of one experiment, which may be one of `several` that are weighed against each other.
+/// Rejects measurements of one experiment that cannot be compared with its scene, or have no weight beside `several`
+/// measurements.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],
     several: bool,
 ) -> Result<(), Error> {
-    // With a clock of its own a recording may show later times than the motion lasts.
-    let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
+    // The times of a recording with its own clock may be later than the end of the motion.
+    let is_offset = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
     let other_clock =
-        experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(clock);
+        experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(is_offset);
     let chosen = experiment.problem.scene().chosen();
-    let of_scheme = |u: &&Unknown| {
+    let is_of_scheme = |u: &&Unknown| {
         ["time.beta", "time.rho_inf"].contains(&u.parameter.path()) && u.is_of(experiment)
     };
-    if let Some(unknown) = unknowns.iter().find(of_scheme).filter(|_| chosen.step) {
+    if let Some(unknown) = unknowns.iter().find(is_of_scheme).filter(|_| chosen.step) {
         let allowed = format!("a step, s, as {} depends on it", unknown.parameter);
         return Err(Error::invalid("time.step", "no such key", allowed));
     }
     for (i, measurement) in experiment.measurements.iter().enumerate() {
-        let key = key(experiment, i);
+        let key = measurement_key(experiment, i);
         measurement.check(experiment, &key, other_clock)?;
-        if chosen.segments && names_nodes(measurement) {
-            let allowed = "\"tip\" or { arc_length = metres from the wall }, and a column s in the place of \
-                           node: without rod.segments no node has an index";
-            return Err(Error::invalid(key, "a node by its index", allowed));
-        }
-        if several && measurement.sigma().is_none() && measurement.values() < FEW {
-            let found = format!("none, with {} values", measurement.values());
-            let allowed = format!("a number; only {FEW} values or more show their noise");
-            return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
-        }
+        let allowed = "\"tip\" or { arc_length = metres from the wall }, and a column s in the place of node: \
+                       without rod.segments no node has an index";
+        let has_index = chosen.segments && names_nodes(measurement);
+        ensure(!has_index, &key, "a node by its index", allowed)?;
+        let values = measurement.values();
+        let has_no_weight = several && measurement.sigma().is_none() && values < FEW;
+        let found = format!("none, with {values} values");
+        let allowed = format!("a number; only {FEW} values or more show their noise");
+        ensure(!has_no_weight, format!("{key}.sigma"), found, allowed)?;
     }
     Ok(())
 }
 
-/// Refuses starts of an experiment at which the rod is shorter than up to a point that was observed.
+/// Rejects starts at which the rod is too short for an observed point.
 fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
-    let of_the_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
-    for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| of_the_rod(u)) {
+    let is_of_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
+    for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| is_of_rod(u)) {
         let Some(start) = unknown.start else { continue };
-        // What else is wrong with a rod of this start is said where it is simulated.
-        let Ok(there) = experiment.problem.with_fixed_layout([(unknown.parameter, start)]) else {
+        // Other errors of a rod with this start are reported by its simulation.
+        let Ok(problem) = experiment.problem.with_fixed_layout([(unknown.parameter, start)]) else {
             continue;
         };
         for (k, measurement) in experiment.measurements.iter().enumerate() {
             let Some(motion) = measurement.motion() else { continue };
-            if let Err(error) = there.stencil(motion.point) {
-                let found = format!(
-                    "{start}, with which {}.point is not on the rod: {error}",
-                    key(experiment, k)
-                );
+            if let Err(error) = problem.stencil(motion.point) {
+                let key = measurement_key(experiment, k);
+                let found = format!("{start}, with which {key}.point is not on the rod: {error}");
                 let allowed = "a rod that has all observed points";
                 return Err(Error::invalid(format!("parameter[{i}].start"), found, allowed));
             }
@@ -200,7 +187,7 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     Ok(())
 }
 
-/// Whether a point is named by the index of a node; markers of a recording have their nodes.
+/// Whether a measurement names a point by the index of a node, other than a marker of the recording that prescribes the ends.
 fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
     let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
@@ -208,15 +195,15 @@ fn names_nodes(measurement: &Measurement) -> bool {
     measurement.motion().is_some_and(of_motion) || measurement.shape().is_some_and(of_shape)
 }
 
-/// Where measurement `i` of an experiment stands in the fit file.
-pub(crate) fn key(experiment: &Experiment, i: usize) -> String {
+/// The key of measurement `i` of an experiment in the fit file, as in `experiment.observation[0]`.
+pub(crate) fn measurement_key(experiment: &Experiment, i: usize) -> String {
     let table = experiment.measurements[i].table();
     let before = experiment.measurements[..i].iter().filter(|m| m.table() == table).count();
     experiment.key(&format!("{table}[{before}]"))
 }
 
-/// The same error, naming a parameter's place and the experiment whose scene refuses it.
-fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
+/// An error of a scene about a parameter, with the `key` of the parameter in the fit file and the name of the experiment.
+fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
     let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
     if !experiment.is_empty() {
         found += &format!(" in experiment {experiment}");
@@ -226,9 +213,17 @@ fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
 }
 
 impl Unknown {
-    /// Checks names, start, bounds and prior; `key` names them in messages.
+    /// Whether any experiment has both unknowns, which are of the same parameter.
+    pub(crate) fn is_same_in_any(&self, other: &Self, experiments: &[Experiment]) -> bool {
+        let has_both = |e: &Experiment| self.is_of(e) && other.is_of(e);
+        self.parameter == other.parameter && experiments.iter().any(has_both)
+    }
+
+    /// Rejects unknown names of experiments, parameters that no scene has, and values of start, bounds and prior out of range.
+    /// `key` is that of its table.
     pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
+        // Names of experiments, then the parameter in their scenes, then its values.
         let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
         if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
             let allowed = match names[..] {
@@ -242,66 +237,50 @@ impl Unknown {
             let found = format!("{name} twice");
             return Err(Error::invalid(format!("{key}.experiment"), found, "each name once"));
         }
-        let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
-        if takers.peek().is_none() {
+        let mut own = experiments.iter().filter(|e| self.is_of(e)).peekable();
+        if own.peek().is_none() {
             let scene = experiments.first().map(|e| e.problem.scene());
             let absent = scene.map_or_else(
                 || Error::invalid("experiment", "none", "at least one"),
                 |scene| parameter.absent(scene),
             );
-            return Err(of_parameter(absent, key, ""));
+            return Err(with_parameter_key(absent, key, ""));
         }
-        takers.try_for_each(|e| {
+        own.try_for_each(|e| {
             let checked = e.problem.check_parameter(parameter);
-            checked.map_err(|error| of_parameter(error, key, &e.name))
+            checked.map_err(|error| with_parameter_key(error, key, &e.name))
         })?;
         let [least, most] = parameter.limits();
         let allowed = || match parameter.is_positive() {
             true => "finite and above 0".to_string(),
             false => format!("{least} .. {most}"),
         };
-        let fits = |value: f64| value.is_finite() && value >= least && value <= most;
-        let [mut low, mut high] = [least, most];
-        if let Some(bounds) = self.bounds {
-            [low, high] = bounds;
-            if !(fits(low) && fits(high) && low < high) {
-                let allowed = format!("two ascending numbers, each {}", allowed());
-                return Err(Error::invalid(
-                    format!("{key}.bounds"),
-                    format!("{bounds:?}"),
-                    allowed,
-                ));
-            }
-        }
+        let is_valid = |value: f64| value.is_finite() && value >= least && value <= most;
+        let [low, high] = self.bounds.unwrap_or([least, most]);
+        let are_bounds = self.bounds.is_none() || is_valid(low) && is_valid(high) && low < high;
+        let ascending = format!("two ascending numbers, each {}", allowed());
+        ensure(are_bounds, format!("{key}.bounds"), format!("{:?}", [low, high]), ascending)?;
         if let Some(Prior { mean, sigma }) = self.prior {
-            if !fits(mean) {
-                return Err(Error::invalid(format!("{key}.prior.mean"), mean, allowed()));
-            }
+            ensure(is_valid(mean), format!("{key}.prior.mean"), mean, allowed())?;
             positive(&format!("{key}.prior.sigma"), sigma)?;
         }
-        match self.start {
-            Some(start) if !fits(start) => {
-                Err(Error::invalid(format!("{key}.start"), start, allowed()))
-            }
-            Some(start) if start < low || start > high => Err(Error::invalid(
-                format!("{key}.start"),
-                start,
-                format!("within the bounds {low} .. {high}"),
-            )),
-            _ => Ok(()),
-        }
+        let Some(start) = self.start else { return Ok(()) };
+        let allowed = match is_valid(start) {
+            false => allowed(),
+            true if start < low || start > high => format!("within the bounds {low} .. {high}"),
+            true => return Ok(()),
+        };
+        Err(Error::invalid(format!("{key}.start"), start, allowed))
     }
 }
 
 impl Measurement {
-    /// Refuses positions that no point of a held rod can have: most likely in other units.
+    /// Rejects positions that are too far from the wall of a held rod, which are most likely in other units.
     pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
-        if self.planned() {
-            return Ok(());
-        }
-        if (supports.start, supports.end) == (Support::Free, Support::Free) {
+        let is_free = (supports.start, supports.end) == (Support::Free, Support::Free);
+        if self.planned() || is_free {
             return Ok(());
         }
         let wall = problem.wall();
@@ -309,13 +288,11 @@ impl Measurement {
             let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
             parts.fold(0.0, f64::max)
         };
-        let mut distances: Vec<f64> = self.positions().iter().map(distance).collect();
-        distances.sort_by(f64::total_cmp);
-        // Single outliers are another matter.
-        let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
-        if *typical <= FARTHEST * problem.length() {
+        // The median is that of the units; outliers are no wrong units.
+        let typical = upper_median(self.positions().iter().map(distance));
+        let Some(typical) = typical.filter(|x| *x > FARTHEST * problem.length()) else {
             return Ok(());
-        }
+        };
         let found = format!("points typically {typical:.4} m from the wall of the rod");
         let allowed = format!(
             "points of a rod of {} m. Check the unit in the header, as in x[mm], the origin and the scale",
@@ -324,28 +301,21 @@ impl Measurement {
         Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Refuses what cannot be compared with the experiment's problem; `key` names the measurement.
+    /// Rejects values, sigmas and points that cannot be compared with the problem of the experiment. `key` is that of its
+    /// table.
     fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
-        if self.values() == 0 {
-            return Err(Error::invalid(key, "no values", "at least one"));
-        }
+        ensure(self.values() > 0, key, "no values", "at least one")?;
         if let Some(sigma) = self.sigma() {
             positive(&format!("{key}.sigma"), sigma)?;
         }
         let (factors, points) = (&self.header.sigma_factors, self.points());
         factors.iter().try_for_each(|f| positive(&format!("{key}.sigma_factors"), *f))?;
-        if !factors.is_empty()
-            && (![points, self.values()].contains(&factors.len()) || self.sigma().is_none())
-        {
-            let values = self.values();
-            let found = format!("{} for {points} points with {values} values", factors.len());
-            return Err(Error::invalid(
-                format!("{key}.sigma_factors"),
-                found,
-                "one each, and a sigma",
-            ));
-        }
-        self.data.check(&self.header, &Subject { problem, key, label: &label, other_clock })
+        let (count, values) = (factors.len(), self.values());
+        let are_factors = count == 0 || [points, values].contains(&count) && self.sigma().is_some();
+        let found = format!("{count} for {points} points with {values} values");
+        ensure(are_factors, format!("{key}.sigma_factors"), found, "one each, and a sigma")?;
+        let context = ValidationContext { problem, key, label: &label, other_clock };
+        self.data.check(&self.header, &context)
     }
 }

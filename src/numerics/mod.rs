@@ -29,6 +29,13 @@ pub fn total_order(x: f64) -> i64 {
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
+/// The median of some values: the larger of the two middle ones of an even number; none of no values.
+pub(crate) fn upper_median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by_cached_key(|x| total_order(*x));
+    values.get(values.len() / 2).copied()
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

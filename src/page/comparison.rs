@@ -122,7 +122,7 @@ impl<'a> ComparedParameter<'a> {
     fn table(&self) -> String {
         let scale = self.scale();
         let quoted: Vec<QuotedEstimate> =
-            self.estimates.iter().map(|own| QuotedEstimate::of(own.estimate)).collect();
+            self.estimates.iter().map(|own| QuotedEstimate::new(own.estimate)).collect();
         let bound_error = |std: Option<f64>, bound: f64| std.unwrap_or(1e-3 * bound.abs());
         let show = |row: &QuotedEstimate, x: f64| scale.format(x, Some(bound_error(row.std, x)));
         let rows = self.estimates.iter().zip(&quoted);
@@ -146,7 +146,7 @@ impl<'a> ComparedParameter<'a> {
 
 /// Ends of the quoted interval.
 fn ends(e: &Estimate) -> Option<[f64; 2]> {
-    e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded).or(e.interval95)
+    e.expanded95.filter(|_| QuotedEstimate::new(e).is_expanded).or(e.interval95)
 }
 
 /// The numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.

@@ -39,7 +39,7 @@ pub(super) fn parameters(report: &FitReport) -> String {
         .text("95 % interval (statistical)", |(_, e)| e.interval95.map(|x| own_interval(e, x)))
         .text("unit", |(_, e)| estimate_scale(e).unit)
         .text("95 % interval (expanded)", |(_, e)| {
-            let expanded = e.expanded95.filter(|_| QuotedEstimate::of(e).is_expanded);
+            let expanded = e.expanded95.filter(|_| QuotedEstimate::new(e).is_expanded);
             expanded.map(|ends| interval(ends, e.combined_std, &estimate_scale(e)))
         })
         .text("between experiments, 95 %", |(_, e)| {

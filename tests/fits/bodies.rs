@@ -6,10 +6,10 @@ use rodfit::{Parameter, Point};
 use crate::common::coarse;
 use crate::common::fits::{fit_with, found, observe, same_mesh, value};
 
-/// A marker of 1 g on a rod of 50 g: with it in the scene the modulus is right, without it the rod seems
-/// softer, by what the marker adds to the inertia of the first mode and to the sag, 5 to 8 %.
+/// A marker of 1 g on a rod of 50 g. A scene with the marker gives the right modulus. Without it the modulus is too small by
+/// the inertia that the marker adds to the first mode and by its sag, 5 to 8 %.
 #[test]
-fn a_marker_that_weighs() {
+fn marker_mass_is_identified() {
     for dimension in [Dimension::Planar, Dimension::Spatial] {
         let mut scene = coarse(20, 2e-3, 0.4);
         scene.rod.dimension = dimension;
@@ -26,9 +26,9 @@ fn a_marker_that_weighs() {
     }
 }
 
-/// The mass and its place are numbers as any others: they are found beside the modulus.
+/// Mass and position of a point mass are identified together with the modulus.
 #[test]
-fn a_mass_and_its_place_are_found() {
+fn mass_and_its_position_are_identified() {
     let mut scene = coarse(20, 2e-3, 0.4);
     let at = |s: f64, mass: f64| vec![PointMass::new(Point::ArcLength(s), mass)];
     scene.rod.mass = at(0.33, 4e-3);
@@ -41,9 +41,9 @@ fn a_mass_and_its_place_are_found() {
     found(&report, &truths, 1e-6);
 }
 
-/// How much thinner a rod is at its tip is found beside its modulus, and so is each part of it.
+/// The ratio of the radii at both ends is identified together with the modulus, and so is each part of it.
 #[test]
-fn a_taper_is_found() {
+fn taper_is_identified() {
     let mut scene = coarse(20, 2e-3, 0.4);
     let [to, second]: [Parameter; 2] =
         ["rod.taper.radius.to", "rod.taper.youngs_modulus.1"].map(|name| name.parse().unwrap());

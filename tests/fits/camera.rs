@@ -30,10 +30,10 @@ fn stiff(mut scene: Scene, modulus: f64) -> Problem {
     scene.problem().unwrap()
 }
 
-/// The camera's clock, scale, tilt and place come out beside the modulus, exactly; where its clock
-/// started before or after the motion.
+/// Clock, scale, tilt and position of the camera are identified together with the modulus, exactly. The clock
+/// starts before or after the motion.
 #[test]
-fn a_camera_set_up_by_eye() {
+fn approximate_camera_is_identified_with_modulus() {
     let mut helix = helix_with(0.5, 2e-3, 0.6, Clamp::MidEdge);
     helix.rod.segments = Some(40);
     for (name, scene) in [("cantilever", coarse(20, 2e-3, 0.6)), ("helix", helix)] {
@@ -53,7 +53,7 @@ fn a_camera_set_up_by_eye() {
                 (Parameter::ClampPositionY, shift[1]),
             ];
             // A straight rod's tip swings about its wall in the plane; a helix's hangs below it, and
-            // turning about the vertical is what its swing does not tell.
+            // its swing does not determine the rotation about the vertical.
             let looked_for = &looked_for[..if name == "helix" { 3 } else { 6 }];
             if name == "helix" {
                 let camera = [offset, camera[1], 0.0];
@@ -76,9 +76,9 @@ fn a_camera_set_up_by_eye() {
     }
 }
 
-/// The exact Jacobian and Hessian through the camera, against differences of the residuals.
+/// The exact Jacobian and Hessian with respect to camera parameters equal differences of the residuals.
 #[test]
-fn derivatives_through_the_camera() {
+fn camera_derivatives_equal_differences() {
     use argmin::core::{Gradient, Hessian};
     let scene = coarse(10, 2e-3, 0.4);
     let truth = stiff(scene.clone(), 0.9e8);
@@ -120,10 +120,10 @@ fn derivatives_through_the_camera() {
     }
 }
 
-/// A clamp that points a little up: the droop and the swing about it tell by how much, whatever the
-/// camera's tilt; in whatever plane the rod lies.
+/// A clamp that points slightly upward: the droop and the swing about it determine the angle independently of the
+/// tilt of the camera, in any plane of the rod.
 #[test]
-fn a_clamp_that_points_up() {
+fn clamp_angle_is_identified() {
     for direction in [[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]] {
         for angle in [0.07, -0.2] {
             let mut scene = coarse(20, 2e-3, 0.8);
@@ -170,10 +170,9 @@ fn a_clamp_that_points_up() {
     }
 }
 
-/// A clock that would be later than the whole motion is no clock: a search that tries one is told at once, and does not
-/// simulate for hours.
+/// An offset of the clock that is longer than the whole motion is an error before the simulation, which would take hours.
 #[test]
-fn a_clock_has_its_limits() {
+fn time_offset_beyond_the_motion_is_rejected() {
     let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
     let observation = record(&problem.simulate().unwrap(), 40);
     let fit = Fit::new(&problem).observe(observation).identify(Parameter::YoungsModulus);

@@ -41,9 +41,9 @@ fn fitted(points: &[[Option<f64>; 3]], sigma: Option<f64>) -> FitReport {
     Fit::new(&rod(MODULUS / 3.0)).observe(line).identify(Parameter::YoungsModulus).solve().unwrap()
 }
 
-/// Without noise the modulus is exact: chords only start the search for the nearest points.
+/// Without noise the modulus is exact: chords are only the first approximation of the arc lengths.
 #[test]
-fn exact_center_line_gives_the_exact_modulus() {
+fn exact_centerline_gives_exact_modulus() {
     let points = observed(0, 1e-9);
     for order in [points.clone(), points.into_iter().rev().collect()] {
         let report = fitted(&order, Some(1e-6));
@@ -52,10 +52,10 @@ fn exact_center_line_gives_the_exact_modulus() {
     }
 }
 
-/// Intervals hold the truth as often as they claim: sigma given, and estimated from the residuals, of which the unknown
-/// arc lengths use up one of two for each point.
+/// 95 % intervals contain the true modulus in 95 % of the cases, with a given sigma and with one estimated from the residuals.
+/// The unknown arc lengths take one of two degrees of freedom of each point.
 #[test]
-fn intervals_of_center_lines_hold_the_truth() {
+fn centerline_intervals_have_nominal_coverage() {
     let count = 24;
     for sigma in [Some(NOISE), None] {
         let (mut held, mut squares, mut scatter, mut alarms) = (0, 0.0, 0.0, 0);

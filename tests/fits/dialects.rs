@@ -52,7 +52,7 @@ fn plain() -> Recording {
 }
 
 #[test]
-fn only_marker_of_a_file_needs_no_name() {
+fn only_marker_of_a_file_is_read_without_name() {
     for header in ["t,x_tip,y_tip", "t,xA,yA", "t,tip_x,tip_y", "Time (s),Tip x (m),Tip y (m)"] {
         let text = format!("{header}\n{}", lines(|_, [t, x, y]| format!("{t:.2},{x:.6},{y:.6}")));
         is_the_tip(&text, &plain());
@@ -65,7 +65,7 @@ fn only_marker_of_a_file_needs_no_name() {
 }
 
 #[test]
-fn suffixes_name_markers_and_keep_their_case() {
+fn column_suffixes_are_marker_names_with_their_case() {
     let recording = |marker: &str| Recording { marker: Some(marker.into()), ..plain() };
     let text = format!(
         "t,Base_x,Base_y,Tip_x,Tip_y\n{}",
@@ -77,7 +77,7 @@ fn suffixes_name_markers_and_keep_their_case() {
 }
 
 #[test]
-fn frame_numbers_beside_a_clock_are_left_out() {
+fn frame_numbers_beside_a_clock_are_ignored() {
     let row = |k: usize, [t, x, y]: [f64; 3]| format!("{k},{t:.2},{x:.6},{y:.6}");
     is_the_tip(&format!("frame,time,x,y\n{}", lines(row)), &plain());
     is_the_tip(&format!("Frame,Time (s),Point 1 X,Point 1 Y\n{}", lines(row)), &plain());
@@ -88,7 +88,7 @@ fn frame_numbers_beside_a_clock_are_left_out() {
 }
 
 #[test]
-fn decimal_commas_are_read_with_tabs_and_semicolons() {
+fn decimal_commas_with_tabs_or_semicolons_are_read() {
     for separator in ["\t", ";"] {
         let row = |_: usize, row: [f64; 3]| {
             row.map(|x| format!("{x:.9E}").replace('.', ",")).join(separator)
@@ -114,7 +114,7 @@ fn padded_headers_are_read() {
 }
 
 #[test]
-fn image_names_with_several_numbers_count_by_the_one_that_increases() {
+fn image_names_are_numbered_by_their_increasing_number() {
     let pixels = Recording { fps: Some(100.0), scale: Some(1e-3), ..plain() };
     let row = |k: usize, [_, x, y]: [f64; 3]| {
         format!("labeled-data/rod/2026-04-03_{k:04}_cam1.png,{:.6},{:.6}", 1e3 * x, -1e3 * y)
@@ -123,7 +123,7 @@ fn image_names_with_several_numbers_count_by_the_one_that_increases() {
 }
 
 #[test]
-fn pixels_of_kinovea_point_up() {
+fn kinovea_pixels_have_y_up() {
     let row = |_: usize, [t, x, y]: [f64; 3]| format!("{t:.2},{:.6},{:.6}", 1e3 * x, 1e3 * y);
     let text = format!("\"Time (s)\",\"tip/0/X (px)\",\"tip/0/Y (px)\"\n{}", lines(row));
     let scaled = Recording { scale: Some(1e-3), ..plain() };
@@ -134,7 +134,7 @@ fn pixels_of_kinovea_point_up() {
 }
 
 #[test]
-fn repeated_frames_of_a_converted_video_are_found() {
+fn repeated_frames_of_converted_video_are_detected() {
     let swing = |t: f64| 40.0 * (12.0 * t).cos();
     let text = |rate: f64, own: f64, places: &dyn Fn(f64) -> f64| {
         let row = |k: u32| {
@@ -213,7 +213,7 @@ fn written(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
 }
 
 #[test]
-fn files_without_a_reader_are_described_with_the_formats_that_are_read() {
+fn unsupported_file_error_lists_the_formats() {
     for (text, words) in [
         ("PK\u{3}\u{4}..", "a zip archive"),
         ("\u{2}P\u{f}..", "a C3D file"),

@@ -17,7 +17,7 @@ fn take(seed: u64) -> Observation {
     noisy(&observe(&scene(), ROWS), NOISE, seed)
 }
 
-/// What a fit of these measurements is refused for.
+/// The error of a fit of these measurements.
 fn refusal(measured: impl IntoIterator<Item = Measurement>) -> Option<String> {
     let problem = scene().problem().unwrap();
     let fit = Fit::new(&problem).identify(Parameter::YoungsModulus);
@@ -57,7 +57,7 @@ fn part(observation: Observation, range: std::ops::Range<usize>) -> Measurement 
 }
 
 #[test]
-fn copy_of_a_recording_is_refused() {
+fn copy_of_a_recording_is_rejected() {
     refused([take(1).into(), take(1).into()]);
     refused([take(1).into(), take(1).held_out().into()]);
     // Times in ms and positions in mm, each with the rounding errors of another unit.
@@ -74,7 +74,7 @@ fn copy_of_a_recording_is_refused() {
 }
 
 #[test]
-fn overlapping_parts_are_refused_and_others_admitted() {
+fn overlapping_parts_are_rejected_and_disjoint_parts_accepted() {
     refused([part(take(1), 0..25), part(take(1), 15..40)]);
     refused([part(take(1), 0..40), part(take(1), 10..20)]);
     admitted([part(take(1), 0..20), part(take(1), 20..40)]);
@@ -87,7 +87,7 @@ fn overlapping_parts_are_refused_and_others_admitted() {
 }
 
 #[test]
-fn repeated_measurements_are_admitted() {
+fn repeated_measurements_are_accepted() {
     admitted([take(1).into(), take(2).into()]);
     // Pixels as large as the noise: about a third of the values is equal by chance.
     admitted([rounded(take(1), NOISE), rounded(take(2), NOISE)]);
@@ -108,7 +108,7 @@ fn repeated_measurements_are_admitted() {
 }
 
 #[test]
-fn recording_of_two_experiments_is_refused() {
+fn recording_in_two_experiments_is_rejected() {
     let problem = scene().problem().unwrap();
     let fit_of = |seeds: [u64; 2]| {
         let named = ["a", "b"].into_iter().zip(seeds);
@@ -122,7 +122,7 @@ fn recording_of_two_experiments_is_refused() {
 }
 
 #[test]
-fn shapes_and_frequencies_twice_are_refused() {
+fn duplicate_shapes_and_frequencies_are_rejected() {
     let shape = |off: f64| {
         let sighting = |k: usize| {
             let s = 0.1 * k as f64;

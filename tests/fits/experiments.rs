@@ -1,5 +1,4 @@
-//! Several experiments that share parameters, shapes at rest and frequencies as measurements, what
-//! is known before the data, and what is held out of them.
+//! Several experiments that share parameters, shapes at rest and frequencies as measurements, priors, and validation data.
 
 use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, Sighting};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
@@ -37,11 +36,11 @@ fn exact(report: &FitReport, truths: &[(Parameter, f64)]) {
     found(report, truths, 1e-7);
 }
 
-/// The droop gives E over the density, the frequencies its root over the length squared: neither
-/// alone tells both, and a droop and a frequency of the same rod are the same combination. With the
-/// weight of a known body at the tip they are not.
+/// The droop determines E over the density, a frequency the root of that ratio: both
+/// determine the same combination. With the
+/// weight of a known body at the tip they determine both parameters.
 #[test]
-fn modulus_from_a_droop_and_density_from_a_frequency() {
+fn droop_and_frequency_give_modulus_and_density() {
     for (name, mut scene) in
         [("cantilever", rod(0.5, 1.0)), ("helix", helix_with(0.5, 2e-3, 1.0, Clamp::MidEdge))]
     {
@@ -77,9 +76,9 @@ fn modulus_from_a_droop_and_density_from_a_frequency() {
     }
 }
 
-/// Natural curvature and modulus of a rod that hangs at rest.
+/// The droop of a curved rod at two points gives its natural curvature and its modulus, exactly.
 #[test]
-fn modulus_and_natural_curvature_of_a_drooping_rod() {
+fn droop_gives_modulus_and_natural_curvature() {
     let mut scene = rod(0.5, 1.0);
     scene.time = None;
     scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.0 };
@@ -96,9 +95,9 @@ fn modulus_and_natural_curvature_of_a_drooping_rod() {
     exact(&report, &[(Parameter::YoungsModulus, 3.3e7), (Parameter::NaturalCurvature, 0.8)]);
 }
 
-/// E and G of a helix from its droop and two frequencies, without any motion.
+/// The droop and two frequencies of a helix give E and G, without a recorded motion.
 #[test]
-fn moduli_of_a_helix_at_rest() {
+fn helix_at_rest_gives_both_moduli() {
     let mut scene = helix_with(0.5, 2e-3, 1.0, Clamp::MidEdge);
     scene.time = None;
     scene.material.poisson_ratio = None;
@@ -118,10 +117,10 @@ fn moduli_of_a_helix_at_rest() {
     exact(&report, &[(Parameter::YoungsModulus, 2.2e7), (Parameter::ShearModulus, 6.1e6)]);
 }
 
-/// Two rods of one material, cut to other lengths, each with its own clamp, clock and air: what
-/// belongs to one of them is told apart by the experiment's name.
+/// Two rods of one material with different lengths, each with its own clamp, clock and air. Unknowns of
+/// one experiment have its name.
 #[test]
-fn two_rods_share_a_modulus() {
+fn two_experiments_share_one_modulus() {
     let (long, short) = (rod(0.5, 0.8), rod(0.3, 0.4));
     let e = 2.3e8;
     let film = |scene: &Scene, angle: f64, offset: f64, damping: f64| {
@@ -170,9 +169,9 @@ fn two_rods_share_a_modulus() {
     }
 }
 
-/// Two experiments say together what one fit of the sum of their normal equations says.
+/// The fit of two experiments equals the fit of the sum of their normal equations.
 #[test]
-fn information_adds_up() {
+fn information_of_experiments_is_additive() {
     let scenes = [rod(0.5, 0.5), rod(0.35, 0.4)];
     let problems = scenes.map(|scene| scene.problem().unwrap());
     let data = |k: usize| {
@@ -196,10 +195,10 @@ fn information_adds_up() {
     assert!((together / expected - 1.0).abs() < 0.05, "{alone:?} {together}");
 }
 
-/// What is known of the density before makes E identifiable where only their ratio is seen, with
-/// the error it brings along.
+/// The motion determines only the ratio of E and density. A prior of the density makes E identifiable; the relative
+/// error of E contains that of the prior.
 #[test]
-fn a_prior_lends_its_error() {
+fn prior_error_propagates_to_the_estimate() {
     let scene = rod(0.5, 0.5);
     let problem = scene.problem().unwrap();
     let data = noisy(&observe(&scene, 60), 1e-3, 3).sigma(1e-3);
@@ -234,9 +233,9 @@ fn a_prior_lends_its_error() {
     assert!(bad.solve().unwrap_err().to_string().contains("prior.mean"));
 }
 
-/// What is held out does not move the fit; the right model predicts it, a wrong one does not.
+/// Validation data do not change the estimate. The right model predicts them, a wrong one does not.
 #[test]
-fn what_is_held_out_is_predicted() {
+fn held_out_data_are_predicted() {
     let mut scene = rod(0.5, 0.6);
     scene.loads.damping.mass = 0.8;
     let problem = scene.problem().unwrap();
@@ -275,10 +274,10 @@ fn what_is_held_out_is_predicted() {
     assert!(wrong.warnings.iter().any(|w| w.contains("validation data")), "{wrong}");
 }
 
-/// Times of a scene are not needed where nothing moves, and are where something does.
-/// With its sigma given, one frequency is enough for one modulus: 2 sigma/f of it.
+/// A scene needs a time table only if a motion was measured.
+/// With a given sigma one frequency determines one modulus, with a relative error of 2 sigma/f.
 #[test]
-fn one_frequency_for_one_modulus() {
+fn one_frequency_gives_one_modulus() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     scene.loads.gravity = [0.0; 3];
     let problem = scene.problem().unwrap();
@@ -297,7 +296,7 @@ fn one_frequency_for_one_modulus() {
 }
 
 #[test]
-fn a_motion_needs_a_time() {
+fn motion_without_time_table_is_rejected() {
     let mut scene = rod(0.5, 0.2);
     let data = observe(&scene, 20);
     scene.time = None;
@@ -311,10 +310,9 @@ fn a_motion_needs_a_time() {
     assert!(fit.solve().unwrap_err().to_string().contains("modes[0]"));
 }
 
-/// Whether a scene says how stiff the rod is in torsion changes no frequency in its plane, nor what a
-/// fit makes of it.
+/// The torsional stiffness of a scene changes neither the frequencies in its plane nor their mode numbers, nor the fit.
 #[test]
-fn torsion_does_not_renumber() {
+fn torsion_mode_does_not_change_mode_numbers() {
     let mut scene = rod(0.5, 1.0);
     scene.time = None;
     let mut true_scene = scene.clone();
@@ -342,9 +340,9 @@ fn torsion_does_not_renumber() {
 }
 
 /// Impulse excitation (ASTM E1876): E from the first bending frequency of a free bar, G from the
-/// first of torsion; and from what the theory says, up to the mesh.
+/// first torsional one. The frequencies of the theory give both moduli up to the discretization error.
 #[test]
-fn moduli_of_a_free_bar() {
+fn free_bar_frequencies_give_both_moduli() {
     let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
     let section = Section::Rectangle { width: 0.02, height: 0.004, up: [0.0, 1.0, 0.0] };
     let guess = Material { shear_modulus: Some(1e10), ..Material::new(2700.0, 1e10) };
@@ -379,9 +377,9 @@ fn moduli_of_a_free_bar() {
     assert!((value(&report, Parameter::YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
 }
 
-/// The keys of the fit file, and what it says of modes that a scene does not have.
+/// The keys of `[[frequencies]]`, and the errors for modes that a scene does not have.
 #[test]
-fn frequencies_in_the_fit_file() {
+fn fit_file_frequencies_are_read() {
     let folder = tempfile::TempDir::new().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let scene = |more: &str| {

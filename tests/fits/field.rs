@@ -69,9 +69,9 @@ fn in_truth(scene: &Scene, parts: usize) -> Problem {
     bent.problem().unwrap()
 }
 
-/// The true curvatures are found, and standard errors are as large as the errors are.
+/// The estimates of the curvatures differ from the true ones by their standard errors.
 #[test]
-fn natural_curvatures_are_found() {
+fn natural_curvatures_are_identified() {
     let parts = 80;
     let scene = arc(parts);
     let observations = seen(&in_truth(&scene, parts), 1);
@@ -86,7 +86,7 @@ fn natural_curvatures_are_found() {
     let off: Vec<f64> = off.collect();
     let rms = (off.iter().map(|x| x * x).sum::<f64>() / parts as f64).sqrt();
     assert!((0.4..1.6).contains(&rms), "{rms}: {off:?}");
-    // The data say more than the prior does, where the rod hangs on them.
+    // The data determine more than the prior near the wall, where the curvature moves the whole rod.
     assert!(found.standard_errors[10] < 0.3 * found.prior_std[10]);
     assert!(
         report.effective_parameters > 5.0 && report.effective_parameters < 40.0,
@@ -95,9 +95,9 @@ fn natural_curvatures_are_found() {
     );
 }
 
-/// The optimum and its standard errors are those of the whole Jacobian, made column by column.
+/// The optimum and its standard errors equal those of the dense Jacobian, computed column by column.
 #[test]
-fn the_optimum_is_that_of_the_whole_jacobian() {
+fn lanczos_optimum_equals_dense_jacobian_optimum() {
     let parts = 16;
     let scene = arc(parts);
     let observations = seen(&in_truth(&scene, parts), 2);
@@ -145,9 +145,9 @@ fn the_optimum_is_that_of_the_whole_jacobian() {
     assert!(left < 0.05, "{left}");
 }
 
-/// A fit file says it, with single numbers beside it, and what it cannot do is refused by key.
+/// A fit file with `[[field]]` and single parameters, and the errors for unsupported keys.
 #[test]
-fn a_fit_file_says_it() {
+fn field_table_of_fit_file_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = arc(12);
     let observations = seen(&in_truth(&scene, 12), 3);
@@ -175,25 +175,28 @@ fn a_fit_file_says_it() {
         let text = text.replace(from, to);
         FitFile::from_toml(&text, folder.path()).unwrap_err().to_string()
     };
-    let told = refused("sigma = 2e-4\n", "");
-    assert!(told.contains("observation[0].sigma: found none"), "{told}");
-    let told = refused("'natural_curvature'", "'natural_twist'");
-    assert!(told.contains("field[0].name") && told.contains("rod.natural_curvature"), "{told}");
-    let told = refused("length = 0.1", "length = -0.1");
-    assert!(told.contains("field[0].length: found -0.1"), "{told}");
-    let told = refused("prior = { mean = 1e7, sigma = 2e5 }\n", "");
-    assert!(told.contains("parameter[0].prior: found none"), "{told}");
-    let told = refused("[[field]]", "[analysis]\nbootstrap = 10\n[[field]]");
-    assert!(told.contains("analysis") && told.contains("[[field]]"), "{told}");
+    let message = refused("sigma = 2e-4\n", "");
+    assert!(message.contains("observation[0].sigma: found none"), "{message}");
+    let message = refused("'natural_curvature'", "'natural_twist'");
+    assert!(
+        message.contains("field[0].name") && message.contains("rod.natural_curvature"),
+        "{message}"
+    );
+    let message = refused("length = 0.1", "length = -0.1");
+    assert!(message.contains("field[0].length: found -0.1"), "{message}");
+    let message = refused("prior = { mean = 1e7, sigma = 2e5 }\n", "");
+    assert!(message.contains("parameter[0].prior: found none"), "{message}");
+    let message = refused("[[field]]", "[analysis]\nbootstrap = 10\n[[field]]");
+    assert!(message.contains("analysis") && message.contains("[[field]]"), "{message}");
     let beside = observations[4].clone().offset([0.0, 1e-3, 0.0]);
     let fit = FieldFit::new(&scene.problem().unwrap()).observe(beside).along(field(0.3, 0.1));
-    let told = fit.identify(Unknown::new(Parameter::Density)).solve().unwrap_err().to_string();
-    assert!(told.contains("parameter[0].prior") || told.contains("offset"), "{told}");
+    let message = fit.identify(Unknown::new(Parameter::Density)).solve().unwrap_err().to_string();
+    assert!(message.contains("parameter[0].prior") || message.contains("offset"), "{message}");
 }
 
-/// The gradient of the misfit by fifty unknowns of all sorts goes back over one run, and is what the Jacobian says.
+/// The adjoint gradient of the misfit by fifty unknowns of all kinds equals that of the Jacobian.
 #[test]
-fn a_gradient_by_many_unknowns_goes_back() {
+fn adjoint_gradient_equals_jacobian_gradient() {
     let parts = 40;
     let scene = arc(parts);
     let problem = scene.problem().unwrap();

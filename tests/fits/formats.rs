@@ -23,9 +23,9 @@ fn written(folder: &TempDir, file: &Written) -> PathBuf {
     path
 }
 
-/// To the last digit: what a reader makes of its file is what the others make of theirs.
+/// All readers give the same positions to the last digit, and therefore the same modulus.
 #[test]
-fn one_tip_gives_the_same_modulus_in_every_format() {
+fn modulus_is_the_same_in_every_file_format() {
     let problem = problem();
     let tip = tip(&problem, FRAMES);
     let folder = TempDir::new().unwrap();
@@ -59,9 +59,9 @@ fn one_tip_gives_the_same_modulus_in_every_format() {
     }
 }
 
-/// Versions and settings of the programs lay their files out in more ways than one.
+/// Versions and settings of the programs have different layouts of the same data.
 #[test]
-fn layouts_vary() {
+fn csv_layouts_are_equivalent() {
     let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
     let folder = TempDir::new().unwrap();
     let files = all(&tip);
@@ -114,9 +114,9 @@ fn layouts_vary() {
     same("deeplabcut.csv", &|t| t.replace(",3.5,4.5,0.1", ",,,"));
 }
 
-/// Markers of a file lead a rod's ends as those of a table do: in any order of the file.
+/// Markers of a file prescribe the ends of a rod like those of a table, in any order of the file.
 #[test]
-fn recordings_of_other_programs_lead_ends() {
+fn recordings_of_other_programs_prescribe_ends() {
     let folder = TempDir::new().unwrap();
     let path = |name: &str, text: &str| {
         let path = folder.path().join(name);
@@ -150,9 +150,9 @@ fn recordings_of_other_programs_lead_ends() {
     );
 }
 
-/// Markers keep their capitals, and are found whatever capitals are asked for, where that tells them apart.
+/// Marker names keep their case. A name in another case is accepted if it is unique.
 #[test]
-fn capitals_of_markers_are_kept() {
+fn marker_names_keep_their_case() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("t.csv");
     std::fs::write(&path, "T,xA,yA,XTip,yTip\n0,.1,0,1,2\n0.01,.2,0,1,2\n").unwrap();
@@ -181,9 +181,9 @@ fn capitals_of_markers_are_kept() {
     assert!(hands("x").unwrap_err().contains("[\"C\", \"D\", \"E\"]"), "{:?}", hands("x"));
 }
 
-/// A fit file takes several markers of one file, each at its point.
+/// A fit file reads several markers of one file, each at its point.
 #[test]
-fn several_markers_of_a_file_are_observed() {
+fn several_markers_of_a_file_are_read() {
     let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
     let folder = TempDir::new().unwrap();
     let files = all(&tip);
@@ -227,9 +227,9 @@ fn several_markers_of_a_file_are_observed() {
     assert!(error.contains("mirror") && error.contains("axes"), "{error}");
 }
 
-/// Right-handed axes only: what was mirrored cannot be the rod.
+/// Axes have to be right-handed: mirrored coordinates are not those of the rod.
 #[test]
-fn axes_are_turned_and_never_mirrored() {
+fn axes_are_rotated_and_mirrors_rejected() {
     for names in [["x", "z", "-y"], ["-y", "x", "z"], ["z", "x", "y"], ["-x", "-y", "z"]] {
         assert!(Axes::new(names).is_ok(), "{names:?}");
     }
@@ -289,7 +289,7 @@ fn broken(name: &str, cases: &[Broken]) {
 }
 
 #[test]
-fn broken_files_of_motive() {
+fn broken_motive_files_are_rejected() {
     broken(
         "motive.csv",
         &[
@@ -320,7 +320,7 @@ fn broken_files_of_motive() {
 }
 
 #[test]
-fn broken_files_of_vicon() {
+fn broken_vicon_files_are_rejected() {
     broken(
         "vicon.csv",
         &[
@@ -346,7 +346,7 @@ fn broken_files_of_vicon() {
 }
 
 #[test]
-fn broken_files_of_tracker() {
+fn broken_tracker_files_are_rejected() {
     broken(
         "tracks.txt",
         &[
@@ -372,7 +372,7 @@ fn broken_files_of_tracker() {
 }
 
 #[test]
-fn broken_files_of_deeplabcut() {
+fn broken_deeplabcut_files_are_rejected() {
     broken(
         "deeplabcut.csv",
         &[
@@ -396,7 +396,7 @@ fn broken_files_of_deeplabcut() {
 }
 
 #[test]
-fn broken_files_of_dltdv() {
+fn broken_dltdv_files_are_rejected() {
     broken(
         "xypts.csv",
         &[
@@ -419,7 +419,7 @@ fn broken_files_of_dltdv() {
 }
 
 #[test]
-fn broken_files_of_qualisys() {
+fn broken_qualisys_files_are_rejected() {
     broken(
         "qualisys.tsv",
         &[
@@ -439,7 +439,7 @@ fn broken_files_of_qualisys() {
 }
 
 #[test]
-fn broken_files_of_kinovea() {
+fn broken_kinovea_files_are_rejected() {
     broken(
         "kinovea.csv",
         &[
@@ -458,9 +458,9 @@ fn broken_files_of_kinovea() {
     );
 }
 
-/// Keys that make no sense beside a file, each with what is allowed.
+/// Keys that are not supported together with a file are errors with the allowed keys.
 #[test]
-fn keys_beside_files_are_checked() {
+fn keys_beside_a_file_are_checked() {
     let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
     let files = all(&tip);
     let folder = TempDir::new().unwrap();
@@ -498,7 +498,7 @@ fn keys_beside_files_are_checked() {
 }
 
 #[test]
-fn broken_texts_of_kinovea() {
+fn broken_kinovea_texts_are_rejected() {
     broken(
         "kinovea.txt",
         &[
@@ -523,7 +523,7 @@ fn broken_texts_of_kinovea() {
 }
 
 #[test]
-fn broken_files_of_sleap() {
+fn broken_sleap_files_are_rejected() {
     broken(
         "sleap.csv",
         &[
@@ -542,7 +542,7 @@ fn broken_files_of_sleap() {
 }
 
 #[test]
-fn broken_files_of_trackmate() {
+fn broken_trackmate_files_are_rejected() {
     broken(
         "spots.csv",
         &[
@@ -560,9 +560,9 @@ fn broken_files_of_trackmate() {
     );
 }
 
-/// The image's y points down, whatever its unit; and spots in depth keep it.
+/// In images y points down in any unit; spots with a depth keep the direction of the file.
 #[test]
-fn spots_in_units_say_which_way_y_points() {
+fn trackmate_units_determine_direction_of_y() {
     let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
     let files = all(&tip);
     let file = files.iter().find(|f| f.name == "spots.csv").unwrap();

@@ -26,9 +26,9 @@ fn fit<U: Into<Unknown> + Clone>(scene: &Scene, data: &Observation, unknowns: &[
     fit_with(scene, data, unknowns, same_mesh())
 }
 
-/// Six moduli, from no start and from a hundredth to a hundred times the truth.
+/// Six moduli, without a start and with starts from a hundredth to a hundred times the true modulus.
 #[test]
-fn exact_modulus_from_anywhere() {
+fn exact_data_give_exact_modulus_from_any_start() {
     let (mut worst, mut work) = (0.0_f64, Vec::new());
     for k in 0..6 {
         let truth = 4e6 * 25f64.powf(f64::from(k) / 5.0);
@@ -50,9 +50,9 @@ fn exact_modulus_from_anywhere() {
     print_work(worst, work);
 }
 
-/// Bending and twisting both stretch a helix: one tip tells their moduli apart.
+/// Bending and twisting both extend a helix: the motion of the tip determines both moduli.
 #[test]
-fn young_and_shear_modulus_together() {
+fn exact_data_give_young_and_shear_modulus() {
     let mut scene = small();
     (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(4.2e6));
     let data = observe(&scene);
@@ -74,7 +74,7 @@ fn young_and_shear_modulus_together() {
 }
 
 #[test]
-fn modulus_and_beta_together() {
+fn exact_data_give_modulus_and_beta() {
     let mut scene = small();
     scene.time = Some(Time { beta: 0.7, ..Time::new(1.0, 5e-3) });
     let data = observe(&scene);
@@ -84,7 +84,7 @@ fn modulus_and_beta_together() {
 }
 
 #[test]
-fn exact_modulus_with_the_average_vector_field() {
+fn average_vector_field_gives_exact_modulus() {
     let mut scene = small();
     scene.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(1.0, 5e-3) });
     let data = observe(&scene);
@@ -96,7 +96,7 @@ fn exact_modulus_with_the_average_vector_field() {
 }
 
 #[test]
-fn modulus_and_natural_curvature_together() {
+fn exact_data_give_modulus_and_natural_curvature() {
     let mut scene = small();
     scene.rod.natural_curvature = 0.93.into();
     let data = observe(&scene);
@@ -105,9 +105,9 @@ fn modulus_and_natural_curvature_together() {
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-7);
 }
 
-/// The standard error is the spread of the estimates over noisy data sets.
+/// The reported standard error equals the standard deviation of the estimates over noisy data sets.
 #[test]
-fn standard_error_is_the_spread() {
+fn standard_error_equals_spread_of_replicates() {
     let scene = small();
     let clean = observe(&scene);
     let (mut estimates, mut errors, mut covered) = (Vec::new(), Vec::new(), 0);

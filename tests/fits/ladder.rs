@@ -10,10 +10,10 @@ mod models;
 use cable::Cable;
 use models::{Found, begin, kept, ladder, scene_of};
 
-/// A model goes on from what simpler ones have found, but for what came out at zero there: a positive number would not
-/// leave it, and drag that a straight cable has no use for may be there in a curved one.
+/// A model starts at the estimates of a simpler one, except for those at zero: the logarithm of a positive number would stay
+/// there. The drag of a straight cable may be zero, and that of a curved one not.
 #[test]
-fn what_came_out_at_zero_starts_afresh() {
+fn damping_at_zero_is_raised_on_a_refined_mesh() {
     let cable =
         Cable { name: "any".into(), clips: Vec::new(), table: None, lengths: vec![0.07; 6] };
     let found = |list: &[(&str, f64)]| -> Found {

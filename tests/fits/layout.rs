@@ -34,9 +34,9 @@ fn fit(problem: &Problem, data: RestShape, unknown: impl Into<Unknown>) -> Fit {
     Fit::new(problem).observe(data).identify(unknown)
 }
 
-/// A rod that is straight when nothing acts on it has plain joints, beside those of a curve for all others.
+/// A rod with zero natural curvature is discretized like a curved one if its curvature is an unknown.
 #[test]
-fn the_misfit_goes_smoothly_through_a_straight_rod() {
+fn misfit_is_smooth_at_a_straight_rod() {
     let problem = curved(0.5).problem().unwrap();
     let h = 1e-6;
     let tip = |x: f64| {
@@ -60,7 +60,7 @@ fn the_misfit_goes_smoothly_through_a_straight_rod() {
 }
 
 #[test]
-fn a_natural_curvature_is_found_from_none() {
+fn natural_curvature_is_identified_from_zero() {
     for truth in [0.3, -0.2] {
         let unknown = Unknown::new(Parameter::NaturalCurvature).start(0.0);
         let problem = curved(0.0).problem().unwrap();
@@ -71,9 +71,9 @@ fn a_natural_curvature_is_found_from_none() {
     }
 }
 
-/// An arc that is straight at the start of the fit is one like all others.
+/// An arc with zero angle at the start of the fit has the layout of a curved one.
 #[test]
-fn an_angle_is_found_from_a_straight_rod() {
+fn arc_angle_is_identified_from_a_straight_rod() {
     let bent = |angle: f64| {
         let mut scene = arc();
         scene.rod.shape = Shape::Arc { length: 0.5, angle };
@@ -86,9 +86,9 @@ fn an_angle_is_found_from_a_straight_rod() {
     assert!(report.converged && (found - 0.4).abs() < 1e-8, "{found}: {report}");
 }
 
-/// With `up` across the plane, the width of a square resists bending as that of a rectangle does.
+/// With `up` perpendicular to the plane, the width of a square resists bending like that of a rectangle.
 #[test]
-fn a_square_may_stop_being_one() {
+fn square_section_may_become_rectangular() {
     let mut scene = arc();
     scene.rod.section = Section::Rectangle { width: 0.008, height: 0.008, up: [0.0, 0.0, 1.0] };
     let problem = scene.problem().unwrap();
@@ -103,9 +103,9 @@ fn a_square_may_stop_being_one() {
     }
 }
 
-/// A scene in space stays there where a force out of its plane vanishes.
+/// A spatial scene stays spatial if the force out of its plane is zero at the start.
 #[test]
-fn a_rod_does_not_fall_into_a_plane() {
+fn spatial_rod_stays_spatial_at_a_planar_start() {
     let mut scene = arc();
     scene.material.poisson_ratio = Some(0.3);
     scene.loads.point = at_tip([0.0, -0.01, 0.02]);

@@ -1,4 +1,4 @@
-//! Fits find what their data were made with, and refuse by name what data cannot tell.
+//! Fits of simulated data give the parameters of the simulation, and report parameters that are not identifiable.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -109,10 +109,10 @@ fn helix() -> Scene {
     scene
 }
 
-/// The residuals of a fit at the truth are rounding errors: the marker is where the rod's axes say. Without the
-/// offset they are as large as it.
+/// The residuals at the true parameters are rounding errors with the offset of the marker in the axes of the rod, and as
+/// large as the offset without.
 #[test]
-fn a_marker_is_where_the_axes_say() {
+fn marker_position_follows_the_axes_of_the_rod() {
     let diagonal = Vector::new(0.0, 1.0, 1.0);
     let avf = Scheme::AverageVectorField;
     let moved = {
@@ -163,10 +163,10 @@ fn a_marker_is_where_the_axes_say() {
     }
 }
 
-/// The Jacobian against differences of the residuals between the steps too, by parameters that move the rod, turn
-/// it, slide the marker along it, or shift the clock; and the Hessian against differences of the gradient.
+/// The Jacobian equals differences of the residuals, also between the time steps, by parameters that move or rotate the rod,
+/// slide the marker along it, or shift the clock. The Hessian equals differences of the gradient.
 #[test]
-fn derivatives_of_markers() {
+fn marker_derivatives_equal_differences() {
     let planar: &[&str] = &["youngs_modulus", "rod.shape.length", "supports.angle", "time_offset"];
     let spatial: &[&str] =
         &["youngs_modulus", "rod.section.up.y", "rod.natural_twist", "rod.shape.direction.z"];
@@ -237,10 +237,10 @@ fn derivatives_of_markers() {
     }
 }
 
-/// Halfway between steps markers are where the cubic through the two steps before and after has them, up to the
-/// fourth order: the rates of the axes are those that they turn with.
+/// Halfway between steps the position of a marker equals the cubic through two steps on each side up to the
+/// fourth order: its velocity includes the rotation of the axes.
 #[test]
-fn markers_between_steps() {
+fn markers_between_steps_are_interpolated() {
     for (name, scene) in [("planar", planar_rod()), ("helix", helix())] {
         let errors = [1.0, 0.5].map(|part| {
             let mut scene = scene.clone();
@@ -274,10 +274,10 @@ fn markers_between_steps() {
     }
 }
 
-/// A marker 2 cm above the tip of a rod that bends by tens of degrees: with the offset E is right, without it not.
-/// As fit files say it.
+/// A marker 2 cm above the tip of a rod that bends by tens of degrees: a fit file with the offset gives the right E, without
+/// it a wrong one.
 #[test]
-fn the_modulus_behind_a_marker() {
+fn marker_offset_gives_exact_modulus() {
     for mut scene in [planar_rod(), twisting_rod(Scheme::NewmarkBeta)] {
         scene.material.youngs_modulus = 2e7;
         let problem = scene.problem().unwrap();
@@ -306,9 +306,9 @@ fn the_modulus_behind_a_marker() {
     }
 }
 
-/// A point at an arc length that is a node's but for rounding is found however that was rounded.
+/// An arc length that is that of a node up to rounding gives the same result as the node.
 #[test]
-fn an_arc_length_may_be_that_of_a_node() {
+fn arc_length_of_a_node_equals_the_node() {
     for (segments, node) in [(24, 18), (12, 9), (40, 13)] {
         let mut scene = coarse(segments, 4e-3, 0.3);
         scene.rod.shape = Shape::Straight { length: 0.513, direction: [1.0, 0.0, 0.0] };
@@ -325,7 +325,7 @@ fn an_arc_length_may_be_that_of_a_node() {
 }
 
 #[test]
-fn offsets_in_fit_files() {
+fn fit_file_offsets_are_read_and_checked() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("scene.toml", &planar_rod().to_toml().unwrap());
@@ -340,7 +340,7 @@ fn offsets_in_fit_files() {
     let file = fit("[0, 0.004, 0]").unwrap();
     let motion = file.experiments[0].measurements[0].motion().unwrap();
     assert_eq!(motion.offset, [0.0, 0.004, 0.0]);
-    for (wrong, told) in [
+    for (wrong, message) in [
         (
             "[0, 4, 0]",
             "observation[0].offset: found [0.0, 4.0, 0.0], allowed: up to the rod's length",
@@ -349,6 +349,6 @@ fn offsets_in_fit_files() {
         ("[0, 0.004]", "3 numbers"),
     ] {
         let refused = fit(wrong).unwrap_err().to_string();
-        assert!(refused.contains(told), "{refused}");
+        assert!(refused.contains(message), "{refused}");
     }
 }

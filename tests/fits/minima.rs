@@ -26,10 +26,10 @@ fn pendulum(modulus: f64, drag: f64) -> Scene {
     Scene::from_toml(&text, ".").unwrap()
 }
 
-/// The scan of three moduli a decade has one minimum, at 2.2e8 Pa, where 1.4e8 Pa is the truth: its residuals are
-/// correlated, and the minimum beside it is taken. Without the search beside a minimum all seeds end at 2.2e8 Pa.
+/// The scan with three moduli per decade has one minimum, at 2.2e8 Pa; the true modulus is 1.4e8 Pa. The residuals there are
+/// correlated, so that the neighboring minimum is found. Without that search all seeds end at 2.2e8 Pa.
 #[test]
-fn pendulum_with_close_minima_ends_in_the_lowest() {
+fn pendulum_with_close_minima_converges_to_the_lowest() {
     let truth = 1.402_8e8;
     let clean = record_in_space(&simulate(&pendulum(truth, 0.0101)), 110);
     for seed in 0..4 {
@@ -44,9 +44,9 @@ fn pendulum_with_close_minima_ends_in_the_lowest() {
     }
 }
 
-/// White residuals end the search at the first minimum: the minima beside it cost nothing.
+/// White residuals end the search at the first minimum, without the cost of a search near it.
 #[test]
-fn white_residuals_need_no_search_beside_the_minimum() {
+fn white_residuals_end_the_search() {
     let scene = coarse(20, 2e-3, 0.8);
     let data = noisy(&observe(&scene, 80), 1e-3, 2);
     let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
@@ -72,7 +72,7 @@ fn without_its_damping(folder: &std::path::Path) -> FitFile {
     FitFile::from_toml(text, folder).unwrap()
 }
 
-/// Among the terms that are tried is the one that is missing, and only the fit with it improves on the first.
+/// The missing term is among the extensions, and only the fit with it improves on the first.
 #[test]
 fn extension_with_the_missing_term_improves_the_fit() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,9 +96,9 @@ fn extension_with_the_missing_term_improves_the_fit() {
     assert_eq!(best.grade, Grade::Trustworthy, "{best}");
 }
 
-/// Whatever is worse than the first fit does not take its place.
+/// A fit with a worse grade, or without convergence, does not replace the first one.
 #[test]
-fn extension_that_is_worse_does_not_improve_the_fit() {
+fn worse_extension_does_not_improve_the_fit() {
     let folder = tempfile::tempdir().unwrap();
     let file = without_its_damping(folder.path());
     let first = file.fit().solve().unwrap();
@@ -121,10 +121,10 @@ fn extension_that_is_worse_does_not_improve_the_fit() {
     assert_eq!(noted.parameters, first.parameters);
 }
 
-/// A second term that explains the data as well with another value of E takes the grade without reservation from a fit, and
-/// is named with its value. One that explains them worse than one to a hundred, or with the same value, does not.
+/// A second term with a similar likelihood and another value of E lowers the grade; the warning has both values. A term with
+/// a likelihood ratio below 1/100, or with the same value of E, does not.
 #[test]
-fn alternative_term_with_another_value_gives_a_reservation() {
+fn alternative_term_with_another_value_lowers_the_grade() {
     let folder = tempfile::tempdir().unwrap();
     let mut best = without_its_damping(folder.path()).fit().solve().unwrap();
     best.grade = Grade::Trustworthy;

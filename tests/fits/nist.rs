@@ -165,10 +165,10 @@ fn solve(problem: &Problem, start: &[f64]) -> (Vec<f64>, u64, u64, String) {
     }
 }
 
-/// The data are NIST's, and so are the certified values: their residuals have the certified sum of
-/// squares, as far as eleven digits of each parameter let them.
+/// The residuals of the certified parameters have the certified sum of squares (NIST StRD), up to the eleven digits of the
+/// parameters.
 #[test]
-fn the_certified_values_are_right() {
+fn nist_certified_values_are_minima() {
     for name in NAMES {
         let problem = Problem::read(name);
         let b = &problem.certified;
@@ -196,7 +196,7 @@ fn the_certified_values_are_right() {
 }
 
 #[test]
-fn all_problems_from_both_starts() {
+fn nist_problems_are_solved_from_both_starts() {
     println!("problem   start  digits  iterations  evaluations  ended");
     let (mut sum, mut solved, mut unconverged) = (0.0, 0, Vec::new());
     for name in NAMES {
@@ -218,7 +218,7 @@ fn all_problems_from_both_starts() {
     println!("{solved} of 54 to four digits or more; mean {:.2} of at most 11", sum / 54.0);
     assert_eq!(solved, 54);
     // At the minimum to rounding, none says that it is not one; but for Lanczos1, which is fitted to
-    // the thirteenth digit of its data, where nothing tells a residual from its rounding error.
+    // the thirteenth digit of its data, where residuals are rounding errors.
     unconverged.retain(|(name, ..)| *name != "Lanczos1");
     assert!(unconverged.is_empty(), "{unconverged:?}");
     assert!(sum / 54.0 >= 10.0, "{:.3}", sum / 54.0);

@@ -29,9 +29,9 @@ fn helix() -> Scene {
     scene
 }
 
-/// Parts that are all alike are the whole, and their derivatives add up to the whole's.
+/// A rod of equal pieces equals the whole rod, and the derivatives by its pieces add up to that by the whole.
 #[test]
-fn equal_parts_are_the_whole() {
+fn equal_pieces_equal_the_whole_rod() {
     for scene in [arc(), helix()] {
         let mut parts = scene.clone();
         let [curvature, twist] =
@@ -57,9 +57,9 @@ fn equal_parts_are_the_whole() {
     }
 }
 
-/// Nothing pulls: every joint turns by its own part of the curvature at rest.
+/// Without loads every joint has the turning angle of its own natural curvature.
 #[test]
-fn joints_follow_their_parts() {
+fn joints_have_the_values_of_their_pieces() {
     let mut scene = arc();
     scene.loads.gravity = [0.0; 3];
     scene.rod.natural_curvature = vec![0.5, 1.5, -1.0].into();
@@ -84,7 +84,7 @@ fn joints_follow_their_parts() {
 
 /// Derivatives of shapes at rest and in motion against seven-point differences.
 #[test]
-fn derivatives_by_the_parts() {
+fn piecewise_derivatives_equal_differences() {
     let mut bent = arc();
     bent.rod.natural_curvature = vec![1.0, 0.8, 1.2].into();
     let mut twisted = helix();
@@ -118,7 +118,7 @@ fn derivatives_by_the_parts() {
 }
 
 #[test]
-fn scenes_say_a_number_or_a_list() {
+fn piecewise_scenes_have_numbers_or_lists() {
     let mut scene = arc();
     assert_eq!(Parameter::NaturalCurvature.of(&scene), Some(1.0));
     assert_eq!(curvature_of(1).of(&scene), None);
@@ -148,7 +148,7 @@ fn scenes_say_a_number_or_a_list() {
 }
 
 #[test]
-fn parameters_are_written_by_name() {
+fn piecewise_parameters_are_written_by_name() {
     let all = Parameter::all(&helix());
     assert!(all.len() > 25, "{all:?}");
     for parameter in &all {
@@ -166,9 +166,9 @@ fn parameters_are_written_by_name() {
     }
 }
 
-/// Every part's curvature from where the whole rod was seen, from a guess of none being different.
+/// The curvature of every piece is identified from the positions of all nodes, from equal starts.
 #[test]
-fn a_fit_finds_the_parts() {
+fn piecewise_moduli_are_identified() {
     let truth = [1.0, 0.8, 1.2];
     let mut scene = arc();
     scene.rod.natural_curvature = truth.to_vec().into();

@@ -18,10 +18,10 @@ pub fn small(end: f64) -> Scene {
     coarse(25, 2e-3, end)
 }
 
-/// 20 moduli over three decades, records of 1 s and 5 s, from no start and from a start anywhere
-/// between a hundredth and a hundred times the truth.
+/// 20 moduli over three decades and records of 1 s and 5 s, without a start and with starts
+/// between a hundredth and a hundred times the true modulus.
 #[test]
-fn exact_modulus_from_anywhere() {
+fn exact_data_give_exact_modulus_from_any_start() {
     let mut random = ChaCha8Rng::seed_from_u64(30);
     let (mut worst, mut work) = (0.0_f64, Vec::new());
     for k in 0..20 {
@@ -46,9 +46,9 @@ fn exact_modulus_from_anywhere() {
     print_work(worst, work);
 }
 
-/// The paper's own walls: the coarse model of the search is much too short there.
+/// The walls of the paper are at nodes, where the coarse model of the search is much too short.
 #[test]
-fn exact_modulus_with_walls_at_nodes() {
+fn walls_at_nodes_give_exact_modulus() {
     let mut scene = small(3.0);
     scene.supports.clamp = Clamp::Nodes;
     let data = observe(&scene, 300);
@@ -60,7 +60,7 @@ fn exact_modulus_with_walls_at_nodes() {
 }
 
 #[test]
-fn exact_beta_alone_and_with_the_modulus() {
+fn exact_data_give_beta_alone_and_with_modulus() {
     for truth in [0.5, 0.55, 0.7, 0.9, 1.0] {
         let mut scene = small(2.0);
         scene.time = Some(Time { beta: truth, ..Time::new(2.0, 5e-3) });
@@ -72,9 +72,9 @@ fn exact_beta_alone_and_with_the_modulus() {
     }
 }
 
-/// A drooping rod, bent at rest by less than its mould.
+/// A drooping rod with a natural curvature below that of its mold.
 #[test]
-fn exact_natural_curvature_with_the_modulus() {
+fn exact_data_give_natural_curvature_and_modulus() {
     for truth in [0.4, 1.0, 1.3] {
         let mut scene = small(1.0);
         scene.rod.shape = Shape::Arc { length: 0.5, angle: 0.8 };
@@ -87,7 +87,7 @@ fn exact_natural_curvature_with_the_modulus() {
 }
 
 #[test]
-fn exact_dampings_with_the_modulus() {
+fn exact_data_give_dampings_and_modulus() {
     let mut scene = small(2.0);
     scene.loads.damping.mass = 0.8;
     scene.loads.damping.stiffness = 2e-3;
@@ -100,10 +100,10 @@ fn exact_dampings_with_the_modulus() {
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
-/// Every scheme identifies the modulus behind its own motion, from no start; and the motion of a
-/// good scheme has the same modulus for another.
+/// Every scheme identifies the modulus of its own simulation without a start. The motion of an accurate scheme gives the
+/// same modulus with another accurate scheme.
 #[test]
-fn exact_modulus_with_every_scheme() {
+fn every_scheme_gives_exact_modulus() {
     let mut scene = small(0.5);
     let time = |scheme, step| Some(Time { scheme, ..Time::new(0.5, step) });
     let mut records = Vec::new();
@@ -127,9 +127,9 @@ fn exact_modulus_with_every_scheme() {
     found(&report, &[(Parameter::YoungsModulus, 1e8)], 1e-4);
 }
 
-/// A known force separates what gravity cannot.
+/// Under gravity only the ratio of modulus and density is identifiable; a known force determines both.
 #[test]
-fn modulus_and_density_with_a_known_force() {
+fn known_force_gives_modulus_and_density() {
     let mut scene = small(1.0);
     scene.loads.point = at_tip([0.0, -0.3, 0.0]);
     let data = observe(&scene, 100);
@@ -137,10 +137,10 @@ fn modulus_and_density_with_a_known_force() {
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
-/// Damping that is not there goes to zero without holding up the others, whose minimum is that
+/// A damping that the data do not have goes to zero, and the other unknowns converge to the minimum
 /// without it.
 #[test]
-fn what_vanishes_does_not_hold_up_the_rest() {
+fn vanishing_damping_does_not_stop_the_other_unknowns() {
     let scene = coarse(20, 2e-3, 0.8);
     let data = noisy(&observe(&scene, 80), 1e-3, 2);
     let camera =
@@ -160,9 +160,9 @@ fn what_vanishes_does_not_hold_up_the_rest() {
     assert!(bounded.clone().count() >= 1 && bounded.clone().all(|upper| upper > 0.0), "{with}");
 }
 
-/// Points inside the rod, missing coordinates and samples, two observations of unknown noise.
+/// Two observations with unknown noise of points inside the rod, with missing coordinates and samples.
 #[test]
-fn partial_observations_of_several_points() {
+fn partial_observations_of_several_points_are_fitted() {
     let scene = small(1.0);
     let run = simulate(&scene);
     let see = |point: Point, keep: fn(usize, usize) -> bool| {
@@ -186,10 +186,10 @@ fn partial_observations_of_several_points() {
     assert_eq!(report.sigma.len(), 2);
 }
 
-/// 200 seeds of 1 % noise: the reported standard error is the spread of the estimates, and the
-/// intervals cover.
+/// 200 seeds of 1 % noise: the reported standard error equals the spread of the estimates, and the
+/// intervals have their nominal coverage.
 #[test]
-fn standard_error_is_the_spread() {
+fn standard_error_equals_spread_of_replicates() {
     let scene = coarse(16, 4e-3, 1.0);
     let exact = observe(&scene, 100);
     let (mut estimates, mut errors, mut covered) = (Vec::new(), Vec::new(), 0);
@@ -213,9 +213,9 @@ fn standard_error_is_the_spread() {
     assert!((181..=199).contains(&covered));
 }
 
-/// Both routes of derivatives find the same.
+/// Hand-derived and automatic derivatives give the same estimate.
 #[test]
-fn either_route_identifies_the_same() {
+fn library_and_fit_file_give_the_same_estimate() {
     let scene = coarse(10, 2e-3, 0.5);
     let data = observe(&scene, 50);
     let problem = scene.problem().unwrap().with_derivatives(rodfit::Derivatives::Dual);
@@ -228,7 +228,7 @@ fn either_route_identifies_the_same() {
 /// beside E with a known load, a helix's pitch, the direction of the weight, a shaken wall's amplitude
 /// and frequency, and a load.
 #[test]
-fn any_number_is_identified() {
+fn any_scene_parameter_is_identified() {
     let mut rod = small(1.0);
     rod.material.poisson_ratio = Some(0.4);
     let mut loaded = rod.clone();
@@ -289,10 +289,10 @@ fn any_number_is_identified() {
     }
 }
 
-/// A rod that is thrown about a hinge: in the large steps of a coarse model it cannot be simulated near the truth, and far from
-/// it other moduli look as well. A start is looked at by the full model too.
+/// A rod that is thrown about a hinge. The coarse model with its large steps cannot be simulated near the true modulus, and has
+/// other minima. The full model is therefore evaluated at a given start too.
 #[test]
-fn a_start_is_tried_where_a_coarse_model_fails() {
+fn given_start_is_used_where_the_coarse_model_fails() {
     let mut scene = small(0.618_796_662);
     scene.rod.segments = Some(10);
     scene.rod.shape =

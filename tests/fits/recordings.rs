@@ -39,10 +39,9 @@ fn fit(starts: Option<[f64; 2]>) -> FitReport {
     fit.identify(unknown(0)).identify(unknown(1)).solve().unwrap()
 }
 
-/// What the data were made with is found; the start that was given is where the search begins, and
-/// without one the modulus is scanned, alone.
+/// The true parameters are identified from a given start, and without one by a scan of the modulus alone.
 #[test]
-fn a_cable_is_found_between_two_hands() {
+fn cable_between_two_grippers_is_identified() {
     for (starts, scanned) in [(Some([3e8, 0.05]), false), (None, true)] {
         let report = fit(starts);
         println!("{report}");
@@ -71,9 +70,9 @@ fn a_cable_is_found_between_two_hands() {
     }
 }
 
-/// A ring leads the cable by a marker between the hands: the two that it leaves free are compared, and the modulus is found.
+/// A ring prescribes a marker between the grippers. The two free markers are compared and give the modulus.
 #[test]
-fn a_cable_is_found_between_two_hands_and_a_ring() {
+fn cable_between_two_grippers_and_a_ring_is_identified() {
     let ring = |scene: &mut Scene| {
         let path = scene.supports.path.as_mut().unwrap();
         path.inner = vec!["4".into()];
@@ -96,9 +95,9 @@ fn a_cable_is_found_between_two_hands_and_a_ring() {
     }
 }
 
-/// However many threads there are, the numbers are the same to the last bit.
+/// All results are the same to the last bit for any number of threads.
 #[test]
-fn threads_do_not_change_numbers() {
+fn number_of_threads_does_not_change_results() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut report = pool.install(|| fit(Some([3e8, 0.05])));
@@ -109,9 +108,9 @@ fn threads_do_not_change_numbers() {
     assert_eq!(alone, on(3));
 }
 
-/// A recording without some of its frames is told, and fits where its clock goes on in true time.
+/// Lost frames of a recording are reported; the fit is right with the corrected clock.
 #[test]
-fn lost_frames_are_told_and_mended() {
+fn lost_frames_are_reported_and_mended() {
     let whole = recorded(9, 150, 1e-6, |_| {});
     let kept: Vec<usize> = (0..150).filter(|k| !(60..66).contains(k)).collect();
     let times = whole.times()[..kept.len()].to_vec();
@@ -142,9 +141,9 @@ fn lost_frames_are_told_and_mended() {
     assert!(mended < 0.7 * kept, "{mended:e} {kept:e}");
 }
 
-/// Frames in which a marker jumps are left out where that is asked for.
+/// `glitches = "mask"` leaves out the frames in which a marker jumps.
 #[test]
-fn glitches_are_masked() {
+fn frames_with_glitches_are_masked() {
     let clean = recorded(5, 60, 1e-5, |_| {});
     let mut markers: Vec<_> =
         clean.markers().iter().map(|m| (m.name.clone(), m.seen.clone())).collect();
@@ -164,10 +163,10 @@ fn glitches_are_masked() {
     assert!(measured.iter().all(|m| m.motion().is_some() && !m.held_out()));
 }
 
-/// A model that dissipates too much otherwise wants drag below zero: there is none, and the report says
-/// how much there may be at most.
+/// A model with too much other dissipation has its minimum at a negative drag. The estimate is zero, with an upper
+/// bound.
 #[test]
-fn drag_that_wants_to_be_negative_is_zero() {
+fn negative_drag_is_estimated_as_zero() {
     let clip = |seed: u64| {
         let track = recorded(seed, 120, SIGMA, |scene| scene.loads.damping.mass = 0.0);
         let mut scene = cable(track);
@@ -185,7 +184,7 @@ fn drag_that_wants_to_be_negative_is_zero() {
     assert!(drag.upper95.unwrap() < 0.4 && report.not_identifiable.is_empty(), "{report}");
 }
 
-/// How far a rod goes from a recording when it is led by it, with the modulus `e`: marker by marker and frame by
+/// Distances between a recording and the rod driven by it, with the modulus `e`: marker by marker and frame by
 /// frame after the first two.
 fn errors(track: &Track, e: f64) -> Vec<Vec<f64>> {
     let problem = problem(track).with([(Parameter::YoungsModulus, e)]).unwrap();
@@ -204,10 +203,10 @@ fn mean(all: impl Iterator<Item = f64>) -> (f64, usize) {
     (sum / count as f64, count)
 }
 
-/// What is drawn of recordings is what simulations of the test's own give: windows that start anew, ranges of
+/// The plots of recordings equal simulations by the test: windows that start anew, ranges of
 /// speed, and the rod with its markers at a dozen moments.
 #[test]
-fn plots_of_recordings_are_their_simulations() {
+fn recording_plots_equal_simulations() {
     // Cameras that see worse than the model is, so that errors differ from window to window.
     let (first, other) = (recorded(3, 120, 1e-3, |_| {}), recorded(4, 120, 1e-3, |_| {}));
     let fit =

@@ -1,4 +1,4 @@
-//! What data cannot tell is refused by name, and slips of a set-up are named.
+//! Reports of parameters that are not identifiable, and errors and warnings for wrong set-ups.
 
 use rodfit::fit::{FitReport, Sample};
 use rodfit::scene::{End, Motion, Section, Shape, Support};
@@ -8,10 +8,10 @@ use crate::common::fits::{fit, observe, value};
 use crate::common::{coarse, simulate};
 use crate::planar::small;
 
-/// Where steps are taken in halves the misfit jumps with the modulus. A fit that leaves more than
-/// noise says so, with a way out; the way out works.
+/// Halved steps make the misfit a discontinuous function of the modulus. A fit with residuals above the noise has a warning
+/// with a recommended action, which removes the warning.
 #[test]
-fn jumps_of_the_misfit_are_named() {
+fn discontinuous_misfit_is_a_warning() {
     let rod = |step: f64, damping: f64| {
         let mut scene = coarse(20, step, 2.4);
         scene.rod.shape = Shape::Straight { length: 0.12, direction: [1.0, 0.0, 0.0] };
@@ -49,7 +49,7 @@ fn refusal(report: &FitReport, words: &[&str]) {
 }
 
 #[test]
-fn modulus_and_density_under_gravity_are_refused_by_name() {
+fn modulus_and_density_under_gravity_are_not_identifiable() {
     let scene = small(1.0);
     let data = observe(&scene, 100);
     let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Density]);
@@ -67,7 +67,7 @@ fn modulus_and_density_under_gravity_are_refused_by_name() {
 }
 
 #[test]
-fn what_has_no_effect_is_refused_by_name() {
+fn parameter_without_effect_is_not_identifiable() {
     // Poisson's ratio does not enter a planar scene.
     let mut scene = small(1.0);
     scene.material.poisson_ratio = Some(0.4);
@@ -79,9 +79,9 @@ fn what_has_no_effect_is_refused_by_name() {
     refusal(&fit(&scene, &data, &[Parameter::YoungsModulus]), &["youngs_modulus has no effect"]);
 }
 
-/// A wrong model never looks fine.
+/// The residuals of a wrong model are never consistent with noise.
 #[test]
-fn an_unexplained_motion_is_a_warning() {
+fn unexplained_motion_is_a_warning() {
     let scene = small(1.0);
     let mut data = observe(&scene, 100);
     for sample in &mut data.samples {
@@ -98,7 +98,7 @@ fn an_unexplained_motion_is_a_warning() {
 }
 
 #[test]
-fn bounds_hold_and_are_mentioned() {
+fn estimate_at_a_bound_is_a_warning() {
     let scene = small(1.0);
     let data = observe(&scene, 100);
     let bounded = Unknown::new(Parameter::YoungsModulus).bounds(1.2e8, 1e10);
@@ -107,9 +107,9 @@ fn bounds_hold_and_are_mentioned() {
     assert!(report.warnings.iter().any(|w| w.contains("bound")), "{report}");
 }
 
-/// The commonest slips of a set-up are named, in no time.
+/// The most common errors of a set-up are reported before the search.
 #[test]
-fn wrong_set_ups_are_named_at_once() {
+fn wrong_set_ups_are_rejected_before_the_search() {
     let scene = small(1.0);
     let exact = observe(&scene, 200);
     let mut random = 1_u32;
@@ -161,9 +161,9 @@ fn wrong_set_ups_are_named_at_once() {
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
-/// Inputs no fit can start from are errors that name what is wrong.
+/// Inputs of fits that cannot be solved are errors with the key.
 #[test]
-fn impossible_requests_are_input_errors() {
+fn impossible_fits_are_input_errors() {
     let scene = small(1.0);
     let problem = scene.problem().unwrap();
     let data = observe(&scene, 100);
@@ -230,9 +230,9 @@ fn impossible_requests_are_input_errors() {
     assert!(error.contains("radius") && error.contains("circular section"), "{error}");
 }
 
-/// Where every simulation fails there is an error of the computation, not a number.
+/// A fit all of whose simulations fail is an error of the computation.
 #[test]
-fn failing_simulations_are_not_a_cost() {
+fn failing_simulations_are_errors() {
     let mut scene = small(1.0);
     let data = observe(&scene, 40);
     scene.loads.gravity = [0.0, -1e200, 0.0];

@@ -51,9 +51,9 @@ fn solve(folder: &TempDir, said: &str) -> FitReport {
     load(folder, said).unwrap().fit().solve().unwrap()
 }
 
-/// The same to the last bit, whatever says it.
+/// A number and a column of equal values give the same result to the last bit.
 #[test]
-fn a_column_of_one_value_is_a_number() {
+fn sigma_column_of_one_value_equals_a_number() {
     let folder = folder(",sd,sx[m]", |_| vec![2.0, 2e-3]);
     let json = |said: &str| {
         let mut report = solve(&folder, said);
@@ -70,9 +70,9 @@ fn a_column_of_one_value_is_a_number() {
     assert_eq!(json("sigma = 2e-3"), both);
 }
 
-/// What comes out minimises the squares over the variances, and its error is that of such a sum.
+/// The estimate minimizes the sum of squares over the variances, and its error is that of weighted least squares.
 #[test]
-fn rows_count_by_their_own_noise() {
+fn row_sigmas_weight_their_rows() {
     let folder = folder(",sx,sy", |k| sigmas(k).to_vec());
     let report = solve(&folder, "sigma = { x = \"sx\", y = \"sy\" }");
     let file = load(&folder, "sigma = { x = \"sx\", y = \"sy\" }").unwrap();
@@ -96,14 +96,14 @@ fn rows_count_by_their_own_noise() {
     assert!(off.abs() < 1e-5 * error, "{off:e} of {error:e}");
     assert!((found.std_error.unwrap() / error - 1.0).abs() < 1e-6, "{found:?}");
     assert!((found.value.unwrap() - 1e8).abs() < 4.0 * error);
-    // Taken for alike they tell less, and come out elsewhere.
+    // With equal weights the estimate is another one, with a larger error.
     let bare = self::folder(",sx", |k| vec![sigmas(k)[0]]);
     let alike = solve(&bare, "sigma = \"sx\"");
     assert!(weighed(&alike)[0].abs() > 1e-2 * error);
 }
 
 #[test]
-fn columns_that_make_no_sense_are_refused_with_their_lines() {
+fn invalid_sigma_columns_are_rejected_with_their_lines() {
     let value = |bad: f64| move |k: usize| vec![if k == 6 { bad } else { 1.0 }];
     for (folder, said, words) in [
         (folder(",sd", value(-1.0)), "sigma = \"sd\"", &["tip.csv:8", "`sd`", "-1", "above 0"][..]),
@@ -130,7 +130,7 @@ fn columns_that_make_no_sense_are_refused_with_their_lines() {
 
 /// A photographed droop, point by point.
 #[test]
-fn shapes_have_columns_too() {
+fn shape_sigma_columns_are_read() {
     let folder = folder("", |_| vec![]);
     let write = |name: &str, table: &str| std::fs::write(folder.path().join(name), table).unwrap();
     write("droop.csv", "s,x,y,sd[mm]\n0.25,,-0.03,1\n0.5,0.47,-0.1,3\n");

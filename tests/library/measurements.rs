@@ -47,7 +47,7 @@ fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
         let at = |t: f64| run.at(*point, t).unwrap().0;
         let (position, after, before) = (at(time), at(time + step), at(time - step));
         let velocity = [0, 1, 2].map(|c| (after[c] - before[c]) / (2.0 * step));
-        rodfit::fit::Moving { position, velocity }
+        rodfit::fit::PointState { position, velocity }
     };
     let points: Vec<_> = quantity.points().iter().map(moving).collect();
     quantity.show(&Sight { time, points: &points, scene: problem.scene() })

@@ -1,4 +1,7 @@
-//! Other ways to record what is planned, as other rows of the same Jacobian.
+//! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
+//!
+//! The planned recordings and all candidate recordings are simulated together. The standard errors of each candidate design
+//! follow from its rows of the common Jacobian.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -7,118 +10,150 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::motion::{Observation, PointMotion, Sample};
 use crate::fit::misfit::ar1::usual_spacing;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 use crate::scene::Point;
 use std::ops::Range;
 
-/// Markers at so many equal parts of the rod's length.
-const PLACES: usize = 10;
-/// Recordings whose markers are moved at most.
+/// Number of candidate positions of a marker, at equal parts of the length of the rod.
+const MARKER_POSITIONS: usize = 10;
+/// Smallest distance of a candidate position from the planned one, over the length of the rod.
+const LEAST_MOVE: f64 = 1e-2;
+/// Largest number of recordings with candidate positions.
 const MOST_MOVED: usize = 4;
-/// Lengths and rates, over those of the plan; smaller ones are one over whole numbers.
+/// Longest candidate duration, over that of the plan.
 const LONGER: f64 = 2.0;
-const PARTS: [usize; 3] = [8, 4, 2];
-const FASTER: [usize; 2] = [2, 4];
-/// Lengths and rates that come as near as this to the best are as good.
-const AS_GOOD: f64 = 1.05;
-/// What counts as the standard deviation of an unknown that is not identified, on its scale.
-const UNKNOWN: f64 = 1e3;
+/// Divisors of the planned duration and frame rate.
+const DIVISORS: [usize; 3] = [8, 4, 2];
+/// Factors on the planned frame rate.
+const RATE_FACTORS: [usize; 2] = [2, 4];
+/// Largest error of a recommended duration or rate, over the smallest error: the shortest such record is recommended.
+const NEARLY_BEST: f64 = 1.05;
+/// Standard deviation of an unknown that is not identified, on its scale, in the comparison of candidates.
+const NOT_IDENTIFIED: f64 = 1e3;
 
-/// What rows of the Jacobian are of.
+/// Origin of the rows of a candidate recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    /// The plan.
-    Own,
-    /// A marker at another place, m.
-    Place(f64),
-    /// What is seen after the end.
+enum CandidateKind {
+    /// The planned measurement.
+    Planned,
+    /// The recording with its marker at another arc length, m.
+    MarkerPosition(f64),
+    /// Frames after the planned end.
     Later,
-    /// Frames between those of the plan: those that so many times the rate has, and no smaller one.
+    /// Frames between the planned ones: those that a rate with this factor has, and no smaller factor.
     Between(usize),
 }
 
-/// Rows of one measurement, or of one of its choices.
-pub(crate) struct Block {
+/// Rows of the Jacobian of a measurement, or of a candidate for it.
+pub(crate) struct CandidateRows {
+    /// Index of the experiment.
     pub experiment: usize,
-    /// The measurement among those of the experiment.
-    of: usize,
-    kind: Kind,
+    /// Index of the planned measurement in the experiment.
+    index: usize,
+    kind: CandidateKind,
     pub measurement: Measurement,
     pub rows: Range<usize>,
 }
 
-/// A plan and its choices.
+impl CandidateRows {
+    /// Whether these are rows of the planned measurement.
+    fn is_planned(&self) -> bool {
+        self.kind == CandidateKind::Planned
+    }
+
+    /// Whether both are rows of the same planned measurement or of candidates for it.
+    fn is_alternative_to(&self, other: &Self) -> bool {
+        (self.experiment, self.index) == (other.experiment, other.index)
+    }
+}
+
+/// A plan with all its candidate recordings.
 pub(crate) struct CandidateDesigns {
-    blocks: Vec<Block>,
+    blocks: Vec<CandidateRows>,
+}
+
+/// The expected standard errors of candidate designs at one point.
+struct DesignErrors<'a> {
+    designs: &'a CandidateDesigns,
+    planned: &'a [Experiment],
+    point: ParameterPoint<'a>,
+    /// Rows of the Jacobian of all candidates, then those of the priors.
+    rows: &'a [Vec<f64>],
 }
 
 impl CandidateDesigns {
-    /// Those of `planned`.
-    pub fn of(planned: &[Experiment]) -> Result<Self, Error> {
-        let mut blocks: Vec<Block> = Vec::new();
+    /// The candidates for the recordings of `planned` experiments.
+    pub fn new(planned: &[Experiment]) -> Result<Self, Error> {
+        let mut blocks: Vec<CandidateRows> = Vec::new();
         let mut moved = 0;
         for (e, experiment) in planned.iter().enumerate() {
-            let own = experiment.measurements.iter().map(|m| (Kind::Own, m.clone()));
-            let own: Vec<_> = own.enumerate().map(|(of, (kind, m))| (of, kind, m)).collect();
-            let mut all = own;
-            for (of, measurement) in experiment.measurements.iter().enumerate() {
+            let mut add = |index: usize, kind: CandidateKind, measurement: Measurement| {
+                let first = blocks.last().map_or(0, |block| block.rows.end);
+                let rows = first..first + measurement.values();
+                blocks.push(CandidateRows { experiment: e, index, kind, measurement, rows });
+            };
+            for (index, measurement) in experiment.measurements.iter().enumerate() {
+                add(index, CandidateKind::Planned, measurement.clone());
+            }
+            for (index, measurement) in experiment.measurements.iter().enumerate() {
                 let Some(observation) = &measurement.observation() else { continue };
                 if moved < MOST_MOVED {
                     moved += 1;
-                    let places = places(experiment, observation)?.into_iter();
-                    all.extend(places.map(|(s, o)| (of, Kind::Place(s), o.into())));
+                    for s in marker_positions(experiment, observation)? {
+                        let mut moved = observation.clone().at(Point::ArcLength(s));
+                        moved.marker = None;
+                        add(index, CandidateKind::MarkerPosition(s), moved.into());
+                    }
                 }
-                let more = frames(experiment, observation).into_iter();
-                all.extend(more.map(|(kind, o)| (of, kind, o.into())));
-            }
-            for (of, kind, measurement) in all {
-                let first = blocks.last().map_or(0, |block: &Block| block.rows.end);
-                let rows = first..first + measurement.values();
-                blocks.push(Block { experiment: e, of, kind, measurement, rows });
+                for (kind, frames) in additional_frames(experiment, observation) {
+                    add(index, kind, frames.into());
+                }
             }
         }
         Ok(Self { blocks })
     }
 
-    /// The experiments with all choices beside what is planned.
+    /// The planned experiments with all candidate recordings.
     pub fn experiments(&self, planned: &[Experiment]) -> Vec<Experiment> {
-        let of = |(e, experiment): (usize, &Experiment)| {
+        let with_candidates = |(e, experiment): (usize, &Experiment)| {
             let own = self.blocks.iter().filter(|block| block.experiment == e);
             let measurements = own.map(|block| block.measurement.clone()).collect();
             Experiment { measurements, ..experiment.clone() }
         };
-        planned.iter().enumerate().map(of).collect()
+        planned.iter().enumerate().map(with_candidates).collect()
     }
 
-    /// Makes the values of `planned` those of which nothing is left in `residuals`.
+    /// Adds the `residuals` of the planned rows to the values of `planned`, which become those of the simulation.
     pub fn fill(&self, planned: &mut [Experiment], residuals: &[f64]) {
-        for block in self.blocks.iter().filter(|block| block.kind == Kind::Own) {
-            let own = &mut planned[block.experiment].measurements[block.of];
-            let sigmas = own.sigmas(own.sigma().unwrap_or(1.0));
-            let left = residuals[block.rows.clone()].iter().zip(sigmas);
-            own.data.values_mut().into_iter().zip(left).for_each(|(value, (r, s))| *value += r * s);
+        for block in self.planned_blocks() {
+            let own = &mut planned[block.experiment].measurements[block.index];
+            own.add_residuals(&residuals[block.rows.clone()], own.sigma().unwrap_or(1.0));
         }
     }
 
-    /// The rows of the measurements of the plan.
-    pub fn planned_blocks(&self) -> impl Iterator<Item = &Block> {
-        self.blocks.iter().filter(|block| block.kind == Kind::Own)
+    /// The rows of the planned measurements.
+    pub fn planned_blocks(&self) -> impl Iterator<Item = &CandidateRows> {
+        self.blocks.iter().filter(|block| block.is_planned())
     }
 
-    /// The number of rows, without those of the priors that follow.
+    /// The number of rows without those of the priors, which follow.
     pub fn end(&self) -> usize {
         self.blocks.last().map_or(0, |block| block.rows.end)
     }
 
-    /// The rows of the plan, with those of the priors.
+    /// The rows of the plan with those of the priors.
     pub fn planned<T: Clone>(&self, rows: &[T]) -> Vec<T> {
-        self.rows(rows, |block, _, _| block.kind == Kind::Own)
+        self.select(rows, |block, _, _| block.is_planned())
     }
 
-    /// The rows of the samples that `keep` chooses, which it is told by their place in the block, from 0 on, and their
-    /// time, with those of the priors.
-    fn rows<T: Clone>(&self, rows: &[T], keep: impl Fn(&Block, usize, f64) -> bool) -> Vec<T> {
+    /// The rows of all samples for which `keep` is true, with those of the priors. Its arguments are the block, the index of
+    /// the sample in it, and the time of the sample, s.
+    fn select<T: Clone>(
+        &self,
+        rows: &[T],
+        keep: impl Fn(&CandidateRows, usize, f64) -> bool,
+    ) -> Vec<T> {
         let mut kept = Vec::new();
         for block in &self.blocks {
             let mut own = rows[block.rows.clone()].iter();
@@ -136,150 +171,156 @@ impl CandidateDesigns {
                 None => {}
             }
         }
+        // Priors constrain every design.
         kept.extend(rows[self.end()..].iter().cloned());
         kept
     }
 
-    /// What all choices would tell.
+    /// Expected standard errors at `point` of all candidate designs, with the recommended ones. `rows` are the Jacobian of
+    /// all candidates, then those of the priors.
     pub fn advice(
         &self,
         planned: &[Experiment],
-        unknowns: (&[Unknown], &[f64]),
+        point: ParameterPoint,
         rows: &[Vec<f64>],
     ) -> Result<Vec<Advice>, Error> {
+        let errors = DesignErrors { designs: self, planned, point, rows };
         let mut advice = Vec::new();
-        for block in self.blocks.iter().filter(|block| block.kind == Kind::Own) {
-            let experiment = &planned[block.experiment];
-            let mine = |b: &Block| (b.experiment, b.of) == (block.experiment, block.of);
-            let places = self.blocks.iter().filter(|b| mine(b)).filter_map(|b| match b.kind {
-                Kind::Place(s) => Some((s, b.kind)),
-                _ => None,
-            });
-            let mut places: Vec<(f64, Kind)> = places.collect();
-            let Some(motion) = block.measurement.motion() else { continue };
-            if places.is_empty() {
-                continue;
+        for block in self.planned_blocks() {
+            advice.extend(errors.by_marker_position(block)?);
+        }
+        for e in 0..planned.len() {
+            let is_motion =
+                |b: &CandidateRows| b.experiment == e && b.measurement.motion().is_some();
+            if self.planned_blocks().any(is_motion) {
+                advice.push(errors.by_duration(e)?);
+                advice.extend(errors.by_frame_rate(e)?);
             }
-            places.push((experiment.problem.arc_length(motion.point)?, Kind::Own));
-            places.sort_by_cached_key(|x| total_order(x.0));
-            let choice = |(s, kind): (f64, Kind)| {
-                let keep =
-                    |b: &Block, _, _| if mine(b) { b.kind == kind } else { b.kind == Kind::Own };
-                let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
-                Ok(Choice { value: s, std_error, planned: kind == Kind::Own, best: false })
-            };
-            let choices = places.into_iter().map(choice).collect::<Result<_, Error>>()?;
-            let of = experiment.label(&block.measurement);
-            advice.push(Advice {
-                variable: DesignVariable::MarkerPosition,
-                observation: of,
-                choices,
-            });
         }
-        for (e, experiment) in planned.iter().enumerate() {
-            advice.extend(self.lengths(e, experiment, unknowns, rows)?);
-            advice.extend(self.rates(e, experiment, unknowns, rows)?);
-        }
-        advice.iter_mut().for_each(|advice| advice.mark(unknowns));
+        // The best choice is marked after all errors are known.
+        advice.iter_mut().for_each(|advice| advice.mark_best(point));
         Ok(advice)
     }
+}
 
-    /// All recordings of experiment `e` shorter or longer.
-    fn lengths(
+impl DesignErrors<'_> {
+    /// The design with this value of its variable and the rows for which `keep` is true.
+    fn choice(
         &self,
-        e: usize,
-        experiment: &Experiment,
-        unknowns: (&[Unknown], &[f64]),
-        rows: &[Vec<f64>],
-    ) -> Result<Option<Advice>, Error> {
+        value: f64,
+        planned: bool,
+        keep: impl Fn(&CandidateRows, usize, f64) -> bool,
+    ) -> Result<Choice, Error> {
+        let std_error = standard_errors(self.point, &self.designs.select(self.rows, keep))?;
+        Ok(Choice { value, std_error, planned, best: false })
+    }
+
+    /// A planned recording with its marker at all positions; none without candidates.
+    fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
+        let experiment = &self.planned[block.experiment];
+        let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
+        let position = |b: &CandidateRows| match b.kind {
+            CandidateKind::MarkerPosition(s) => Some(s),
+            _ => None,
+        };
+        let mut positions: Vec<f64> = own.filter_map(position).collect();
+        let Some(motion) = block.measurement.motion().filter(|_| !positions.is_empty()) else {
+            return Ok(None);
+        };
+        let planned = experiment.problem.arc_length(motion.point)?;
+        positions.push(planned);
+        // The planned position is listed among the candidates in the order along the rod.
+        positions.sort_by_cached_key(|s| total_order(*s));
+        let choice = |s: f64| {
+            let kind = match s == planned {
+                true => CandidateKind::Planned,
+                false => CandidateKind::MarkerPosition(s),
+            };
+            self.choice(s, s == planned, |b, _, _| match b.is_alternative_to(block) {
+                true => b.kind == kind,
+                false => b.is_planned(),
+            })
+        };
+        let choices = positions.into_iter().map(choice).collect::<Result<_, Error>>()?;
+        let observation = experiment.label(&block.measurement);
+        Ok(Some(Advice { variable: DesignVariable::MarkerPosition, observation, choices }))
+    }
+
+    /// All recordings of experiment `e` with shorter and longer durations.
+    fn by_duration(&self, e: usize) -> Result<Advice, Error> {
+        let experiment = &self.planned[e];
         let whole = experiment.duration();
-        let longer = self.blocks.iter().any(|b| b.experiment == e && b.kind == Kind::Later);
-        let parts = PARTS.iter().map(|part| 1.0 / *part as f64);
-        let factors = parts.chain([1.0]).chain(longer.then_some(LONGER));
+        let is_later = |b: &CandidateRows| b.experiment == e && b.kind == CandidateKind::Later;
+        let has_later = self.designs.blocks.iter().any(is_later);
+        let shorter = DIVISORS.iter().map(|divisor| 1.0 / *divisor as f64);
+        let factors = shorter.chain([1.0]).chain(has_later.then_some(LONGER));
         let choice = |factor: f64| {
             let end = factor * whole * (1.0 + 1e-9);
-            let keep = |b: &Block, _, time: f64| match b.kind {
-                Kind::Own => b.experiment != e || b.measurement.motion().is_none() || time <= end,
-                Kind::Later => b.experiment == e && factor > 1.0,
-                Kind::Place(_) | Kind::Between(_) => false,
-            };
-            let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
-            Ok(Choice { value: factor * whole, std_error, planned: factor == 1.0, best: false })
-        };
-        self.filmed(e, experiment, DesignVariable::Duration, factors.map(choice))
-    }
-
-    /// All recordings of experiment `e` with fewer or more frames in a second.
-    fn rates(
-        &self,
-        e: usize,
-        experiment: &Experiment,
-        unknowns: (&[Unknown], &[f64]),
-        rows: &[Vec<f64>],
-    ) -> Result<Option<Advice>, Error> {
-        let spacings = experiment.measurements.iter().filter_map(|m| spacing(m.motion()?));
-        let Some(spacing) = spacings.reduce(f64::min) else { return Ok(None) };
-        let slower = PARTS.iter().map(|part| (*part, 1));
-        let faster = FASTER.iter().map(|times| (1, *times));
-        let choice = |(part, times): (usize, usize)| {
-            let keep = |b: &Block, k: usize, _| match b.kind {
-                Kind::Own => {
-                    b.experiment != e || b.measurement.motion().is_none() || k.is_multiple_of(part)
+            self.choice(factor * whole, factor == 1.0, |b, _, time| match b.kind {
+                CandidateKind::Planned => {
+                    b.experiment != e || b.measurement.motion().is_none() || time <= end
                 }
-                Kind::Between(least) => b.experiment == e && least <= times,
-                Kind::Place(_) | Kind::Later => false,
-            };
-            let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
-            let value = times as f64 / (part as f64 * spacing);
-            Ok(Choice { value, std_error, planned: part == times, best: false })
+                CandidateKind::Later => b.experiment == e && factor > 1.0,
+                CandidateKind::MarkerPosition(_) | CandidateKind::Between(_) => false,
+            })
         };
-        let all = slower.chain([(1, 1)]).chain(faster).map(choice);
-        self.filmed(e, experiment, DesignVariable::FrameRate, all)
+        let choices = factors.map(choice).collect::<Result<_, _>>()?;
+        let observation = experiment.name.clone();
+        Ok(Advice { variable: DesignVariable::Duration, observation, choices })
     }
 
-    /// Advice on all recordings of an experiment, if it has any.
-    fn filmed(
-        &self,
-        e: usize,
-        experiment: &Experiment,
-        variable: DesignVariable,
-        choices: impl Iterator<Item = Result<Choice, Error>>,
-    ) -> Result<Option<Advice>, Error> {
-        let mut own = self.blocks.iter().filter(|b| b.experiment == e && b.kind == Kind::Own);
-        if !own.any(|b| b.measurement.motion().is_some()) {
-            return Ok(None);
-        }
-        let (of, choices) = (experiment.name.clone(), choices.collect::<Result<_, _>>()?);
-        Ok(Some(Advice { variable, observation: of, choices }))
+    /// All recordings of experiment `e` with smaller and larger frame rates; none of recordings without a spacing.
+    fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
+        let experiment = &self.planned[e];
+        let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));
+        let Some(spacing) = spacings.reduce(f64::min) else { return Ok(None) };
+        let choice = |divisor: usize, factor: usize| {
+            let value = factor as f64 / (divisor as f64 * spacing);
+            self.choice(value, divisor == factor, |b, k, _| match b.kind {
+                CandidateKind::Planned => {
+                    let is_kept = k.is_multiple_of(divisor);
+                    b.experiment != e || b.measurement.motion().is_none() || is_kept
+                }
+                CandidateKind::Between(least) => b.experiment == e && least <= factor,
+                CandidateKind::MarkerPosition(_) | CandidateKind::Later => false,
+            })
+        };
+        let slower = DIVISORS.iter().map(|divisor| choice(*divisor, 1));
+        let faster = RATE_FACTORS.iter().map(|factor| choice(1, *factor));
+        let choices = slower.chain([choice(1, 1)]).chain(faster).collect::<Result<_, _>>()?;
+        let observation = experiment.name.clone();
+        Ok(Some(Advice { variable: DesignVariable::FrameRate, observation, choices }))
     }
 }
 
 impl Advice {
-    /// Marks the best choice.
-    fn mark(&mut self, (unknowns, x): (&[Unknown], &[f64])) {
-        let size = |choice: &Choice| -> f64 {
-            let of = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
-                error.map_or(UNKNOWN, |e| e / unknown.slope(unknown.from_scale(*x)).abs()).ln()
+    /// Marks the best choice: that with the smallest geometric mean of the relative errors of all parameters at `point`. Of
+    /// durations and rates it is the smallest one that is nearly as good.
+    fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
+        let log_error = |choice: &Choice| -> f64 {
+            let of_unknown = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
+                let slope = unknown.slope(unknown.from_scale(*x)).abs();
+                error.map_or(NOT_IDENTIFIED, |e| e / slope).ln()
             };
             let all = unknowns.iter().zip(x).zip(&choice.std_error);
-            all.map(of).sum::<f64>() / unknowns.len() as f64
+            all.map(of_unknown).sum::<f64>() / unknowns.len() as f64
         };
-        let sizes: Vec<f64> = self.choices.iter().map(size).collect();
-        let least = sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let log_errors: Vec<f64> = self.choices.iter().map(log_error).collect();
+        let least = log_errors.iter().copied().fold(f64::INFINITY, f64::min);
         let good = match self.variable {
             DesignVariable::MarkerPosition => least,
-            DesignVariable::Duration | DesignVariable::FrameRate => least + AS_GOOD.ln(),
+            DesignVariable::Duration | DesignVariable::FrameRate => least + NEARLY_BEST.ln(),
         };
         let any = self.choices.iter().any(|choice| choice.std_error.iter().any(Option::is_some));
-        if let Some(best) = sizes.iter().position(|size| *size <= good).filter(|_| any) {
+        if let Some(best) = log_errors.iter().position(|error| *error <= good).filter(|_| any) {
             self.choices[best].best = true;
         }
     }
 }
 
-/// Standard errors of the unknowns by these rows.
+/// Standard errors of the unknowns at `point` by these rows of the Jacobian, in their units; none of unidentified ones.
 pub(crate) fn standard_errors(
-    (unknowns, x): (&[Unknown], &[f64]),
+    ParameterPoint { unknowns, x }: ParameterPoint,
     rows: &[Vec<f64>],
 ) -> Result<Vec<Option<f64>>, Error> {
     let found = Covariance::new(unknowns, &[], rows, 1.0, 0.0, None, |_| f64::INFINITY)?;
@@ -289,62 +330,56 @@ pub(crate) fn standard_errors(
     Ok(unknowns.iter().zip(x).zip(&found.deviation).map(error).collect())
 }
 
-/// The recording with its marker elsewhere, where it is not already.
-fn places(
-    experiment: &Experiment,
-    observation: &Observation,
-) -> Result<Vec<(f64, Observation)>, Error> {
+/// Candidate arc lengths of the marker of a recording, m, other than the planned one.
+fn marker_positions(experiment: &Experiment, observation: &Observation) -> Result<Vec<f64>, Error> {
     let length = experiment.problem.length();
-    let own = experiment.problem.arc_length(observation.point)?;
-    let place = move |k: usize| length * k as f64 / PLACES as f64;
-    let others = (1..=PLACES).map(place).filter(move |s| (s - own).abs() > 1e-2 * length);
-    let moved = |s: f64| {
-        let mut moved = observation.clone().at(Point::ArcLength(s));
-        moved.marker = None;
-        (s, moved)
-    };
-    Ok(others.map(moved).collect())
+    let planned = experiment.problem.arc_length(observation.point)?;
+    let all = (1..=MARKER_POSITIONS).map(|k| length * k as f64 / MARKER_POSITIONS as f64);
+    Ok(all.filter(|s| (s - planned).abs() > LEAST_MOVE * length).collect())
 }
 
-/// The usual time between two frames, s; that to the first of a single one.
-fn spacing(motion: &PointMotion) -> Option<f64> {
+/// The usual time between two frames, s; of a single frame the time to it.
+fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     let times: Vec<f64> = motion.samples.iter().map(|s| s.time).collect();
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
-/// Frames after the end of a recording and between its own.
-fn frames(experiment: &Experiment, observation: &Observation) -> Vec<(Kind, Observation)> {
-    let Some(spacing) = spacing(observation) else { return Vec::new() };
-    let seen = (0..3).map(|c| observation.samples.iter().any(|s| s.position[c].is_some()));
-    let seen: Vec<bool> = seen.collect();
-    let position: [Option<f64>; 3] = std::array::from_fn(|c| seen[c].then_some(0.0));
+/// Frames after the end of a recording and between its own. A recording that prescribes the ends ends with the plan.
+fn additional_frames(
+    experiment: &Experiment,
+    observation: &Observation,
+) -> Vec<(CandidateKind, Observation)> {
+    let Some(spacing) = frame_spacing(observation) else { return Vec::new() };
+    let is_observed = |c: usize| observation.samples.iter().any(|s| s.position[c].is_some());
+    let position = std::array::from_fn(|c| is_observed(c).then_some(0.0));
     let at = |times: Vec<f64>| {
         let mut other = observation.clone();
         other.samples = times.into_iter().map(|time| Sample { time, position }).collect();
         other.header.sigma_factors.clear();
         other
     };
+    // Later frames continue the planned spacing; frames between are those of multiples of the planned rate.
     let mut all = Vec::new();
     let last = observation.samples.last().map_or(0.0, |s| s.time);
     let supports = &experiment.problem.scene().supports;
-    let led =
+    let is_prescribed =
         supports.path.is_some() || supports.motion.iter().any(|m| !m.file.as_os_str().is_empty());
-    if !led {
+    if !is_prescribed {
         let frames = ((LONGER - 1.0) * experiment.duration() / spacing * (1.0 + 1e-9)).floor();
         let after = (1..=frames as usize).map(|k| last + k as f64 * spacing);
-        all.push((Kind::Later, at(after.collect())));
+        all.push((CandidateKind::Later, at(after.collect())));
     }
-    for times in FASTER {
+    for factor in RATE_FACTORS {
         let mut between = Vec::new();
         let mut before = observation.samples.first().map_or(0.0, |s| s.time) - spacing;
         for sample in &observation.samples {
-            // Even parts are those of smaller rates.
-            let parts = (1..times).step_by(2).map(|k| k as f64 / times as f64);
+            // Frames at even parts belong to smaller factors.
+            let parts = (1..factor).step_by(2).map(|k| k as f64 / factor as f64);
             between.extend(parts.map(|part| before + part * (sample.time - before)));
             before = sample.time;
         }
         between.retain(|time| *time >= 0.0);
-        all.push((Kind::Between(times), at(between)));
+        all.push((CandidateKind::Between(factor), at(between)));
     }
     all.retain(|(_, o)| !o.samples.is_empty());
     all

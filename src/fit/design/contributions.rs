@@ -1,72 +1,77 @@
-//! Contribution of each planned measurement: the standard errors by it alone, and by all others.
+//! Contribution of each planned measurement: the expected standard errors by it alone, and by all others.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
 use crate::fit::design::report::Contribution;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::ParameterPoint;
 
 /// Names of the coordinates of a position.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Rows of the Jacobian of a measurement or a coordinate.
-struct Group {
+/// Rows of the Jacobian of a measurement, or of one of its coordinates.
+struct RowGroup {
+    /// Label of the measurement.
     measurement: String,
+    /// x, y or z; empty for a whole measurement.
     axis: String,
     rows: Vec<usize>,
 }
 
-/// The contributions of all measurements of a plan; empty where there is only one group of values. `rows` are those of
-/// all choices, the priors at the end.
+/// The contributions of all measurements of a plan at `point`; empty for a single group of values. `rows` are the Jacobian of
+/// all candidates, then those of the priors.
 pub(crate) fn contributions(
-    choices: &CandidateDesigns,
+    designs: &CandidateDesigns,
     planned: &[Experiment],
-    (unknowns, x): (&[Unknown], &[f64]),
+    point: ParameterPoint,
     rows: &[Vec<f64>],
 ) -> Result<Vec<Contribution>, Error> {
-    let groups = groups(choices, planned);
+    let groups = row_groups(designs, planned);
     if groups.len() < 2 {
         return Ok(Vec::new());
     }
-    let priors = &rows[choices.end()..];
-    let by = |chosen: &dyn Fn(usize) -> bool| {
-        let own = groups.iter().enumerate().filter(|(k, _)| chosen(*k));
+    // Priors constrain the parameters with every group of values.
+    let priors = &rows[designs.end()..];
+    let errors_by = |is_chosen: &dyn Fn(usize) -> bool| {
+        let own = groups.iter().enumerate().filter(|(k, _)| is_chosen(*k));
         let mut kept: Vec<Vec<f64>> =
             own.flat_map(|(_, group)| &group.rows).map(|i| rows[*i].clone()).collect();
         kept.extend_from_slice(priors);
-        standard_errors((unknowns, x), &kept)
+        standard_errors(point, &kept)
     };
-    let contribution = |(k, group): (usize, &Group)| {
+    let contribution = |(k, group): (usize, &RowGroup)| {
         Ok(Contribution {
             measurement: group.measurement.clone(),
             axis: group.axis.clone(),
             values: group.rows.len(),
-            std_error_alone: by(&|other| other == k)?,
-            std_error_without: by(&|other| other != k)?,
+            std_error_alone: errors_by(&|other| other == k)?,
+            std_error_without: errors_by(&|other| other != k)?,
         })
     };
     groups.iter().enumerate().map(contribution).collect()
 }
 
-/// The measurements of a plan, or the coordinates of its only one.
-fn groups(choices: &CandidateDesigns, planned: &[Experiment]) -> Vec<Group> {
-    let own: Vec<_> = choices.planned_blocks().collect();
+/// The rows of every measurement of a plan, or of every coordinate of its only measurement.
+fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGroup> {
+    let own: Vec<_> = designs.planned_blocks().collect();
     if let [block] = &own[..]
         && let Some(motion) = block.measurement.motion()
     {
         let measurement = planned[block.experiment].label(&block.measurement);
-        let given = motion.samples.iter().flat_map(|sample| {
-            (0..AXES.len()).filter(|c| sample.position[*c].is_some()).collect::<Vec<usize>>()
-        });
-        let axes: Vec<(usize, usize)> = block.rows.clone().zip(given).collect();
-        let of = |c: usize| Group {
+        let mut groups = AXES.map(|axis| RowGroup {
             measurement: measurement.clone(),
-            axis: AXES[c].into(),
-            rows: axes.iter().filter(|(_, axis)| *axis == c).map(|(row, _)| *row).collect(),
-        };
-        return (0..AXES.len()).map(of).filter(|group| !group.rows.is_empty()).collect();
+            axis: axis.into(),
+            rows: Vec::new(),
+        });
+        let mut rows = block.rows.clone();
+        for position in motion.samples.iter().map(|sample| sample.position) {
+            for (group, _) in groups.iter_mut().zip(position).filter(|(_, x)| x.is_some()) {
+                group.rows.extend(rows.next());
+            }
+        }
+        return groups.into_iter().filter(|group| !group.rows.is_empty()).collect();
     }
-    let whole = own.iter().map(|block| Group {
+    let whole = own.iter().map(|block| RowGroup {
         measurement: planned[block.experiment].label(&block.measurement),
         axis: String::new(),
         rows: block.rows.clone().collect(),

@@ -1,4 +1,4 @@
-//! The summary of a design.
+//! The summary of a planned experiment: expected uncertainties and candidate designs, as text and tables.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
@@ -44,10 +44,9 @@ impl Design {
             summary = summary.note(text);
         }
         summary = summary.warnings(&self.warnings);
-        for e in &self.parameters {
-            summary = budget::add(summary, e);
-        }
+        summary = self.parameters.iter().fold(summary, budget::add_budget);
         summary = add_undetected_bias(summary, &self.undetected_bias);
+        // Tables without any standard error have no information.
         let determines = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
         for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(determines)) {
             summary = summary.table(advice.title(), advice.table(&self.parameters));
@@ -59,19 +58,20 @@ impl Design {
 }
 
 impl Advice {
+    /// The title of the table: the design variable, and the recording if it has a name.
     fn title(&self) -> String {
-        let question = match self.variable {
+        let title = match self.variable {
             DesignVariable::MarkerPosition => "Expected standard error by marker position",
             DesignVariable::Duration => "Expected standard error by duration",
             DesignVariable::FrameRate => "Expected standard error by frame rate",
         };
         match self.observation.is_empty() {
-            true => question.into(),
-            false => format!("{question} ({})", self.observation),
+            true => title.into(),
+            false => format!("{title} ({})", self.observation),
         }
     }
 
-    /// A column for each parameter.
+    /// The table of the choices: value, standard error of each parameter, and marks of the planned and the best choice.
     fn table(&self, parameters: &[Estimate]) -> SummaryTable {
         let heading = match self.variable {
             DesignVariable::MarkerPosition => "m from the clamp",

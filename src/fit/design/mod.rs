@@ -1,9 +1,8 @@
-//! What an experiment would tell that is only planned.
+//! Expected uncertainty of planned experiments, and optimal design of their recordings.
 //!
-//! Data without noise that fit exactly have derivatives as any others, and with a known noise these give standard
-//! errors, budgets and what could hide. So a plan is filled with what the scene does at the values that are given,
-//! and assessed as an optimum is. The same simulation, with its derivatives, has the rows of the Jacobian of the
-//! choices: other markers, lengths and rates of a recording are other rows.
+//! With a given noise the standard errors depend on the Jacobian only, not on the residuals. So the measurements of a plan
+//! get the values of a simulation at the given parameters, and are assessed as an optimum. The simulation also
+//! has the rows of the Jacobian of candidate designs: other markers, durations and frame rates of a recording.
 
 pub(crate) mod candidate_designs;
 pub(crate) mod contributions;

@@ -80,7 +80,7 @@ pub struct Advice {
     pub variable: DesignVariable,
     /// Name of the recording or of the experiment.
     pub observation: String,
-    /// CandidateDesigns, by ascending value.
+    /// Choices in the order of their values.
     pub choices: Vec<Choice>,
 }
 

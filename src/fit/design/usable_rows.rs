@@ -1,60 +1,63 @@
-//! Rows of a plan whose linear error is usable: those before sensitivities grow exponentially.
+//! Rows of a plan for which the linear error model holds: those before sensitivities grow exponentially.
 
 use crate::code::Code;
 use crate::fit::design::candidate_designs::CandidateDesigns;
 use crate::fit::design::report::{Advice, DesignVariable};
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::search::sensitivity_growth::{SensitivityGrowth, growths, leverage_weights};
+use crate::fit::search::sensitivity_growth::{SensitivityGrowth, growth_weights, growths};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 
-/// The growth of the sensitivities in a plan, and the rows that it spoils.
+/// The growth of the sensitivities in a plan, and the usable rows.
 pub(crate) struct UsableRows {
+    /// One per experiment; none without growth.
     growths: Vec<Option<SensitivityGrowth>>,
     /// 1 of a usable row and 0 of another; empty where all are usable.
     weights: Vec<f64>,
 }
 
 impl UsableRows {
-    /// Of experiments that have all choices beside what is planned, with the residuals and their derivatives.
+    /// The usable rows of experiments with all candidate recordings. `sigmas` has the standard deviation of each measurement,
+    /// `residuals` and `rows` are the plain residuals and their Jacobian.
     pub fn new(
         mut experiments: Vec<Experiment>,
-        (unknowns, sigmas): (&[Unknown], &[f64]),
+        unknowns: &[Unknown],
+        sigmas: &[f64],
         residuals: &[f64],
         rows: &[Vec<f64>],
     ) -> Self {
-        // The recorded positions become those of the simulation, whose speeds count.
-        let mut rest = residuals.iter();
-        let mut sigma = sigmas.iter();
-        for measurement in experiments.iter_mut().flat_map(|e| &mut e.measurements) {
-            let of_values = measurement.sigmas(sigma.next().copied().unwrap_or(1.0));
-            let errors = rest.by_ref().take(measurement.values()).zip(of_values);
-            let values = measurement.data.values_mut();
-            values.into_iter().zip(errors).for_each(|(value, (r, s))| *value += r * s);
+        // The growth is compared with the speeds of the simulation.
+        let mut rest = residuals;
+        let measurements = experiments.iter_mut().flat_map(|e| &mut e.measurements);
+        for (measurement, sigma) in measurements.zip(sigmas) {
+            let (own, others) = rest.split_at(measurement.values());
+            measurement.add_residuals(own, *sigma);
+            rest = others;
         }
         let growths = growths(&experiments, unknowns, sigmas, rows);
-        let mut weights = leverage_weights(&experiments, &growths);
+        let mut weights = growth_weights(&experiments, &growths);
+        // A plan has no fit that could down-weight rows gradually: rows are usable or not.
         weights.iter_mut().for_each(|w| *w = if *w < 1.0 { 0.0 } else { 1.0 });
         if !weights.is_empty() {
-            // Priors are usable.
+            // The rows of the priors follow.
             weights.resize(rows.len(), 1.0);
         }
         Self { growths, weights }
     }
 
-    /// Leaves out the rows that are not usable: without derivatives they constrain nothing.
-    pub fn leave_out_others(&self, rows: &mut [Vec<f64>]) {
+    /// Sets the rows that are not usable to zero, so that they do not constrain any unknown.
+    pub fn remove_others(&self, rows: &mut [Vec<f64>]) {
         for (row, weight) in rows.iter_mut().zip(&self.weights) {
             row.iter_mut().for_each(|d| *d *= weight);
         }
     }
 
     /// The weights of the planned rows; empty where all are 1.
-    pub fn weights(&self, choices: &CandidateDesigns) -> Vec<f64> {
-        if self.weights.is_empty() { Vec::new() } else { choices.planned(&self.weights) }
+    pub fn weights(&self, designs: &CandidateDesigns) -> Vec<f64> {
+        if self.weights.is_empty() { Vec::new() } else { designs.planned(&self.weights) }
     }
 
-    /// Warns of the rows that are left out.
+    /// Adds a warning for each experiment with rows that are not usable.
     pub fn warn(&self, warnings: &mut Warnings) {
         for growth in self.growths.iter().flatten() {
             let words = growth.describe(
@@ -64,8 +67,8 @@ impl UsableRows {
         }
     }
 
-    /// No choice is the best one whose record goes on after the usable time: rows that are left out would make a longer
-    /// record as good as a shorter one.
+    /// Removes the recommendation of choices whose record is longer than the usable time: with removed rows a longer
+    /// record is as good as a shorter one.
     pub fn withdraw_marks(&self, planned: &[Experiment], advice: &mut [Advice]) {
         for (experiment, growth) in planned.iter().zip(&self.growths) {
             let Some(onset) = growth.as_ref().map(|growth| growth.onset) else { continue };

@@ -1,4 +1,4 @@
-//! `[[field]]` in a fit file.
+//! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -6,12 +6,12 @@ use crate::fit::file::FitFile;
 use crate::fit::uncertainty::analysis::Analysis;
 
 impl FitFile {
-    /// The fit of numbers along the rod that the file describes, if it is one.
+    /// The fit of lists along the rod that the file describes; none of a file without `[[field]]`.
     ///
     /// # Errors
     ///
-    /// What such a fit cannot have: several experiments, other measurements than motions, numbers known with an error and
-    /// an analysis.
+    /// Keys that such a fit does not support: several experiments, other measurements than motions, inputs with an
+    /// uncertainty, and analyses.
     pub fn field_fit(&self) -> Result<Option<FieldFit>, Error> {
         if self.fields.is_empty() {
             return Ok(None);

@@ -1,8 +1,9 @@
-//! What a fit along the rod is asked.
+//! Definition and validation of a fit of lists along the rod.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
-use crate::fit::field::space::{Field, Space};
+use crate::fit::field::space::{Field, FieldSpace};
+use crate::fit::measurement::dataset::Header;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Observation;
@@ -12,7 +13,7 @@ use crate::scene::marker::is_beside;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A fit of numbers along the rod.
+/// A fit of lists of values along the rod.
 ///
 /// ```no_run
 /// use rodfit::fit::{Field, FieldFit};
@@ -36,19 +37,19 @@ pub struct FieldFit {
 }
 
 impl FieldFit {
-    /// A fit of numbers of a problem's scene.
+    /// A fit of lists in the scene of a problem.
     pub fn new(problem: &Problem) -> Self {
         let (observations, fields, unknowns) = (Vec::new(), Vec::new(), Vec::new());
         Self { problem: problem.clone(), observations, fields, unknowns }
     }
 
-    /// Adds a recorded motion. It must say its noise, [`Observation::sigma`].
+    /// Adds a recorded motion, which must have a noise, [`Observation::sigma`].
     pub fn observe(mut self, observation: Observation) -> Self {
         self.observations.push(observation);
         self
     }
 
-    /// Adds a list of numbers to identify.
+    /// Adds a list to identify.
     pub fn along(mut self, field: Field) -> Self {
         self.fields.push(field);
         self
@@ -65,36 +66,31 @@ impl FieldFit {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Refuses what this kind of fit cannot do.
+    /// Rejects scenes without an adjoint, invalid lists, and observations that this kind of fit does not support.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
-        Space::new(&self.problem, &self.fields, &self.unknowns)?;
-        if self.problem.scene().chosen().any() {
-            let allowed = "rod.segments, time.step and time.scheme beside [[field]]";
-            return Err(Error::invalid("scene", "numerics that it leaves open", allowed));
-        }
-        if self.observations.is_empty() {
-            return Err(Error::invalid("observation", "none", "a recorded motion or more"));
-        }
+        FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
+        let is_open = self.problem.scene().chosen().any();
+        let allowed = "rod.segments, time.step and time.scheme beside [[field]]";
+        ensure(!is_open, "scene", "numerics that it leaves open", allowed)?;
+        let has_motion = !self.observations.is_empty();
+        ensure(has_motion, "observation", "none", "a recorded motion or more")?;
+        // The adjoint supports positions of the centerline with squared losses and known noise.
         let end = self.problem.time()?.end + self.problem.scene().camera.time_offset;
         for (i, observation) in self.observations.iter().enumerate() {
-            let refused = |key: &str, found: &str, allowed: &str| {
+            let ensure = |holds: bool, key: &str, found: &str, allowed: &str| {
                 let allowed = format!("{allowed} in a fit of numbers along the rod");
-                Err(Error::invalid(format!("observation[{i}].{key}"), found, allowed))
+                ensure(holds, format!("observation[{i}].{key}"), found, allowed)
             };
-            if observation.header.sigma.is_none() {
-                return refused("sigma", "none", "the standard deviation of its noise, m,");
-            }
-            if is_beside(observation.offset) {
-                return refused("offset", "a marker beside the rod", "none");
-            }
-            if observation.header.loss != Loss::Squares {
-                return refused("loss", "a robust loss", "\"squares\"");
-            }
-            if let Some(last) = observation.samples.last().filter(|s| s.time > end * (1.0 + 1e-9)) {
-                let found = format!("a sample at {} s", last.time);
-                return refused("file", &found, &format!("samples up to time.end, {end} s,"));
-            }
+            let Header { sigma, loss, .. } = &observation.header;
+            ensure(sigma.is_some(), "sigma", "none", "the standard deviation of its noise, m,")?;
+            let is_centered = !is_beside(observation.offset);
+            ensure(is_centered, "offset", "a marker beside the rod", "none")?;
+            ensure(*loss == Loss::Squares, "loss", "a robust loss", "\"squares\"")?;
+            let last = observation.samples.last().map_or(0.0, |s| s.time);
+            let found = format!("a sample at {last} s");
+            let allowed = format!("samples up to time.end, {end} s,");
+            ensure(last <= end * (1.0 + 1e-9), "file", &found, &allowed)?;
         }
         let experiment = Experiment::new("", &self.problem);
         let observed = self.observations.iter().cloned();

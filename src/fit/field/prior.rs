@@ -1,5 +1,4 @@
-//! What is known of numbers along a rod before the data: how far they are from what the scene says, and over which length
-//! that changes.
+//! The smooth prior of values along a rod: a Gaussian field about the values of the scene.
 //!
 //! With independent normal numbers `z` of variance one,
 //!
@@ -7,45 +6,47 @@
 //! x = x_scene + c A^-1 z,    A = 1 - l^2 d^2/ds^2
 //! ```
 //!
-//! with a second difference that ends flat. So second differences of what is found cost, and so does, `l` being long,
-//! little else but its size: the prior is that of Lindgren, Rue and Lindstrom (2011) for a smoothness of 3/2. `c` makes
-//! the standard deviation what was asked for in the middle of the rod; at its ends it is up to 1.5 times as large.
+//! with zero slope at the ends. The prior penalizes second differences, and deviations from the scene. Its
+//! covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue and Lindstrom 2011). The factor `c` normalizes
+//! the standard deviation in the middle of the rod; at the ends it is up to 1.5 times as large.
 
-/// Numbers along a rod, smooth as far as is known.
+/// Smooth prior of values at equal spacings along a rod.
 #[derive(Clone, Debug)]
-pub struct Smooth {
-    /// (length over spacing)^2.
+pub struct SmoothPrior {
+    /// `(l/spacing)^2`.
     stiffness: f64,
-    /// `c`.
+    /// `c`, in the unit of the values.
     factor: f64,
+    /// Number of values.
     count: usize,
 }
 
-impl Smooth {
-    /// Of `count` numbers with this standard deviation that change over so many spacings.
+impl SmoothPrior {
+    /// The prior of `count` values with the standard deviation `sigma`, in their unit, and a length `l` of this number of
+    /// spacings.
     pub fn new(count: usize, sigma: f64, spacings: f64) -> Self {
-        let mut smooth = Self { stiffness: spacings * spacings, factor: 1.0, count };
-        let size = smooth.deviation(count / 2);
-        smooth.factor = sigma / size;
-        smooth
+        let mut prior = Self { stiffness: spacings * spacings, factor: 1.0, count };
+        prior.factor = sigma / prior.deviation(count / 2);
+        prior
     }
 
-    /// The standard deviation of number `k`.
+    /// The standard deviation of value `k`, in its unit.
     pub fn deviation(&self, k: usize) -> f64 {
         let mut row = vec![0.0; self.count];
         row[k] = 1.0;
-        self.spread(&mut row);
+        self.multiply(&mut row);
         row.iter().map(|x| x * x).sum::<f64>().sqrt()
     }
 
-    /// Makes `z` the numbers less those of the scene: a symmetric matrix.
-    pub fn spread(&self, z: &mut [f64]) {
+    /// Multiplies `z` by the symmetric matrix `c A^-1`: independent numbers become deviations from the scene.
+    pub fn multiply(&self, z: &mut [f64]) {
         let (n, k) = (z.len(), self.stiffness);
-        // Elimination of a matrix with 1 + k or 1 + 2 k on its diagonal and -k beside.
-        let on = |i: usize| 1.0 + k * (f64::from(u8::from(i > 0)) + f64::from(u8::from(i + 1 < n)));
+        // Gaussian elimination of the tridiagonal matrix with 1 + k or 1 + 2 k on its diagonal and -k beside it.
+        let diagonal =
+            |i: usize| 1.0 + k * (f64::from(u8::from(i > 0)) + f64::from(u8::from(i + 1 < n)));
         let mut pivots = vec![0.0; n];
         for i in 0..n {
-            pivots[i] = on(i);
+            pivots[i] = diagonal(i);
             if i > 0 {
                 let factor = k / pivots[i - 1];
                 pivots[i] -= k * factor;
@@ -64,11 +65,12 @@ impl Smooth {
 mod tests {
     use super::*;
 
+    /// The standard deviation is 0.3 in the middle, and up to 1.5 times that at the ends, which have zero slope.
     #[test]
-    fn the_deviation_is_the_one_asked_for() {
+    fn prior_deviation_is_sigma_in_the_middle() {
         for spacings in [0.0, 0.4, 5.0, 20.0] {
-            let smooth = Smooth::new(200, 0.3, spacings);
-            let deviations: Vec<f64> = (0..200).map(|k| smooth.deviation(k)).collect();
+            let prior = SmoothPrior::new(200, 0.3, spacings);
+            let deviations: Vec<f64> = (0..200).map(|k| prior.deviation(k)).collect();
             assert!((deviations[100] - 0.3).abs() < 1e-12);
             assert!(
                 deviations.iter().all(|d| (0.2999..0.45).contains(d)),
@@ -77,20 +79,20 @@ mod tests {
         }
     }
 
+    /// The Matern covariance of smoothness 3/2 is `(1 + d) e^-d` at a distance of `d` lengths.
     #[test]
-    fn neighbours_go_together_over_the_length() {
-        let smooth = Smooth::new(200, 1.0, 10.0);
+    fn prior_correlation_is_that_of_matern() {
+        let prior = SmoothPrior::new(200, 1.0, 10.0);
         let column = |k: usize| {
             let mut z = vec![0.0; 200];
             z[k] = 1.0;
-            smooth.spread(&mut z);
+            prior.multiply(&mut z);
             z
         };
         let correlation = |a: usize, b: usize| -> f64 {
             let (a, b) = (column(a), column(b));
             a.iter().zip(&b).map(|(a, b)| a * b).sum()
         };
-        // (1 + d) e^-d at a distance of d lengths.
         for (apart, d) in [(1, 0.1_f64), (10, 1.0), (30, 3.0)] {
             let expected = (1.0 + d) * (-d).exp();
             let found = correlation(90, 90 + apart);

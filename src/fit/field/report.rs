@@ -1,9 +1,9 @@
-//! Report of a fit of distributed parameters.
+//! Report of a fit of distributed parameters: estimates with standard errors from the directions that the data determine.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
-use crate::fit::field::space::Space;
+use crate::fit::field::space::FieldSpace;
 use crate::fit::report::plot_data::Series;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::lanczos::RitzPair;
@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
 
-/// Part of the prior's deviation above which the data say nothing of a number.
-const UNSEEN: f64 = 0.9;
-/// How far the root mean square residual may be from its sigma.
-const USUAL: [f64; 2] = [0.8, 1.25];
+/// Standard error over the prior standard deviation above which the data hardly determine a value.
+const UNDETERMINED: f64 = 0.9;
+/// Range of the root mean square residual, in sigmas, without a warning.
+const USUAL_RMS: [f64; 2] = [0.8, 1.25];
 
 /// Estimates of a list along the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,32 +72,40 @@ pub struct FieldReport {
     pub wall_seconds: f64,
     /// Warnings about the estimates.
     pub warnings: Vec<String>,
-    /// What was measured and what the rod does with these numbers, for plots.
+    /// Data and model, coordinate by coordinate, for plots.
     #[serde(skip)]
     pub series: Vec<Series>,
 }
 
-/// What a report is made of.
-pub(super) struct Found<'a> {
+/// Optimum of a fit along the rod, with the directions that the data determine.
+pub(super) struct FieldOptimum<'a> {
     pub fit: &'a FieldFit,
-    pub space: &'a Space,
+    pub space: &'a FieldSpace,
+    /// Independent numbers of variance one.
     pub z: &'a [f64],
+    /// Residuals, in sigmas.
     pub residuals: &'a [f64],
     pub series: Vec<Series>,
+    /// Half the sum of squares of residuals and of `z`.
     pub misfit: f64,
+    /// Eigenvalues and eigenvectors of `J'J`, the largest first.
     pub ritz: Vec<RitzPair>,
-    /// Whether all directions that the data see were found.
+    /// Whether all directions that the data determine were found.
     pub complete: bool,
     pub converged: bool,
+    /// Number of runs and of products with the Jacobian.
     pub runs: f64,
+    /// Start of the fit.
     pub since: Instant,
 }
 
 impl FieldReport {
-    pub(super) fn new(found: Found<'_>) -> Self {
-        let Found { space, z, ritz, residuals, .. } = &found;
-        // (1 + H)^-1 is 1 less l/(1 + l) of every direction.
-        let seen = |value: f64| value.max(0.0) / (1.0 + value.max(0.0));
+    /// The report of an optimum. The posterior covariance is `C (1 + J'J)^-1 C'`.
+    pub(super) fn new(optimum: FieldOptimum<'_>) -> Self {
+        let FieldOptimum { space, z, ritz, residuals, .. } = &optimum;
+        // (1 + J'J)^-1 is 1 less l/(1 + l) along every eigenvector with eigenvalue l.
+        let reduction = |value: f64| value.max(0.0) / (1.0 + value.max(0.0));
+        // The prior variances, from which each determined direction subtracts its reduction.
         let mut variances = Vec::with_capacity(z.len());
         for list in &space.lists {
             variances.extend((0..list.scene.len()).map(|k| list.prior.deviation(k).powi(2)));
@@ -106,13 +114,14 @@ impl FieldReport {
         let prior: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
         for RitzPair { value, vector, .. } in ritz {
             let mut direction = vector.clone();
-            space.spread(&mut direction);
+            space.multiply(&mut direction);
             for (variance, x) in variances.iter_mut().zip(direction) {
-                *variance -= seen(*value) * x * x;
+                *variance -= reduction(*value) * x * x;
             }
         }
         let errors: Vec<f64> = variances.iter().map(|variance| variance.max(0.0).sqrt()).collect();
         let values: Vec<f64> = space.values(z).into_iter().map(|(_, value)| value).collect();
+        // Values and errors are split into the lists, then single parameters follow.
         let mut fields = Vec::new();
         let mut first = 0;
         for list in &space.lists {
@@ -120,7 +129,7 @@ impl FieldReport {
             fields.push(FieldEstimate {
                 name: list.name.clone(),
                 unit: list.unit.into(),
-                arc_lengths: list.places.clone(),
+                arc_lengths: list.arc_lengths.clone(),
                 values: values[own.clone()].to_vec(),
                 standard_errors: errors[own.clone()].to_vec(),
                 prior_std: prior[own].to_vec(),
@@ -133,26 +142,26 @@ impl FieldReport {
             standard_error: errors[k],
         });
         let mut report = Self {
-            converged: found.converged,
+            converged: optimum.converged,
             fields,
             parameters: parameters.collect(),
-            effective_parameters: ritz.iter().map(|pair| seen(pair.value)).sum(),
+            effective_parameters: ritz.iter().map(|pair| reduction(pair.value)).sum(),
             normalized_residual_rms: (2.0 * half_sum_of_squares(residuals)
                 / residuals.len() as f64)
                 .sqrt(),
             values: residuals.len(),
-            misfit: found.misfit,
-            simulations: found.runs,
-            wall_seconds: found.since.elapsed().as_secs_f64(),
+            misfit: optimum.misfit,
+            simulations: optimum.runs,
+            wall_seconds: optimum.since.elapsed().as_secs_f64(),
             warnings: Vec::new(),
             series: Vec::new(),
         };
-        report.warnings = report.doubts(&found);
-        report.series = found.series;
+        report.warnings = report.all_warnings(&optimum);
+        report.series = optimum.series;
         report
     }
 
-    /// What was found of a scene's numbers.
+    /// The identified parameters of a scene with their values.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) for a scene that does not have them.
@@ -167,44 +176,48 @@ impl FieldReport {
         Ok(values)
     }
 
-    fn doubts(&self, found: &Found<'_>) -> Vec<String> {
-        let mut doubts = Vec::new();
+    /// All warnings, in a fixed order.
+    fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
+        let mut warnings = Vec::new();
         if !self.converged {
-            doubts.push("no minimum was reached. The values are the best so far".into());
+            warnings.push("no minimum was reached. The values are the best so far".into());
         }
         let ratio = self.normalized_residual_rms;
-        if !(USUAL[0]..USUAL[1]).contains(&ratio) {
+        if !(USUAL_RMS[0]..USUAL_RMS[1]).contains(&ratio) {
             let fault = match ratio > 1.0 {
                 true => "The model lacks an effect, or sigma is too small",
                 false => "Sigma is too large",
             };
-            doubts.push(format!(
-                "the residuals are {ratio:.2} times the stated sigma. {fault}. The standard \
-                                 errors assume that sigma"
+            warnings.push(format!(
+                "the residuals are {ratio:.2} times the stated sigma. {fault}. The standard errors assume that sigma"
             ));
         }
-        if !found.complete {
-            doubts.push(
+        if !optimum.complete {
+            warnings.push(
                 "the data determine more combinations than were computed. The standard errors are too large"
                     .into(),
             );
         }
         for field in &self.fields {
             let both = field.standard_errors.iter().zip(&field.prior_std);
-            let unseen = both.filter(|(error, prior)| **error > UNSEEN * **prior).count();
-            if unseen > 0 {
+            let count = both.filter(|(error, prior)| **error > UNDETERMINED * **prior).count();
+            if count > 0 {
                 let (name, all) = (&field.name, field.values.len());
-                doubts.push(format!("the data hardly determine {unseen} of the {all} values of {name}. These \
-                                     follow from the prior and their neighbors. Add data where they are"));
+                warnings.push(format!(
+                    "the data hardly determine {count} of the {all} values of {name}. These follow from the prior and \
+                     their neighbors. Add data where they are"
+                ));
             }
         }
-        if found.fit.fields.len() > 1 || !found.fit.unknowns.is_empty() {
-            doubts.push("correlations between the parameters are not reported. The standard errors are marginal".into());
+        if optimum.fit.fields.len() > 1 || !optimum.fit.unknowns.is_empty() {
+            warnings.push(
+                "correlations between the parameters are not reported. The standard errors are marginal".into(),
+            );
         }
-        doubts.push(
+        warnings.push(
             "the minimum is the one reached from the values of the scene. Other minima were not searched".into(),
         );
-        doubts
+        warnings
     }
 }
 

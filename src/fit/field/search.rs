@@ -1,236 +1,250 @@
-//! The search for the most probable numbers, by products with the Jacobian.
+//! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead of
+//! its rows.
 
 use crate::dynamics::{Reversible, Slopes};
-use crate::error::Error;
+use crate::error::{Error, none_on_failure};
 use crate::fit::field::plan::FieldFit;
-use crate::fit::field::report::{FieldReport, Found};
-use crate::fit::field::space::Space;
+use crate::fit::field::report::{FieldOptimum, FieldReport};
+use crate::fit::field::space::FieldSpace;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observation_row::ObservationRow;
 use crate::fit::report::plot_data::Series;
-use crate::fit::report::replay::compared;
+use crate::fit::report::replay::measurement_series;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::lanczos::{Lanczos, RitzPair};
 use crate::problem::Problem;
 use std::time::Instant;
 
-/// Steps of the search at most.
+/// Largest number of steps of the search.
 const STEPS: usize = 40;
-/// Products for a step, and for the standard errors.
-const PRODUCTS: [usize; 2] = [40, 120];
-/// How much of a step may be missing, both in standard errors. What is left of its equations is no less than that.
-const LEFT: f64 = 0.1;
-/// The search ends where a step gains less of the misfit: no combination moves by more than a twentieth of a standard error.
-const GAIN: f64 = 1e-3;
-/// Directions in which the data say less than this part of what the prior does are left out of standard errors, which
-/// are then too large by up to half of it.
-const LITTLE: f64 = 0.05;
+/// Largest number of products for a step.
+const STEP_PRODUCTS: usize = 40;
+/// Largest number of products for the standard errors.
+const ERROR_PRODUCTS: usize = 120;
+/// Largest residual norm of the linear equations of a step, in standard errors: an upper bound of the error of the step.
+const STEP_ERROR: f64 = 0.1;
+/// Smallest decrease of the misfit by a step: below it no combination moves by more than a twentieth of a standard error.
+const LEAST_GAIN: f64 = 1e-3;
+/// Smallest fraction of the predicted decrease of the misfit that an accepted step achieves.
+const LEAST_GAIN_RATIO: f64 = 1e-3;
+/// Largest damping: above it steps are too short to change the misfit.
+const MAX_DAMPING: f64 = 1e12;
+/// Smallest eigenvalue of `J'J`, which is the information of the data over that of the prior, of the directions in the standard
+/// errors. Without smaller ones these are too large by up to half of it.
+const LEAST_INFORMATION: f64 = 0.05;
 
 impl FieldFit {
-    /// Finds the most probable numbers and their standard errors.
+    /// Finds the values with the largest posterior probability and their standard errors.
     ///
     /// # Errors
-    /// A fit that is not one of these: [`Error::Invalid`] says which key. Those of [`Reversible::run`] at the start.
+    /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at the
+    /// start.
     pub fn solve(&self) -> Result<FieldReport, Error> {
         let since = Instant::now();
         self.check()?;
-        let space = Space::new(&self.problem, &self.fields, &self.unknowns)?;
-        let problem = self.problem.with_generic_layout_for(space.decisive())?;
-        let mut search = Search { fit: self, space: &space, problem, runs: 0.0 };
-        let z = vec![0.0; space.len()];
-        let start = search.at(&z)?;
-        let (optimum, converged) = search.descend((z, start))?;
-        search.report((optimum, converged), since)
+        let space = FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
+        let problem = self.problem.with_generic_layout_for(space.layout_parameters())?;
+        let mut search = FieldSearch { fit: self, space: &space, problem, runs: 0.0 };
+        let start = search.simulate(vec![0.0; space.parameters().len()])?;
+        let (optimum, converged) = search.descend(start)?;
+        search.report(&optimum, converged, since)
     }
 }
 
-/// What a rod with some numbers does, and how that differs from what was measured.
-struct Trial {
+/// A simulation with its differences from the measurements.
+struct FieldTrial {
+    /// Independent numbers of variance one.
+    z: Vec<f64>,
     run: Reversible,
-    /// Over sigma.
+    /// Residuals, in sigmas.
     residuals: Vec<f64>,
+    /// Half the sum of squares of residuals and of `z`.
     cost: f64,
 }
 
-/// A search for the optimum.
-struct Search<'a> {
+/// State of the search.
+struct FieldSearch<'a> {
     fit: &'a FieldFit,
-    space: &'a Space,
+    space: &'a FieldSpace,
     problem: Problem,
-    /// Work so far, in runs.
+    /// Number of runs and of products with the Jacobian so far.
     runs: f64,
 }
 
-impl Search<'_> {
-    /// All coordinates that were measured.
-    fn seen(&self, problem: &Problem) -> Vec<ObservationRow> {
+impl FieldSearch<'_> {
+    /// The rows of the observation operator of all measured coordinates.
+    fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
             let measurement = Measurement::from(observation.clone());
             let sigmas = measurement.sigmas(measurement.sigma().unwrap_or(1.0));
             let weights = sigmas.into_iter().map(f64::recip);
-            ObservationRow::of(&view, (observation.point, &observation.samples), weights)
+            ObservationRow::from_samples(&view, observation.point, &observation.samples, weights)
         });
         all.collect()
     }
 
-    /// What was measured and what the rod does, coordinate by coordinate.
-    fn series(&self, trial: &Trial) -> Vec<Series> {
+    /// Data and model of all observations, coordinate by coordinate.
+    fn series(&self, trial: &FieldTrial) -> Vec<Series> {
         let mut rest = &trial.residuals[..];
-        let of = |observation: &Observation| {
+        let own_series = |observation: &Observation| {
             let measurement = Measurement::from(observation.clone());
             let (own, others) = rest.split_at(measurement.values());
             rest = others;
             let sigma = measurement.sigma().unwrap_or(1.0);
-            compared(("", trial.run.problem()), &measurement, own, [sigma; 2])
+            measurement_series(trial.run.problem(), &measurement, own, sigma, sigma)
         };
-        self.fit.observations.iter().flat_map(of).collect()
+        self.fit.observations.iter().flat_map(own_series).collect()
     }
 
-    /// What the rod does with the numbers at `z`.
-    fn at(&mut self, z: &[f64]) -> Result<Trial, Error> {
-        let problem = self.problem.with_fixed_layout(self.space.values(z))?;
-        let seen = self.seen(&problem);
+    /// Simulates the rod with the parameters at `z`, until the last sample.
+    fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
+        let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
+        let rows = self.observation_rows(&problem);
         let (time, mut tracked) = (problem.time()?, Vec::new());
         for observation in &self.fit.observations {
             tracked.extend(problem.nodes_around(observation.point)?);
         }
-        let last = seen.iter().map(|seen| seen.time).fold(0.0, f64::max);
+        // The simulation ends with the last sample.
+        let last = rows.iter().map(|row| row.time).fold(0.0, f64::max);
         let steps = ((last / time.step_size() - 1e-9).ceil().max(1.0) as usize).min(time.steps());
         self.runs += 1.0;
         let run = Reversible::run(&problem, &tracked, steps)?;
         let record = run.trajectory().record();
-        let residuals = seen.iter().map(|seen| seen.residual(&problem, record));
+        let residuals = rows.iter().map(|row| row.residual(&problem, record));
         let residuals: Vec<f64> = residuals.collect::<Result<_, Error>>()?;
-        let cost = half_sum_of_squares(&residuals) + half_sum_of_squares(z);
-        Ok(Trial { run, residuals, cost })
+        let cost = half_sum_of_squares(&residuals) + half_sum_of_squares(&z);
+        Ok(FieldTrial { z, run, residuals, cost })
     }
 
-    /// `J v` at a trial.
-    fn forth(&mut self, trial: &Trial, v: &[f64]) -> Result<Vec<f64>, Error> {
+    /// The product `J v` at a trial, by forward derivatives.
+    fn multiply(&mut self, trial: &FieldTrial, v: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let problem = trial.run.problem();
-        let motions = trial.run.along(&self.space.direction(v))?;
+        let motions = trial.run.along(&self.space.changes(v))?;
         let record = trial.run.trajectory().record();
-        let changes = self.seen(problem).into_iter().map(|seen| {
-            let weights = record.read().weights(&problem.stencil(seen.point)?, seen.time)?;
+        let changes = self.observation_rows(problem).into_iter().map(|row| {
+            let weights = record.read().weights(&problem.stencil(row.point)?, row.time)?;
+            // The position between steps is a Hermite polynomial of positions and velocities at their ends.
             let change = |c: usize| -> f64 {
-                let of = |(index, [place, velocity]): &(usize, [f64; 2])| {
+                let part = |(index, [position, velocity]): &(usize, [f64; 2])| {
                     let [x, v] = motions[*index];
-                    place * x[c] + velocity * v[c]
+                    position * x[c] + velocity * v[c]
                 };
-                weights.iter().map(of).sum()
+                weights.iter().map(part).sum()
             };
-            Ok((0..3).map(|c| seen.axis[c] * change(c)).sum())
+            Ok((0..3).map(|c| row.axis[c] * change(c)).sum())
         });
         changes.collect()
     }
 
-    /// `J' w` at a trial.
-    fn back(&mut self, trial: &Trial, w: &[f64]) -> Result<Vec<f64>, Error> {
+    /// The product `J' w` at a trial, by the adjoint.
+    fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let mut slopes: Slopes<'_> = trial.run.slopes();
-        for (seen, w) in self.seen(trial.run.problem()).iter().zip(w) {
-            slopes.add(seen.point, seen.time, seen.axis.map(|a| a * w))?;
+        for (row, w) in self.observation_rows(trial.run.problem()).iter().zip(w) {
+            slopes.add(row.point, row.time, row.axis.map(|a| a * w))?;
         }
-        let gradient = trial.run.gradient(self.space.parameters(), &slopes)?;
-        Ok(self.space.gathered(&gradient))
+        let mut gradient = trial.run.gradient(self.space.parameters(), &slopes)?;
+        self.space.multiply(&mut gradient);
+        Ok(gradient)
     }
 
-    /// Tells Lanczos's method what it asks for, up to so many products or until `done`.
-    fn products(
+    /// Continues Lanczos's method with products with `J'J` at a trial, up to `most` products or until `is_done`.
+    fn iterate_lanczos(
         &mut self,
-        trial: &Trial,
+        trial: &FieldTrial,
         lanczos: &mut Lanczos,
         most: usize,
-        done: impl Fn(&Lanczos) -> bool,
+        is_done: impl Fn(&Lanczos) -> bool,
     ) -> Result<(), Error> {
-        while lanczos.count() < most && !done(lanczos) {
+        while lanczos.count() < most && !is_done(lanczos) {
             let Some(next) = lanczos.next().map(<[f64]>::to_vec) else { break };
-            let there = self.forth(trial, &next)?;
-            lanczos.extend(self.back(trial, &there)?);
+            let product = self.multiply(trial, &next)?;
+            lanczos.extend(self.multiply_transposed(trial, &product)?);
         }
         Ok(())
     }
 
-    /// Goes down from a start; and whether it got to where no step gains anything.
-    fn descend(
-        &mut self,
-        (mut z, mut trial): (Vec<f64>, Trial),
-    ) -> Result<((Vec<f64>, Trial), bool), Error> {
+    /// Descends from a trial. Returns the last trial, and whether the search converged: no step lowers the misfit notably.
+    fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
-            let mut down = self.back(&trial, &trial.residuals)?;
-            down.iter_mut().zip(&z).for_each(|(down, z)| *down = -(*down + z));
+            // 1. The steepest descent, and the Krylov space that it generates.
+            let mut down = self.multiply_transposed(&trial, &trial.residuals)?;
+            down.iter_mut().zip(&trial.z).for_each(|(down, z)| *down = -(*down + z));
             let length = (2.0 * half_sum_of_squares(&down)).sqrt();
             let mut lanczos = Lanczos::new(down.clone());
             let shift = 1.0 + damping;
-            self.products(&trial, &mut lanczos, PRODUCTS[0], |known| {
-                let (step, left) = known.solve(shift, length);
+            self.iterate_lanczos(&trial, &mut lanczos, STEP_PRODUCTS, |known| {
+                let (step, error) = known.solve(shift, length);
                 let along: f64 = step.iter().zip(&down).map(|(s, d)| s * d).sum();
-                known.count() > 0 && left < LEFT * along.max(2.0 * GAIN).sqrt()
+                known.count() > 0 && error < STEP_ERROR * along.max(2.0 * LEAST_GAIN).sqrt()
             })?;
+            // 2. Steps with increasing damping, until one lowers the misfit.
             loop {
                 let (step, _) = lanczos.solve(1.0 + damping, length);
-                // The model's decrease: what the step gains less what damping takes.
+                // Decrease of the quadratic model without the damping.
                 let along: f64 = step.iter().zip(&down).map(|(s, d)| s * d).sum();
-                let gain = 0.5 * along + damping * half_sum_of_squares(&step);
-                let next: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + s).collect();
-                let tried = match self.at(&next) {
+                let predicted = 0.5 * along + damping * half_sum_of_squares(&step);
+                let next = trial.z.iter().zip(&step).map(|(z, s)| z + s).collect();
+                let tried = match self.simulate(next) {
                     Err(error) if error.is_input() => return Err(error),
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    tried => tried.ok(),
+                    tried => none_on_failure(tried)?,
                 };
-                let gained = tried.as_ref().map_or(f64::NEG_INFINITY, |t| trial.cost - t.cost);
-                if let Some(tried) =
-                    tried.filter(|_| gained > 1e-3 * gain || gained.abs() < GAIN && gain < GAIN)
-                {
-                    (z, trial) = (next, tried);
-                    damping = if gained > 0.5 * gain { damping / 5.0 } else { damping };
+                let gain = tried.as_ref().map_or(f64::NEG_INFINITY, |t| trial.cost - t.cost);
+                let is_at_minimum = gain.abs() < LEAST_GAIN && predicted < LEAST_GAIN;
+                let is_accepted = gain > LEAST_GAIN_RATIO * predicted || is_at_minimum;
+                if let Some(tried) = tried.filter(|_| is_accepted) {
+                    trial = tried;
+                    damping = if gain > 0.5 * predicted { damping / 5.0 } else { damping };
                     damping = if damping < 1e-2 { 0.0 } else { damping };
-                    if gain < GAIN && damping == 0.0 {
-                        return Ok(((z, trial), true));
+                    if predicted < LEAST_GAIN && damping == 0.0 {
+                        return Ok((trial, true));
                     }
                     break;
                 }
                 damping = (4.0 * damping).max(1.0);
-                if damping > 1e12 {
-                    return Ok(((z, trial), false));
+                if damping > MAX_DAMPING {
+                    return Ok((trial, false));
                 }
             }
         }
-        Ok(((z, trial), false))
+        Ok((trial, false))
     }
 
-    /// What the optimum is worth.
+    /// The report of an optimum: the directions that the data determine, and the standard errors by these.
     fn report(
         mut self,
-        ((z, trial), converged): ((Vec<f64>, Trial), bool),
+        trial: &FieldTrial,
+        converged: bool,
         since: Instant,
     ) -> Result<FieldReport, Error> {
-        // A start that has a part of every direction.
-        let start = (0..z.len()).map(|i| 1.0 + ((i * 7919 + 13) % 101) as f64 / 101.0).collect();
+        // A vector with components along all eigenvectors.
+        let n = trial.z.len();
+        let start = (0..n).map(|i| 1.0 + ((i * 7919 + 13) % 101) as f64 / 101.0).collect();
         let mut lanczos = Lanczos::new(start);
-        self.products(&trial, &mut lanczos, PRODUCTS[1], |known| {
+        self.iterate_lanczos(trial, &mut lanczos, ERROR_PRODUCTS, |known| {
             known.count() >= 4 && known.count().is_multiple_of(4) && {
                 let pairs = known.ritz_pairs();
-                let open = |pair: &RitzPair| {
-                    pair.value > LITTLE && pair.error > LITTLE * (1.0 + pair.value)
+                let is_inaccurate = |RitzPair { value, error, .. }: &RitzPair| {
+                    *value > LEAST_INFORMATION && *error > LEAST_INFORMATION * (1.0 + value)
                 };
-                pairs.last().is_some_and(|pair| pair.value < LITTLE) && !pairs.iter().any(open)
+                pairs.last().is_some_and(|least| least.value < LEAST_INFORMATION)
+                    && !pairs.iter().any(is_inaccurate)
             }
         })?;
-        Ok(FieldReport::new(Found {
+        Ok(FieldReport::new(FieldOptimum {
             fit: self.fit,
             space: self.space,
-            z: &z,
+            z: &trial.z,
             residuals: &trial.residuals,
-            series: self.series(&trial),
+            series: self.series(trial),
             misfit: trial.cost,
             ritz: lanczos.ritz_pairs(),
-            complete: lanczos.count() < PRODUCTS[1],
+            complete: lanczos.count() < ERROR_PRODUCTS,
             converged,
             runs: self.runs,
             since,

@@ -1,7 +1,7 @@
-//! The numbers of a fit along the rod as independent ones of variance one.
+//! The unknowns of a fit along the rod: a linear map from independent normal numbers of variance one to the parameters.
 
-use crate::error::Error;
-use crate::fit::field::prior::Smooth;
+use crate::error::{Error, ensure};
+use crate::fit::field::prior::SmoothPrior;
 use crate::fit::misfit::observation_row::affects_observation_operator;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
@@ -22,35 +22,37 @@ pub struct Field {
     pub length: f64,
 }
 
-/// All numbers: those of lists, list after list, then single ones.
-pub struct Space {
-    pub lists: Vec<List>,
-    pub singles: Vec<Single>,
+/// All parameters of the fit: the values of the lists, list after list, then single parameters.
+pub struct FieldSpace {
+    pub lists: Vec<FieldList>,
+    pub singles: Vec<SingleParameter>,
     parameters: Vec<Parameter>,
 }
 
-/// A list along the rod.
-pub struct List {
+/// A list of values along the rod.
+pub struct FieldList {
     pub name: String,
     pub unit: &'static str,
-    pub prior: Smooth,
-    /// Where each number stands, m from the start.
-    pub places: Vec<f64>,
-    /// Those of the scene.
+    pub prior: SmoothPrior,
+    /// Arc length of each value from the start of the rod, m.
+    pub arc_lengths: Vec<f64>,
+    /// Values of the scene, the mean of the prior.
     pub scene: Vec<f64>,
 }
 
-/// A single number with its prior.
-pub struct Single {
+/// A single parameter with its normal prior, in its unit.
+pub struct SingleParameter {
     pub parameter: Parameter,
     pub mean: f64,
     pub sigma: f64,
 }
 
-impl Space {
+impl FieldSpace {
+    /// The space of some lists and single parameters of a problem. Lists that the scene lacks, parameters twice, and parameters
+    /// without a prior are errors.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
-        let (mut lists, mut parameters): (Vec<List>, Vec<Parameter>) = Default::default();
+        let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
         for (i, field) in fields.iter().enumerate() {
             let key = |own: &str| format!("field[{i}].{own}");
             let own = Parameter::list(scene, &field.name).map_err(|error| match error {
@@ -59,31 +61,28 @@ impl Space {
                 }
                 error => error,
             })?;
-            if let Some(first) = own.first().filter(|p| parameters.contains(p)) {
-                let allowed = "each list once";
-                return Err(Error::invalid(key("name"), first, allowed));
-            }
+            ensure(!parameters.contains(&own[0]), key("name"), own[0], "each list once")?;
             positive(&key("sigma"), field.sigma)?;
             positive(&key("length"), field.length)?;
             problem.check_parameter(own[0])?;
             let (count, length) = (own.len(), problem.length());
-            // Pairs stand at places from one end to the other, and parts in their middle.
-            let pairs = own[0].path().contains("bending");
-            let gaps = if pairs { count.saturating_sub(1).max(1) } else { count };
+            // Natural bending has values from one end to the other, other lists in the middle of equal parts.
+            let has_ends = own[0].path().contains("bending");
+            let gaps = if has_ends { count.saturating_sub(1).max(1) } else { count };
             let spacing = length / gaps as f64;
-            let first = if pairs { 0.0 } else { 0.5 * spacing };
-            lists.push(List {
+            let first = if has_ends { 0.0 } else { 0.5 * spacing };
+            lists.push(FieldList {
                 name: field.name.clone(),
                 unit: own[0].unit(),
-                prior: Smooth::new(count, field.sigma, field.length / spacing),
-                places: (0..count).map(|k| first + k as f64 * spacing).collect(),
+                prior: SmoothPrior::new(count, field.sigma, field.length / spacing),
+                arc_lengths: (0..count).map(|k| first + k as f64 * spacing).collect(),
                 scene: own.iter().filter_map(|p| p.of(scene)).collect(),
             });
             parameters.extend(own);
         }
-        if lists.is_empty() {
-            return Err(Error::invalid("field", "none", "a list of numbers along the rod or more"));
-        }
+        let allowed = "a list of numbers along the rod or more";
+        ensure(!lists.is_empty(), "field", "none", allowed)?;
+        // Single parameters need a prior too: the optimum is that of the posterior probability.
         let mut singles = Vec::new();
         for (i, unknown) in unknowns.iter().enumerate() {
             let (parameter, key) = (unknown.parameter, |own: &str| format!("parameter[{i}].{own}"));
@@ -92,68 +91,59 @@ impl Space {
                 return Err(Error::invalid(key("prior"), "none", allowed));
             };
             positive(&key("prior.sigma"), prior.sigma)?;
-            if affects_observation_operator(parameter) || parameters.contains(&parameter) {
-                let allowed =
-                    "beside [[field]] numbers of material, section, loads and start, each once";
-                return Err(Error::invalid(key("name"), parameter, allowed));
-            }
+            let is_supported =
+                !affects_observation_operator(parameter) && !parameters.contains(&parameter);
+            let allowed =
+                "beside [[field]] numbers of material, section, loads and start, each once";
+            ensure(is_supported, key("name"), parameter, allowed)?;
             problem.check_parameter(parameter)?;
-            singles.push(Single { parameter, mean: prior.mean, sigma: prior.sigma });
+            singles.push(SingleParameter { parameter, mean: prior.mean, sigma: prior.sigma });
             parameters.push(parameter);
         }
         Ok(Self { lists, singles, parameters })
     }
 
-    pub fn len(&self) -> usize {
-        self.parameters.len()
-    }
-
+    /// The parameters, in the order of the independent numbers.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Parameters for whose values a problem is laid out: one stands for its list.
-    pub fn decisive(&self) -> Vec<Parameter> {
-        let mut first = 0;
-        let of_lists = self.lists.iter().map(|list| {
-            first += list.scene.len();
-            self.parameters[first - list.scene.len()]
-        });
-        let all: Vec<Parameter> = of_lists.collect();
-        all.into_iter().chain(self.singles.iter().map(|single| single.parameter)).collect()
+    /// Parameters for whose values the layout of a problem is chosen: the first one of each list, and all single ones.
+    pub fn layout_parameters(&self) -> Vec<Parameter> {
+        let mut rest = &self.parameters[..];
+        let mut chosen = Vec::new();
+        for list in &self.lists {
+            chosen.extend(rest.first());
+            rest = &rest[list.scene.len()..];
+        }
+        chosen.extend(rest);
+        chosen
     }
 
-    /// Makes independent numbers differences of the parameters; the map is symmetric.
-    pub fn spread(&self, z: &mut [f64]) {
+    /// Multiplies `z` by the symmetric root of the prior covariance: independent numbers become changes of the parameters.
+    pub fn multiply(&self, z: &mut [f64]) {
         let mut rest = z;
         for list in &self.lists {
             let (own, others) = rest.split_at_mut(list.scene.len());
-            list.prior.spread(own);
+            list.prior.multiply(own);
             rest = others;
         }
         rest.iter_mut().zip(&self.singles).for_each(|(z, single)| *z *= single.sigma);
     }
 
-    /// A direction.
-    pub fn direction(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
+    /// The changes of all parameters, in their units, along a direction `z`.
+    pub fn changes(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let mut changes = z.to_vec();
-        self.spread(&mut changes);
+        self.multiply(&mut changes);
         self.parameters.iter().copied().zip(changes).collect()
     }
 
-    /// The parameters' values.
+    /// The values of all parameters, in their units, at `z`.
     pub fn values(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let scene = self.lists.iter().flat_map(|list| list.scene.iter().copied());
         let all = scene.chain(self.singles.iter().map(|single| single.mean));
-        let mut values = self.direction(z);
+        let mut values = self.changes(z);
         values.iter_mut().zip(all).for_each(|((_, value), mean)| *value += mean);
         values
-    }
-
-    /// Derivatives by the independent numbers from those by the parameters.
-    pub fn gathered(&self, gradient: &[f64]) -> Vec<f64> {
-        let mut by = gradient.to_vec();
-        self.spread(&mut by);
-        by
     }
 }

@@ -1,30 +1,32 @@
-//! Coordinates of a recording that never change: fillers of planar recordings, which are no measurements.
+//! Constant coordinates of recordings, such as the z column of a planar recording. They are no measurements, and are left out
+//! of the fit.
 //!
-//! Counted as measurements without a residual, they would lower the estimated noise of the other coordinates.
+//! As measurements without residuals they would lower the estimated noise of the other coordinates.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 
-/// Fewer equal values may be a coincidence.
+/// Fewest equal values that are no coincidence.
 const FEWEST: usize = 3;
-/// Part of the normal's length along an axis from which on a planar model does not move along it.
+/// Smallest component of the unit normal of a planar model along an axis that is perpendicular to the model.
 const NORMAL: f64 = 1.0 - 1e-9;
 
-/// A coordinate with one value only.
+/// A constant coordinate of a recording.
 pub(crate) struct ConstantAxis {
     /// The file, or the point.
     pub observation: String,
+    /// x, y or z.
     pub axis: &'static str,
-    /// In all samples, m.
+    /// The value of all samples, m.
     pub value: f64,
+    /// Number of samples.
     pub samples: usize,
 }
 
-/// The experiment without the coordinates of its recordings that are constant while others vary.
+/// The experiment without constant coordinates.
 pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
-    let normal = experiment.problem.model().0 == "planar";
-    let normal = normal.then(|| experiment.problem.normal());
+    let normal = planar_normal(&experiment);
     for measurement in &mut experiment.measurements {
         let axes = constant_axes(measurement, normal);
         if !axes.is_empty() {
@@ -34,14 +36,18 @@ pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     experiment
 }
 
-/// The coordinates that are left out of the experiments.
+/// The unit normal of a planar model; none of a spatial one.
+fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
+    let problem = &experiment.problem;
+    (problem.model().0 == "planar").then(|| problem.normal())
+}
+
+/// The constant coordinates of all experiments, with their values.
 pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
-        let normal = experiment.problem.model().0 == "planar";
-        let normal = normal.then(|| experiment.problem.normal());
         for measurement in &experiment.measurements {
-            for axis in constant_axes(measurement, normal) {
+            for axis in constant_axes(measurement, planar_normal(experiment)) {
                 let values: Vec<f64> =
                     measurement.positions().iter().filter_map(|p| p[axis]).collect();
                 found.push(ConstantAxis {
@@ -56,35 +62,29 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
     found
 }
 
-/// Indices of the constant coordinates: of a motion any beside one that varies, of a shape at rest, which may hang
-/// straight, that along the `normal` of a planar model.
+/// Indices of the constant coordinates of a measurement with another coordinate that varies. A shape at rest may hang
+/// straight: only its coordinate along the `normal` of a planar model is left out.
 fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
-    // Markers of a recording that prescribes the ends are compared in space, as their ends are.
+    // Markers of a recording that prescribes the ends are compared in space, as the ends are.
     if measurement.planned() || measurement.marker().is_some() {
         return Vec::new();
     }
     let positions = measurement.positions();
-    let is_constant = |axis: usize| {
-        let mut values = positions.iter().filter_map(|p| p[axis]);
-        let first = values.next();
-        first.is_some() && values.clone().count() + 1 >= FEWEST && values.all(|x| Some(x) == first)
-    };
-    let varies = |axis: usize| {
-        let mut values = positions.iter().filter_map(|p| p[axis]);
-        let first = values.next();
-        values.any(|x| Some(x) != first)
-    };
+    let values = |axis: usize| positions.iter().filter_map(move |p| p[axis]);
+    let is_constant = |axis: usize| values(axis).all(|x| Some(x) == values(axis).next());
     let is_irrelevant = |axis: &usize| {
         measurement.motion().is_some() || normal.is_some_and(|n| n[*axis].abs() >= NORMAL)
     };
-    if !(0..3).any(varies) {
+    if (0..3).all(is_constant) {
         return Vec::new();
     }
-    (0..3).filter(|axis| is_constant(*axis)).filter(is_irrelevant).collect()
+    let is_filler = |axis: &usize| is_constant(*axis) && values(*axis).count() >= FEWEST;
+    (0..3).filter(is_filler).filter(is_irrelevant).collect()
 }
 
-/// Leaves coordinates out, with the standard deviations of their values.
+/// Removes coordinates from a measurement, with the standard deviations of their values.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
+    // The values that remain are noted, to remove the entries of their standard deviations.
     let (mut kept, values) = (Vec::new(), measurement.values());
     for position in measurement.data.positions_mut() {
         for axis in 0..3 {
@@ -96,7 +96,7 @@ fn remove(measurement: &mut Measurement, axes: &[usize]) {
             }
         }
     }
-    // Deviations are given per value or per sample.
+    // Only standard deviations per value, not per sample, have entries for the removed coordinates.
     let factors = &mut measurement.header.sigma_factors;
     if factors.len() == values {
         let mut kept = kept.into_iter();

@@ -1,12 +1,13 @@
-//! Data with their header: the noise, the loss, the use in the fit and the origin that all kinds of data have.
+//! Data sets: measured values with their header, and the interface of the kinds of data.
 //!
-//! A kind of data implements [`DataKind`]: its values, the outputs of a run that they need, and the differences from
+//! The header has the noise, the loss, the use in the fit and the origin of the values. A kind of data implements
+//! [`DataKind`]: its values, the outputs of a simulation that they depend on, and the differences from
 //! these outputs. Everything else in a fit uses this interface.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::{Loss, typical};
-use crate::fit::measurement::quantity::Shown;
-use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::total_order;
 use crate::problem::Problem;
 use marker_files::{Dropped, Recording};
@@ -18,14 +19,14 @@ use std::path::{Path, PathBuf};
 /// A unit that data are given in, and reports display them in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DataUnit<'a> {
-    /// Its symbol.
+    /// Symbol of the unit.
     pub name: &'a str,
-    /// Its size in the unit of the values.
+    /// Size of the unit in the unit of the values.
     pub size: f64,
 }
 
 impl DataUnit<'_> {
-    /// Of frequencies, whose values are in rad/s.
+    /// Hertz, for values in rad/s.
     pub const HERTZ: Self = Self { name: "Hz", size: std::f64::consts::TAU };
 }
 
@@ -45,21 +46,34 @@ pub enum Abscissa {
     Reading,
 }
 
-/// Values of one coordinate, in the order of the residuals, with their abscissas.
+/// The values of one coordinate of a measurement, in the order of the residuals.
 pub(crate) struct Coordinate {
     /// x, y, z, f of frequencies, or g of gauges.
     pub axis: &'static str,
-    /// Index among the measurement's values, and abscissa.
-    pub places: Vec<(usize, f64)>,
+    pub values: Vec<CoordinateValue>,
+}
+
+/// One value of a coordinate.
+#[derive(Clone, Copy)]
+pub(crate) struct CoordinateValue {
+    /// Index among all values of the measurement.
+    pub index: usize,
+    /// Time, s, arc length, m, or number.
+    pub abscissa: f64,
 }
 
 impl Coordinate {
     /// Index and abscissa of the values below index `count`, ascending by the abscissa.
     pub fn ascending(&self, count: usize) -> Vec<(usize, f64)> {
-        let mut places = self.places.clone();
-        places.retain(|(k, _)| *k < count);
-        places.sort_by_cached_key(|(_, abscissa)| total_order(*abscissa));
-        places
+        let values = self.first_values(count);
+        let mut pairs: Vec<(usize, f64)> = values.map(|v| (v.index, v.abscissa)).collect();
+        pairs.sort_by_cached_key(|(_, abscissa)| total_order(*abscissa));
+        pairs
+    }
+
+    /// The values among the first `count` values of the measurement.
+    pub fn first_values(&self, count: usize) -> impl Iterator<Item = CoordinateValue> {
+        self.values.iter().copied().filter(move |value| value.index < count)
     }
 }
 
@@ -71,36 +85,50 @@ pub struct Header {
     pub name: String,
     /// Unit of the values; empty for pure numbers.
     pub unit: String,
-    /// The unit that reports display, where it is another.
+    /// The unit that reports display, if it differs from `unit`.
     pub(crate) data_unit: Option<DataUnit<'static>>,
     /// Standard deviation of a value, in its unit; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
-    /// Standard deviations of all points, or of all values, over `sigma`, which is then typical of them; empty where all
+    /// Standard deviations of all points, or of all values, over `sigma`; empty where all
     /// are equal.
     pub sigma_factors: Vec<f64>,
     /// Loss function of the residuals.
     pub loss: Loss,
     /// Whether the values are validation data: predicted, not fitted.
     pub held_out: bool,
-    /// Whether the measurement is only planned: its values mean nothing, but which ones there will be.
+    /// Whether the measurement is only planned: its times and coordinates count, its values do not.
     pub planned: bool,
-    /// The file it was read from, for messages.
+    /// File of the values.
     pub source: Option<PathBuf>,
-    /// How that file was read.
+    /// Interpretation of the file.
     pub recording: Option<Recording>,
-    /// Rows of that file that were left out.
+    /// Numbers of rows of the file that were left out.
     pub dropped: Dropped,
 }
 
 impl Header {
-    /// Of values in meters.
-    pub(crate) fn of_lengths() -> Self {
+    /// A header of values in meters.
+    pub(crate) fn in_meters() -> Self {
         Self { unit: "m".into(), ..Self::default() }
     }
 
-    /// Of values with a known standard deviation, in their unit.
-    pub(crate) fn known(unit: impl Into<String>, sigma: f64) -> Self {
+    /// A header of values with a known standard deviation, in their unit.
+    pub(crate) fn with_sigma(unit: impl Into<String>, sigma: f64) -> Self {
         Self { unit: unit.into(), sigma: Some(sigma), ..Self::default() }
+    }
+
+    /// Sets the standard deviations of all points or values. `sigma` becomes the one with their mean information,
+    /// `(mean sigma_i^-2)^(-1/2)`.
+    fn set_sigmas(&mut self, sigmas: &[f64]) {
+        let Some(first) = sigmas.first() else { return };
+        self.sigma = Some(*first);
+        self.sigma_factors.clear();
+        if sigmas.iter().any(|sigma| sigma != first) {
+            let information = sigmas.iter().map(|s| (s * s).recip()).sum::<f64>();
+            let sigma = (information / sigmas.len() as f64).sqrt().recip();
+            self.sigma = Some(sigma);
+            self.sigma_factors = sigmas.iter().map(|s| s / sigma).collect();
+        }
     }
 }
 
@@ -108,7 +136,7 @@ impl Header {
 /// data set itself.
 #[derive(Clone, Debug)]
 pub struct Dataset<D> {
-    /// What all kinds of data have.
+    /// Properties that all kinds of data have.
     pub header: Header,
     /// The values.
     pub data: D,
@@ -137,9 +165,7 @@ impl<D: DataKind> Dataset<D> {
 
     /// With a known standard deviation of each point, or of each value, point by point, in its unit.
     pub fn sigmas(mut self, sigmas: &[f64]) -> Self {
-        if let Some((sigma, factors)) = typical(sigmas) {
-            (self.header.sigma, self.header.sigma_factors) = (Some(sigma), factors);
-        }
+        self.header.set_sigmas(sigmas);
         self
     }
 
@@ -160,8 +186,8 @@ impl<D: DataKind> Dataset<D> {
         self.data.values()
     }
 
-    /// With its file, for messages, the way it was read, and the numbers of its rows that were left out.
-    pub(crate) fn read_from(
+    /// With its file, the interpretation of the file, and the numbers of rows that were left out.
+    pub(crate) fn with_source(
         mut self,
         path: &Path,
         recording: &Recording,
@@ -173,19 +199,24 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// With the properties that a fit file states; a stated sigma replaces that of the file.
-    pub(crate) fn stated(mut self, sigma: Option<f64>, loss: Loss, held_out: bool) -> Self {
+    /// With the properties in the table of a fit file. A sigma in the table replaces that of the data file.
+    pub(crate) fn with_properties(
+        mut self,
+        sigma: Option<f64>,
+        loss: Loss,
+        held_out: bool,
+    ) -> Self {
         self.header.sigma = sigma.or(self.header.sigma);
         (self.header.loss, self.header.held_out) = (loss, held_out);
         self
     }
 }
 
-/// A measurement in the messages of its validation.
-pub struct Subject<'a> {
-    /// Its problem.
+/// Context of the validation of a measurement.
+pub struct ValidationContext<'a> {
+    /// The problem with which it is compared.
     pub problem: &'a Problem,
-    /// Its place in the fit file.
+    /// Key of its table in the fit file.
     pub key: &'a str,
     /// Its file or name.
     pub label: &'a str,
@@ -195,10 +226,10 @@ pub struct Subject<'a> {
 
 /// A kind of data: either positions of points, or scalars.
 pub trait DataKind: Debug + Send + Sync {
-    /// The table of a fit file that has such data.
+    /// Name of the table of a fit file for this kind.
     fn table(&self) -> &'static str;
 
-    /// The file or the kind of the data, for messages.
+    /// The file, or a name of the data without a file.
     fn label(&self, header: &Header) -> String;
 
     /// Quantity on the abscissa of plots.
@@ -207,7 +238,7 @@ pub trait DataKind: Debug + Send + Sync {
     /// Abscissa of every point.
     fn abscissas(&self, problem: &Problem) -> Vec<f64>;
 
-    /// Name of the scalars; none of positions.
+    /// Name of the axis of scalars; none of positions.
     fn axis(&self) -> Option<&'static str> {
         None
     }
@@ -217,7 +248,7 @@ pub trait DataKind: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// The same, to be changed.
+    /// Mutable references to the observed positions.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         Vec::new()
     }
@@ -227,17 +258,17 @@ pub trait DataKind: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// The same, to be changed.
+    /// Mutable references to the scalars.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         Vec::new()
     }
 
-    /// Times on the clock of the motion or of its recording, s, of all values; none of values at rest.
+    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
     fn times(&self) -> Vec<Option<f64>> {
         vec![None; self.values()]
     }
 
-    /// Number of values that unknown arc lengths use up.
+    /// Number of arc lengths that are fitted to the values.
     fn fitted_arc_lengths(&self) -> usize {
         0
     }
@@ -250,22 +281,22 @@ pub trait DataKind: Debug + Send + Sync {
     /// # Errors
     ///
     /// The key or the label, with what is allowed.
-    fn check(&self, header: &Header, subject: &Subject) -> Result<(), Error>;
+    fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
     /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
     fn prepare(&mut self, _problem: &Problem, _horizon: f64) {}
 
-    /// Adds the outputs of a run that the values are compared with.
+    /// Adds the outputs of a simulation that the values are compared with.
     fn require(&self, outputs: &mut Requirements);
 
-    /// Calls `each` with the difference of every value from its simulated one, in the order of the values.
+    /// Calls `each` with simulated less measured value, in the order of the values.
     ///
     /// # Errors
     ///
-    /// Points that are not on the rod, and times after the end of the run.
-    fn differences<D: Shown>(
+    /// Points that are not on the rod, and times after the end of the simulation.
+    fn differences<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error>
     where
@@ -276,7 +307,7 @@ pub trait DataKind: Debug + Send + Sync {
         self.positions().into_iter().flatten().flatten().chain(self.scalars()).collect()
     }
 
-    /// The same, to be changed.
+    /// Mutable references to all values, in the order of the residuals.
     fn values_mut(&mut self) -> Vec<&mut f64> {
         match self.axis() {
             Some(_) => self.scalars_mut(),
@@ -296,38 +327,42 @@ pub trait DataKind: Debug + Send + Sync {
 }
 
 impl dyn DataKind + '_ {
-    /// Standard deviations of all values, where that of the header is `sigma`.
+    /// Standard deviations of all values by the factors of the header, for a given `sigma`.
     pub(crate) fn sigmas(&self, header: &Header, sigma: f64) -> Vec<f64> {
         let (factors, values) = (&header.sigma_factors, self.values());
+        // The factors are given per value, per point, or not at all.
         if factors.len() == values {
             return factors.iter().map(|factor| sigma * factor).collect();
         }
         if factors.is_empty() {
             return vec![sigma; values];
         }
-        let of = |(position, factor): ([Option<f64>; 3], &f64)| {
+        // One factor per point: all its coordinates have the same standard deviation.
+        let repeated = |(position, factor): ([Option<f64>; 3], &f64)| {
             std::iter::repeat_n(sigma * factor, position.iter().flatten().count())
         };
-        self.positions().into_iter().zip(factors).flat_map(of).collect()
+        self.positions().into_iter().zip(factors).flat_map(repeated).collect()
     }
 
     /// The values coordinate by coordinate; coordinates without values are left out.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
-        let abscissas = self.abscissas(problem);
+        let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {
-            return vec![Coordinate { axis, places: abscissas.into_iter().enumerate().collect() }];
+            let values = abscissas.enumerate();
+            let values = values.map(|(index, abscissa)| CoordinateValue { index, abscissa });
+            return vec![Coordinate { axis, values: values.collect() }];
         }
-        let mut axes = ["x", "y", "z"].map(|axis| Coordinate { axis, places: Vec::new() });
+        let mut axes = ["x", "y", "z"].map(|axis| Coordinate { axis, values: Vec::new() });
         let mut index = 0;
-        for (at, position) in abscissas.into_iter().zip(self.positions()) {
-            for (axis, seen) in axes.iter_mut().zip(position) {
-                if seen.is_some() {
-                    axis.places.push((index, at));
+        for (abscissa, position) in abscissas.zip(self.positions()) {
+            for (axis, observed) in axes.iter_mut().zip(position) {
+                if observed.is_some() {
+                    axis.values.push(CoordinateValue { index, abscissa });
                     index += 1;
                 }
             }
         }
-        axes.into_iter().filter(|axis| !axis.places.is_empty()).collect()
+        axes.into_iter().filter(|axis| !axis.values.is_empty()).collect()
     }
 
     /// Scale of rounding errors and of changes that matter: the length of the rod or the size of its motion, or a typical
@@ -339,13 +374,13 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// The part of the values that unknown arc lengths leave as degrees of freedom.
+    /// Degrees of freedom that fitted arc lengths leave, over the number of values.
     pub(crate) fn free_share(&self) -> f64 {
         let values = self.values().max(1) as f64;
         (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
     }
 
-    /// The outputs of a run that the values are compared with.
+    /// The outputs of a simulation that the values are compared with.
     pub(crate) fn requirements(&self) -> Requirements {
         let mut outputs = Requirements::default();
         self.require(&mut outputs);

@@ -1,22 +1,23 @@
-//! A rod, and what was measured of it.
+//! Experiments: the problem of a scene with the measurements of it.
 
+use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::problem::Problem;
 use std::borrow::Cow;
 
-/// A static solution counts as this many time steps: about as many Newton iterations.
+/// Work of a static solution in time steps: both take about as many Newton iterations.
 const STEPS_OF_REST: f64 = 20.0;
 
-/// A scene with what was measured in it. Several of them may share parameters.
+/// A scene with its measurements. Several experiments may share parameters.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// Name by which experiments are told apart; empty where there is only one.
+    /// Name of the experiment; empty where there is only one.
     pub name: String,
-    /// The scene, made ready.
+    /// The prepared scene.
     pub problem: Problem,
-    /// What was measured of the rod.
+    /// Measurements of the rod.
     pub measurements: Vec<Measurement>,
 }
 
@@ -32,17 +33,18 @@ impl Experiment {
         self
     }
 
-    /// With all that was measured kept out of the fit, to be predicted by it.
+    /// With all measurements as validation data: predicted, not fitted.
     pub fn held_out(mut self) -> Self {
         self.measurements.iter_mut().for_each(|m| m.header.held_out = true);
         self
     }
 
-    /// The recorded motions and what gauges showed of them.
+    /// The recorded motions. Readings of a gauge over time are the x coordinate of a motion.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
         self.measurements.iter().filter_map(|m| match m.motion() {
             Some(motion) => Some(Cow::Borrowed(motion)),
             None => {
+                // Readings at rest have no time and are no record.
                 let values = m.times().into_iter().zip(m.scalars());
                 let sample = |(t, x): (Option<f64>, f64)| {
                     Some(Sample { time: t?, position: [Some(x), None, None] })
@@ -53,12 +55,12 @@ impl Experiment {
         })
     }
 
-    /// Whether anything was measured of a motion.
+    /// Whether a motion was measured.
     pub(crate) fn moves(&self) -> bool {
         self.records().next().is_some()
     }
 
-    /// Whether its shape at rest or its frequencies were measured.
+    /// Whether the shape at rest, readings at rest or frequencies were measured.
     pub(crate) fn rests(&self) -> bool {
         self.records().count() < self.measurements.len()
     }
@@ -81,12 +83,21 @@ impl Experiment {
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 
-    /// Work of the static solutions it needs.
+    /// Work of the static solutions, steps times segments.
     pub(crate) fn rest_work(&self) -> f64 {
         if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
     }
 
-    /// The name before a key of its own in the fit file.
+    /// The simulation whose accuracy determines the mesh: the motion, the highest measured mode, or the equilibrium.
+    pub(crate) fn aim(&self) -> Aim {
+        match (self.moves(), self.highest_mode()) {
+            (true, _) => Aim::Motion,
+            (false, 0) => Aim::Rest,
+            (false, modes) => Aim::Modes(modes),
+        }
+    }
+
+    /// A key of its table in messages, after the name of the experiment if it has one.
     pub(crate) fn key(&self, own: &str) -> String {
         match self.name.is_empty() {
             true => own.into(),
@@ -94,7 +105,7 @@ impl Experiment {
         }
     }
 
-    /// What the name adds to the label of a measurement.
+    /// The label of a measurement, after the name of the experiment if it has one.
     pub(crate) fn label(&self, measurement: &Measurement) -> String {
         self.with_name(measurement.label())
     }
@@ -104,7 +115,7 @@ impl Experiment {
         if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
-    /// What tells a measurement from others: all markers of a recording are one.
+    /// The label of a measurement in which all markers of a recording are one measurement.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
         match measurement.marker() {
             None => self.label(measurement),
@@ -112,20 +123,19 @@ impl Experiment {
         }
     }
 
-    /// The experiment with the measurements that `keep` chooses.
+    /// The experiment with the measurements for which `keep` is true.
     pub(crate) fn only(&self, keep: impl Fn(&Measurement) -> bool) -> Self {
         let measurements = self.measurements.iter().filter(|m| keep(m)).cloned().collect();
         Self { measurements, ..self.clone() }
     }
 
-    /// The same measurements of the same rod, posed in another way: on another [mesh](Problem::remeshed)
-    /// or in other steps.
-    pub(crate) fn posed_as(&self, problem: Problem) -> Self {
+    /// The same measurements with another problem of the same rod, as on another [mesh](Problem::remeshed).
+    pub(crate) fn with_problem(&self, problem: Problem) -> Self {
         Self { problem, ..self.clone() }
     }
 }
 
-/// The name of a number, with the experiments if it is of some only.
+/// The name of a parameter, followed by its experiments in parentheses unless it belongs to all.
 pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> String {
     match experiments.is_empty() {
         true => name.to_string(),
@@ -133,7 +143,7 @@ pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> St
     }
 }
 
-/// The experiments with the measurements that are fitted.
+/// The experiments without validation data.
 pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
 }

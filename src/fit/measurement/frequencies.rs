@@ -1,17 +1,21 @@
-//! Measured natural frequencies.
+//! Measured natural frequencies, assigned to modes by number, plane, kind and direction.
 
-use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, DataUnit, Dataset, Header, Subject};
-use crate::fit::measurement::quantity::Shown;
-use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::{
+    Abscissa, DataKind, DataUnit, Dataset, Header, ValidationContext,
+};
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::problem::Problem;
-use crate::vibration::{ModeFilter, ModeName};
-use crate::vibration::{ModeKind, ModePlane};
+use crate::vibration::{ModeFilter, ModeKind, ModeName, ModePlane};
+
+/// Largest mode number.
+const MOST_MODES: usize = 200;
 
 /// A measured natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frequency {
-    /// Which mode, from 1 on in the order of rising frequency, as `rodfit modes` numbers them.
+    /// Number of the mode, from 1 on in the order of rising frequency, as `rodfit modes` numbers them.
     pub mode: usize,
     /// Angular frequency, rad/s.
     pub rad_s: f64,
@@ -20,9 +24,9 @@ pub struct Frequency {
 /// Frequencies of small vibrations about the equilibrium.
 #[derive(Clone, Debug)]
 pub struct ModeFrequencies {
-    /// The frequencies, each of its mode.
+    /// The frequencies with their mode numbers.
     pub values: Vec<Frequency>,
-    /// Among which modes they count; default: those in the plane of a planar scene, all of a spatial one.
+    /// The modes among which the numbers count; default: those in the plane of a planar scene, all of a spatial one.
     pub among: ModeFilter,
 }
 
@@ -35,7 +39,7 @@ impl Frequencies {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
         let data = ModeFrequencies { values, among: ModeFilter::default() };
-        Self { header: Header::known("rad/s", sigma), data }
+        Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
     /// Measured frequencies given in Hz.
@@ -46,33 +50,32 @@ impl Frequencies {
         own
     }
 
-    /// Of other modes than the lowest.
+    /// With these mode numbers instead of those of the lowest modes.
     ///
     /// # Errors
     ///
     /// Another count of modes than of frequencies.
     pub fn of_modes(mut self, modes: &[usize]) -> Result<Self, Error> {
-        if modes.len() != self.values.len() {
-            let allowed = format!("{}, one per frequency", self.values.len());
-            return Err(Error::invalid("modes", format!("{} modes", modes.len()), allowed));
-        }
+        let (count, found) = (self.values.len(), format!("{} modes", modes.len()));
+        let allowed = format!("{count}, one per frequency");
+        ensure(modes.len() == count, "modes", found, allowed)?;
         self.values.iter_mut().zip(modes).for_each(|(value, mode)| value.mode = *mode);
         Ok(self)
     }
 
-    /// Seen in or out of the plane of a planar scene.
+    /// With mode numbers that count the modes in or out of the plane of a planar scene.
     pub fn plane(mut self, plane: ModePlane) -> Self {
         self.among.plane = Some(plane);
         self
     }
 
-    /// Of modes of one kind only, counted among themselves.
+    /// With mode numbers that count the modes of one kind.
     pub fn of_kind(mut self, kind: ModeKind) -> Self {
         self.among.kind = Some(kind);
         self
     }
 
-    /// Of modes only that move along this line, counted among themselves.
+    /// With mode numbers that count the modes with most of their motion along a direction.
     pub fn along(mut self, direction: [f64; 3]) -> Self {
         self.among.direction = Some(direction);
         self
@@ -119,18 +122,17 @@ impl DataKind for ModeFrequencies {
         self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
     }
 
-    fn check(&self, _header: &Header, subject: &Subject) -> Result<(), Error> {
-        let Subject { problem, key, .. } = subject;
+    fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, key, .. } = context;
         self.among.check(problem, key)?;
         for (k, value) in self.values.iter().enumerate() {
-            if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
-                return Err(Error::invalid(format!("{key}.rad_s[{k}]"), value.rad_s, "above 0"));
-            }
+            let is_valid = value.rad_s.is_finite() && value.rad_s > 0.0;
+            ensure(is_valid, format!("{key}.rad_s[{k}]"), value.rad_s, "above 0")?;
+            // Two frequencies of one mode would be compared with one simulated frequency.
             let twice = self.values[..k].iter().any(|before| before.mode == value.mode);
-            if !(1..=200).contains(&value.mode) || twice {
-                let key = format!("{key}.modes[{k}]");
-                return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
-            }
+            let is_valid = (1..=MOST_MODES).contains(&value.mode) && !twice;
+            let allowed = format!("1 .. {MOST_MODES}, each once");
+            ensure(is_valid, format!("{key}.modes[{k}]"), value.mode, allowed)?;
         }
         Ok(())
     }
@@ -139,9 +141,9 @@ impl DataKind for ModeFrequencies {
         outputs.modes.extend(self.names());
     }
 
-    fn differences<D: Shown>(
+    fn differences<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
         for (value, frequency) in self.values.iter().zip(simulated.frequencies) {

@@ -1,9 +1,9 @@
-//! Readings of a user-defined quantity.
+//! Readings of a user-defined quantity, over time or at rest.
 
-use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Subject};
-use crate::fit::measurement::quantity::{Moving, OverScalars, Quantity, Shown, Sight};
-use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::quantity::{DynQuantity, GaugeScalar, PointState, Quantity, Sight};
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::problem::Problem;
 use crate::scene::Point;
 use std::sync::Arc;
@@ -11,27 +11,27 @@ use std::sync::Arc;
 /// A reading of a gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Time from the start of the motion, s; none of the rod at rest under the scene's loads.
+    /// Time from the start of the motion, s; none of a rod at rest under the loads of the scene.
     pub time: Option<f64>,
     /// Value of the quantity, in its unit.
     pub value: f64,
 }
 
-/// Readings of a [`Quantity`], in the order of their times. The camera of the scene does not change them.
+/// Readings of a [`Quantity`], in the order of their times. They do not depend on the camera of the scene.
 #[derive(Clone, Debug)]
 pub struct GaugeReadings {
     /// Values with their times.
     pub readings: Vec<Reading>,
-    /// The points of the rod that the quantity depends on; on other meshes the same places.
+    /// The points of the rod that the quantity depends on.
     points: Vec<Point>,
-    quantity: Arc<dyn OverScalars>,
+    quantity: Arc<dyn DynQuantity>,
 }
 
 /// A user-defined measurement.
 pub type Gauge = Dataset<GaugeReadings>;
 
 impl Gauge {
-    /// Readings `(s, value)` of a motion, with the standard deviation of each.
+    /// Readings (time, s, and value) of a motion, in the `unit`, with the standard deviation `sigma` of each.
     pub fn over_time(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -40,11 +40,10 @@ impl Gauge {
         sigma: f64,
     ) -> Self {
         let reading = |(time, value): &(f64, f64)| Reading { time: Some(*time), value: *value };
-        let header = Header { name: name.into(), ..Header::known(unit, sigma) };
-        Self::new(header, quantity, readings.iter().map(reading).collect())
+        Self::new(name, unit, quantity, readings.iter().map(reading).collect(), sigma)
     }
 
-    /// Readings of the rod at rest, with the standard deviation of each.
+    /// Readings of the rod at rest, in the `unit`, with the standard deviation `sigma` of each.
     pub fn at_rest(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -53,11 +52,18 @@ impl Gauge {
         sigma: f64,
     ) -> Self {
         let reading = |value: &f64| Reading { time: None, value: *value };
-        let header = Header { name: name.into(), ..Header::known(unit, sigma) };
-        Self::new(header, quantity, values.iter().map(reading).collect())
+        Self::new(name, unit, quantity, values.iter().map(reading).collect(), sigma)
     }
 
-    fn new(header: Header, quantity: impl Quantity, readings: Vec<Reading>) -> Self {
+    /// A gauge with these readings.
+    fn new(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        quantity: impl Quantity,
+        readings: Vec<Reading>,
+        sigma: f64,
+    ) -> Self {
+        let header = Header { name: name.into(), ..Header::with_sigma(unit, sigma) };
         let (points, quantity) = (quantity.points(), Arc::new(quantity));
         Self { header, data: GaugeReadings { readings, points, quantity } }
     }
@@ -106,30 +112,28 @@ impl DataKind for GaugeReadings {
         let n = self.readings.len().max(1) as f64;
         let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
         let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-        // Equal readings have no spread.
+        // Equal readings have no spread; their size is the value.
         if spread > 0.0 { spread } else { mean.abs() }
     }
 
-    fn check(&self, _header: &Header, subject: &Subject) -> Result<(), Error> {
-        let Subject { problem, label, .. } = subject;
+    fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, label, .. } = context;
         for point in &self.points {
             problem.stencil(*point).map_err(|error| {
                 Error::invalid(format!("{label}: points"), error, "points of the rod")
             })?;
         }
+        // Readings over time need increasing times within the simulation.
         let times: Vec<f64> = self.readings.iter().filter_map(|r| r.time).collect();
         if !times.is_empty() {
             let end = problem.time()?.end;
-            let sane = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
-            if !(times.iter().all(sane) && times.windows(2).all(|w| w[0] < w[1])) {
-                let allowed = format!("increasing times in 0 .. {end} s, time.end");
-                return Err(Error::invalid(*label, "other times", allowed));
-            }
+            let is_inside = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
+            let are_valid = times.iter().all(is_inside) && times.windows(2).all(|w| w[0] < w[1]);
+            let allowed = format!("increasing times in 0 .. {end} s, time.end");
+            ensure(are_valid, *label, "other times", allowed)?;
         }
-        match self.readings.iter().all(|r| r.value.is_finite()) {
-            true => Ok(()),
-            false => Err(Error::invalid(*label, "other readings", "finite values")),
-        }
+        let are_finite = self.readings.iter().all(|r| r.value.is_finite());
+        ensure(are_finite, *label, "other readings", "finite values")
     }
 
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
@@ -146,11 +150,12 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    fn differences<D: Shown>(
+    fn differences<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
+        // The points are located on the mesh once for all readings.
         let stencils = self.points.iter().map(|point| point.fixed().stencil(simulated.mesh));
         let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
         let mut points = Vec::with_capacity(stencils.len());
@@ -163,10 +168,10 @@ impl DataKind for GaugeReadings {
             points.clear();
             for stencil in &stencils {
                 let [position, velocity] = record.motion(stencil, time)?;
-                points.push(Moving { position, velocity });
+                points.push(PointState { position, velocity });
             }
             let sight = Sight { time, points: &points, scene: simulated.scene };
-            each(D::shown(&*self.quantity, &sight) - *value);
+            each(D::evaluate(&*self.quantity, &sight) - *value);
         }
         Ok(())
     }

@@ -1,100 +1,99 @@
-//! What is in a file of markers, before anything is made of it.
+//! Inspection of a marker file: format, clock, units, markers with their gaps and noise, likely faults, and the
+//! `[[observation]]` table that reads it.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::measurement::repeated_frames::count_repeated_frames;
 use crate::input::onset::onset_of_motion;
 use crate::numerics::noise_scale::NoisySeries;
+use crate::numerics::upper_median;
 use crate::scene::{LostFrames, SwappedLabels, Track};
-use marker_files::Format;
-use marker_files::{Clock, LengthUnit, MarkerData, MarkerFile};
-use marker_files::{Recording, Vertical};
+use marker_files::{Clock, Format, LengthUnit, MarkerData, MarkerFile, Recording, Vertical};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Below this a program is not sure of a place.
+/// Smallest confidence of a detected position.
 const SURE: f64 = 0.6;
-/// A step of the clock is a gap if it is so many times the usual one.
+/// Smallest step of the clock that is a gap, over the usual step.
 const STEP: f64 = 1.5;
-/// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
-/// few frames away are.
+/// Smallest deviation of a jump from the cubic through its neighbors: over the median deviation, and over the deviations a
+/// few frames away.
 const JUMP: [f64; 2] = [10.0, 4.0];
-/// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
+/// Largest plausible coordinate, m, in a file without a unit. Larger ones are most likely in pixels or millimeters.
 pub(super) const FAR: f64 = 20.0;
 
-/// What is in a file of markers.
+/// Content of a marker file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Inspection {
     /// The file.
     pub file: PathBuf,
-    /// Which program wrote it.
+    /// Program that wrote the file.
     pub format: Format,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second: as the file says, or the clock's usual step; none where neither is there.
+    /// Frames per second, from the file or from the usual step of the clock; none without both.
     pub rate: Option<f64>,
-    /// First and last reading of its clock, in its unit.
+    /// First and last reading of the clock, in its unit.
     pub clock: [f64; 2],
-    /// What the clock counts: `s`, `ms`, `us` or `frames`.
+    /// Unit of the clock: `s`, `ms`, `us` or `frames`.
     pub clock_unit: String,
     /// Gaps of the clock: the reading before the gap, and the number of missing steps.
     pub clock_gaps: Vec<(f64, usize)>,
-    /// Unit of places: `m`, `cm`, `mm`, `px`, or `unnamed`.
+    /// Unit of the positions: `m`, `cm`, `mm`, `px`, or `unnamed`.
     pub unit: String,
     /// The markers, in the order of the file.
     pub markers: Vec<InspectedMarker>,
-    /// What seems wrong if the markers stand along a rod in this order.
+    /// Lost frames and swapped labels, if the markers are along a rod in this order.
     pub faults: Vec<String>,
-    /// How an observation reads it: the marker that moves most, from the first frame on. What the file does not say
-    /// and nobody said is none.
+    /// Interpretation of the file by an observation of the marker that moves most. Keys without a value in the file or in
+    /// the given recording are none.
     pub recording: Recording,
-    /// That observation for a fit file.
+    /// The `[[observation]]` table of a fit file with this interpretation.
     pub observation: String,
 }
 
-/// A marker.
+/// Content of a marker file for one marker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InspectedMarker {
-    /// Its name; empty in a table of one.
+    /// Name of the marker; empty in a table of one.
     pub name: String,
-    /// The axes that were recorded: `xy`, `xyz`.
+    /// The recorded axes: `xy`, `xyz`.
     pub axes: String,
     /// Number of frames with a position, complete or partial, of sufficient confidence.
     pub detected: usize,
-    /// How often it is lost between two frames in which it was seen, and for how many frames at most.
+    /// Number of gaps between frames with a position, and number of frames of the longest gap.
     pub gaps: [usize; 2],
     /// Number of frames with a confidence below 0.6; null in files without confidences.
     pub low_confidence: Option<usize>,
-    /// Smallest and largest coordinate along each of its axes, in the file's unit; none where it was never seen.
+    /// Smallest and largest coordinate along each of its axes, in the file's unit; none without positions.
     pub range: Vec<Option<[f64; 2]>>,
-    /// Standard deviation of the noise per coordinate, by differences of the places, in the file's unit: at most that, as
-    /// fast motion adds to it. None where differences do not show it, as with fewer than 20 or in smoothed data.
+    /// Standard deviation of the noise per coordinate, by differences of the positions, in the file's unit. It is an upper
+    /// bound, because fast motion adds to it. None where differences do not determine it, as with fewer than 20 positions
+    /// or in smoothed data.
     pub noise: Option<f64>,
-    /// Clock readings at which it jumps for a frame.
+    /// Clock readings at which the marker jumps for one frame.
     pub jumps: Vec<f64>,
-    /// Frames in motion that repeat the one before to the last digit: a video that was converted to a higher rate.
+    /// Number of frames in motion that repeat the previous one exactly: a video that was converted to a higher rate.
     pub repeated: usize,
 }
 
 impl Inspection {
-    /// Looks into a file; `recording` may say its format, and the `fps` and `scale` that it does not.
+    /// Inspects a file. `recording` may have its format, and the `fps` and `scale` that the file lacks.
     ///
     /// # Errors
     ///
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn of(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        Self::of_file(path.as_ref(), recording)
-    }
-
-    fn of_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
+        let path = path.as_ref();
         let (format, bytes) = marker_files::open(path, recording.format)?;
         let source = marker_files::parse(path, format, &bytes)?;
         let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
-        let step = median(clocks.windows(2).map(|w| w[1] - w[0]).collect());
+        let step = upper_median(clocks.windows(2).map(|w| w[1] - w[0]));
+        // Times give the rate by their usual step; frame numbers need it from the file or the user.
         let (clock_unit, rate) = match source.clock {
             Clock::Time(unit) => {
                 let named = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
@@ -103,12 +102,13 @@ impl Inspection {
             }
             Clock::Frames { rate, .. } => ("frames", rate.or(recording.fps)),
         };
-        let leap = |w: &[f64]| {
+        let gap = |w: &[f64]| {
             let steps = (w[1] - w[0]) / step.filter(|s| *s > 0.0)?;
             (steps > STEP).then(|| (w[0], (steps.round() as usize).saturating_sub(1).max(1)))
         };
         let markers: Vec<InspectedMarker> =
-            source.markers.iter().map(|marker| inspected(marker, &clocks, step)).collect();
+            source.markers.iter().map(|marker| inspect_marker(marker, &clocks, step)).collect();
+        // The observation is proposed from the markers, and read once, so that the user gets its errors.
         let mut inspection = Self {
             file: path.into(),
             format,
@@ -116,7 +116,7 @@ impl Inspection {
             rate,
             clock: [clocks[0], clocks[clocks.len() - 1]],
             clock_unit: clock_unit.into(),
-            clock_gaps: clocks.windows(2).filter_map(leap).collect(),
+            clock_gaps: clocks.windows(2).filter_map(gap).collect(),
             unit: match source.lengths {
                 LengthUnit::Known(unit, _) => unit,
                 LengthUnit::Pixels { .. } => "px",
@@ -128,48 +128,50 @@ impl Inspection {
             recording: recording.clone(),
             observation: String::new(),
         };
-        inspection.recording = inspection.read_as(&source, recording);
-        inspection.observation = inspection.pasted(&quoted(&path.display().to_string()), &source);
-        if let Err(error) = read_back(path, &inspection.observation) {
+        inspection.recording = inspection.interpretation(&source, recording);
+        inspection.observation =
+            inspection.observation_table(&quoted(&path.display().to_string()), &source);
+        if let Err(error) = check_observation(path, &inspection.observation) {
             let error = error.to_string().replace('\n', " ");
             inspection.observation += &format!("# fit does not read this: {error}\n");
         }
         Ok(inspection)
     }
 
-    /// The marker that moves most: more likely a rod's tip than its wall.
-    fn foremost(&self) -> Option<&InspectedMarker> {
+    /// The marker with the largest range of a coordinate, which is most likely at the tip.
+    fn most_moving_marker(&self) -> Option<&InspectedMarker> {
         let extent =
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
-        let known = self.markers.iter().filter(|m| m.detected > 0);
-        known.max_by(|a, b| extent(a).total_cmp(&extent(b)))
+        let detected = self.markers.iter().filter(|m| m.detected > 0);
+        detected.max_by(|a, b| extent(a).total_cmp(&extent(b)))
     }
 
-    /// The largest coordinate, in the file's unit.
-    pub(super) fn farthest(&self) -> f64 {
+    /// The largest magnitude of a coordinate, in the file's unit.
+    pub(super) fn largest_coordinate(&self) -> f64 {
         let ranges = self.markers.iter().flat_map(|m| m.range.iter().flatten().flatten());
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
-    fn read_as(&self, source: &MarkerFile, said: &Recording) -> Recording {
-        let marker = self.foremost();
+    /// The `given` recording completed by the marker that moves most, its onset of motion, and the direction of y.
+    fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
+        let marker = self.most_moving_marker();
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.low_confidence).map(|_| SURE),
-            y: said.y.or(self.is_of_an_image(source).then_some(Vertical::Down)),
+            y: given.y.or(self.has_image_coordinates(source).then_some(Vertical::Down)),
             time_zero: Some(marker.and_then(|m| onset(source, &m.name)).unwrap_or(self.clock[0])),
-            ..said.clone()
+            ..given.clone()
         }
     }
 
-    /// Whether y points down.
-    fn is_of_an_image(&self, source: &MarkerFile) -> bool {
+    /// Whether the coordinates are those of an image, in which y points down.
+    fn has_image_coordinates(&self, source: &MarkerFile) -> bool {
         let pixels = matches!(source.lengths, LengthUnit::Pixels { down: None | Some(true) });
         pixels || self.format == Format::TrackMate
     }
 
-    /// The observation, of a file with this name as TOML writes it.
-    fn pasted(&self, file: &str, source: &MarkerFile) -> String {
+    /// The `[[observation]]` table with comments. `file` is the name of the file as a TOML string.
+    fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
         let mut line = |key: &str, value: String, words: &str| {
@@ -192,7 +194,7 @@ impl Inspection {
         if let Some(sure) = read.likelihood {
             line("likelihood", sure.to_string(), "what the program is less sure of is missing");
         }
-        if self.foremost().is_some_and(|m| m.axes.len() == 3) {
+        if self.most_moving_marker().is_some_and(|m| m.axes.len() == 3) {
             let words = "the world's in the file; [\"x\", \"z\", \"-y\"] for a picture of x and z";
             line("axes", "[\"x\", \"y\", \"z\"]".into(), words);
         }
@@ -211,7 +213,7 @@ impl Inspection {
                 read.scale
             }
         };
-        if self.is_of_an_image(source) {
+        if self.has_image_coordinates(source) {
             line("y", "\"down\"".into(), "as in images");
         }
         line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
@@ -221,7 +223,7 @@ impl Inspection {
             false => "when the motion starts on the file's clock",
         };
         line("time_zero", zero.to_string(), words);
-        let noise = self.foremost().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
+        let noise = self.most_moving_marker().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
         if let (Some(noise), Some(metres)) = (noise, metres) {
             line("sigma", format!("{:.1e}", noise * metres), "m, by differences of the samples");
         }
@@ -231,99 +233,99 @@ impl Inspection {
 
 /// Clock reading of the frame nearest to the onset of a marker's motion; none where it moves from the first frame on.
 fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
-    let marker = sure(source.markers.iter().find(|m| m.name == name)?);
+    let marker = confident_positions(source.markers.iter().find(|m| m.name == name)?);
     let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
     let onset = onset_of_motion(&clocks, &marker.positions)?;
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
-/// Reads the file as the observation that was printed says, with 1 for what only the user has.
-fn read_back(path: &Path, observation: &str) -> Result<(), Error> {
+/// Reads the file with the keys of an `[[observation]]` table, with 1 for the values that the user has to fill in.
+fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     let text = observation.replace("= ..", "= 1.0");
     let written: Result<BTreeMap<String, Vec<toml::Table>>, _> = toml::from_str(&text);
     let recording =
         written.map_err(|error| Error::Fit(error.to_string())).and_then(|mut tables| {
             let mut keys =
                 tables.remove("observation").and_then(|mut all| all.pop()).unwrap_or_default();
-            // A number here, the name of a column in a recording.
+            // The sigma of an observation may be a number, that of a recording is a column.
             keys.remove("sigma");
             keys.try_into::<Recording>().map_err(|error| Error::Fit(error.to_string()))
         })?;
     Observation::read_as(path, &recording).map(|_| ())
 }
 
-/// As TOML writes it.
+/// A text as a TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+/// Whether a confidence is missing or too small.
+fn is_uncertain(confidence: &Option<f64>) -> bool {
+    confidence.is_none_or(|confidence| confidence < SURE)
 }
 
-/// The marker where the program is sure of it.
-fn sure(marker: &MarkerData) -> MarkerData {
+/// The marker without positions of small confidence.
+fn confident_positions(marker: &MarkerData) -> MarkerData {
     let mut marker = marker.clone();
-    let unsure = |sure: &Option<f64>| sure.is_none_or(|sure| sure < SURE);
-    for (place, sure) in marker.positions.iter_mut().zip(marker.likelihood.iter().flatten()) {
-        if unsure(sure) {
-            *place = [None; 3];
+    let confidences = marker.likelihood.iter().flatten();
+    for (position, confidence) in marker.positions.iter_mut().zip(confidences) {
+        if is_uncertain(confidence) {
+            *position = [None; 3];
         }
     }
     marker
 }
 
-/// With a usual `step` of the clock: frames about a leap are not compared.
-fn inspected(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
-    let marker = &sure(marker);
-    let steady = |frames: Range<usize>| {
+/// The content of the file for one marker. `clocks` are the readings of all frames, and `step` is the usual one.
+fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
+    let marker = &confident_positions(marker);
+    // Frames next to a gap of the clock are not compared.
+    let has_no_gap = |frames: Range<usize>| {
         let most = STEP * step.unwrap_or(f64::INFINITY);
         clocks[frames].windows(2).all(|w| w[1] - w[0] < most)
     };
-    let there: Vec<bool> =
-        marker.positions.iter().map(|place| place.iter().any(Option::is_some)).collect();
-    let first = there.iter().position(|seen| *seen).unwrap_or(0);
-    let last = there.iter().rposition(|seen| *seen).map_or(0, |k| k + 1);
-    let lost = there[first..last.max(first)].chunk_by(|a, b| a == b).filter(|run| !run[0]);
+    let detected: Vec<bool> =
+        marker.positions.iter().map(|position| position.iter().any(Option::is_some)).collect();
+    let first = detected.iter().position(|own| *own).unwrap_or(0);
+    let last = detected.iter().rposition(|own| *own).map_or(0, |k| k + 1);
+    let lost = detected[first..last.max(first)].chunk_by(|a, b| a == b).filter(|run| !run[0]);
     let lost: Vec<usize> = lost.map(<[bool]>::len).collect();
     let axes: Vec<usize> = (0..3).filter(|c| marker.axes[*c]).collect();
-    let along = |c: usize| marker.positions.iter().map(move |place| place[c]);
+    let along = |c: usize| marker.positions.iter().map(move |position| position[c]);
     let range = |c: &usize| {
-        let seen = along(*c).flatten().map(|x| [x, x]);
-        seen.reduce(|[a, b], [x, y]| [a.min(x), b.max(y)])
+        let ends = along(*c).flatten().map(|x| [x, x]);
+        ends.reduce(|[a, b], [x, y]| [a.min(x), b.max(y)])
     };
-    // Pooled over the axes; constant ones have none.
+    // Pooled over the axes; constant axes have no noise.
     let variances: Vec<f64> =
         axes.iter().filter_map(|c| Some(noise(clocks, along(*c))?.powi(2))).collect();
     let variance = variances.iter().sum::<f64>() / variances.len() as f64;
-    let unsure = marker.likelihood.as_ref();
+    let confidences = marker.likelihood.as_ref();
     InspectedMarker {
         name: marker.name.clone(),
         axes: axes.iter().map(|c| ["x", "y", "z"][*c]).collect(),
-        detected: there.iter().filter(|seen| **seen).count(),
+        detected: detected.iter().filter(|own| **own).count(),
         gaps: [lost.len(), lost.iter().copied().max().unwrap_or(0)],
-        low_confidence: unsure
-            .map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
+        low_confidence: confidences.map(|all| all.iter().filter(|c| is_uncertain(c)).count()),
         range: axes.iter().map(range).collect(),
         noise: (!variances.is_empty()).then(|| variance.sqrt()),
-        jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
+        jumps: jumps(marker, has_no_gap).into_iter().map(|k| clocks[k]).collect(),
         repeated: count_repeated_frames(&marker.positions),
     }
 }
 
-/// Standard deviation of the noise on one axis by differences of its places; none where these do not show it.
-fn noise(clocks: &[f64], places: impl Iterator<Item = Option<f64>>) -> Option<f64> {
-    let seen = clocks.iter().zip(places).filter_map(|(t, x)| Some((*t, x?)));
-    let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();
+/// Standard deviation of the noise of one coordinate by differences of its values; none where these do not determine it.
+fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let observed = clocks.iter().zip(coordinate).filter_map(|(t, x)| Some((*t, x?)));
+    let (times, values): (Vec<f64>, Vec<f64>) = observed.unzip();
     let series = NoisySeries { times: &times, values: &values, factors: &[], excluded: &[] };
     Some(series.noise().ok()?.sigma)
 }
 
-/// Frames in which a marker is off the cubic through two places on each side of it, far more than usual and than a
-/// few frames away.
-fn jumps(marker: &MarkerData, steady: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
-    let off = |k: usize| -> Option<f64> {
+/// Frames in which the deviation of a marker from the cubic through two positions on each side is far above the median and
+/// above those a few frames away. Frames next to a gap of the clock are left out.
+fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
+    let deviation = |k: usize| -> Option<f64> {
         let mut squares = 0.0;
         for c in (0..3).filter(|c| marker.axes[*c]) {
             let at = |k: usize| marker.positions[k][c];
@@ -333,25 +335,25 @@ fn jumps(marker: &MarkerData, steady: impl Fn(Range<usize>) -> bool) -> Vec<usiz
         Some(squares.sqrt())
     };
     let frames = marker.positions.len();
-    let all: Vec<Option<f64>> = (0..frames)
-        .map(|k| if k >= 2 && k + 2 < frames && steady(k - 2..k + 3) { off(k) } else { None })
-        .collect();
-    let Some(usual) = median(all.iter().copied().flatten().collect()) else { return Vec::new() };
-    let apart = |k: usize| {
-        // Frames next to a jump are off because of it.
+    let is_inner = |k: usize| k >= 2 && k + 2 < frames && has_no_gap(k - 2..k + 3);
+    let all: Vec<Option<f64>> =
+        (0..frames).map(|k| if is_inner(k) { deviation(k) } else { None }).collect();
+    let Some(usual) = upper_median(all.iter().copied().flatten()) else { return Vec::new() };
+    let nearby = |k: usize| {
+        // A jump makes the two frames on each side deviate too.
         let beside = [k.checked_sub(4), k.checked_sub(3), Some(k + 3), Some(k + 4)];
         beside.into_iter().flatten().filter_map(|k| *all.get(k)?).fold(0.0, f64::max)
     };
-    let jumps = |k: &usize| {
+    let is_jump = |k: &usize| {
         let Some(own) = all[*k] else { return false };
         let near = (k.saturating_sub(2)..=k + 2).filter(|other| other != k);
         let most = near.filter_map(|other| *all.get(other)?).fold(0.0, f64::max);
-        own > most && own > JUMP[0] * usual && own > JUMP[1] * apart(*k)
+        own > most && own > JUMP[0] * usual && own > JUMP[1] * nearby(*k)
     };
-    (0..frames).filter(jumps).collect()
+    (0..frames).filter(is_jump).collect()
 }
 
-/// Frames that were lost while the clock went on, and labels that change places, of markers along a rod.
+/// Lost frames and swapped labels, as text, if the markers are along a rod in their order; none of fewer than three markers.
 fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     let known = Recording {
         fps: recording.fps,
@@ -361,13 +363,14 @@ fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     };
     let along = |marker: &MarkerData| {
         let converted = known.convert(source, marker).ok()?;
-        let place = |place: &[Option<f64>; 3]| {
-            let whole = (0..3).all(|c| place[c].is_some() == marker.axes[c]);
-            whole.then(|| place.map(Option::unwrap_or_default))
+        let whole = |position: &[Option<f64>; 3]| {
+            let is_whole = (0..3).all(|c| position[c].is_some() == marker.axes[c]);
+            is_whole.then(|| position.map(Option::unwrap_or_default))
         };
         let times = converted.times.iter().map(|(_, t)| *t).collect();
-        Some((times, converted.positions.iter().map(place).collect()))
+        Some((times, converted.positions.iter().map(whole).collect()))
     };
+    // The tests of recordings along a rod need the motion of all markers, in one unit.
     let Some(all) = source.markers.iter().map(along).collect::<Option<Vec<_>>>() else {
         return Vec::new();
     };
@@ -375,7 +378,7 @@ fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
         return Vec::new();
     };
     let names = source.markers.iter().map(|m| m.name.clone());
-    let markers = names.zip(all.into_iter().map(|(_, seen)| seen)).collect();
+    let markers = names.zip(all.into_iter().map(|(_, positions)| positions)).collect();
     let Ok(track) = Track::new(times, markers) else { return Vec::new() };
     let held: Vec<usize> = (0..track.markers().len()).collect();
     let examined = track.examined(&held, LostFrames::Keep, SwappedLabels::Keep);

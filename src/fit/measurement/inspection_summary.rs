@@ -1,4 +1,4 @@
-//! The summary of a file of markers.
+//! The summary of the inspection of a marker file as text.
 
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
@@ -8,8 +8,8 @@ use marker_files::Format;
 use marker_files::printable::printable_path;
 use std::fmt;
 
-/// Leaps of the clock that are listed.
-const NAMED_LEAPS: usize = 5;
+/// Largest number of listed gaps of the clock.
+const NAMED_GAPS: usize = 5;
 /// Significant digits of the noise.
 const DIGITS: usize = 3;
 
@@ -46,11 +46,11 @@ impl Inspection {
             )
             .fact("Markers", format!("{} marker{plural}, positions {lengths}", self.markers.len()))
             .table("", self.marker_table())
-            .warnings(self.problems())
+            .warnings(self.likely_problems())
             .verbatim("Observation for a fit file:", self.observation.trim_end())
     }
 
-    /// The unit of the clock behind a number; none for numbers of frames.
+    /// The unit of the clock after a space; empty for numbers of frames.
     fn clock_suffix(&self) -> String {
         match &self.clock_unit[..] {
             "frames" => String::new(),
@@ -58,8 +58,10 @@ impl Inspection {
         }
     }
 
+    /// The table of the markers: frames, ranges, noise and gaps.
     fn marker_table(&self) -> SummaryTable {
         let axes = ["x", "y", "z"];
+        // One column per axis, also for markers without it, keeps the table aligned.
         let mut columns = vec![TextColumn::wrapped("marker"), TextColumn::right("frames")];
         columns.extend(axes.map(TextColumn::left));
         columns.push(TextColumn::right("noise at most"));
@@ -79,25 +81,23 @@ impl Inspection {
         table
     }
 
-    /// What may be wrong with the file, as warnings without codes.
-    fn problems(&self) -> Vec<String> {
+    /// Likely problems of the file, as warnings without codes.
+    fn likely_problems(&self) -> Vec<String> {
         let unit = self.clock_suffix();
         let mut all = Vec::new();
-        if self.unit == "m" && self.farthest() > FAR {
+        if self.unit == "m" && self.largest_coordinate() > FAR {
             all.push(
                 "the positions are far from the origin for a rod in m. They may be in another unit. State it in \
                  the header, as x[px] or x[mm]."
                     .to_string(),
             );
         }
-        for (before, missing) in self.clock_gaps.iter().take(NAMED_LEAPS) {
+        for (before, missing) in self.clock_gaps.iter().take(NAMED_GAPS) {
             all.push(format!("the clock leaps after {before}{unit}: frames missing: {missing}"));
         }
-        if self.clock_gaps.len() > NAMED_LEAPS {
-            all.push(format!(
-                "the clock leaps {} more",
-                times(self.clock_gaps.len() - NAMED_LEAPS)
-            ));
+        if self.clock_gaps.len() > NAMED_GAPS {
+            let more = times(self.clock_gaps.len() - NAMED_GAPS);
+            all.push(format!("the clock leaps {more} more"));
         }
         for marker in &self.markers {
             let name = shown_name(marker);
@@ -127,16 +127,15 @@ fn shown_name(marker: &InspectedMarker) -> String {
     if marker.name.is_empty() { "(no name)".into() } else { marker.name.clone() }
 }
 
-/// Frames without a marker, or with an uncertain one.
+/// The numbers of gaps and of uncertain frames as text; empty without any.
 fn gaps(marker: &InspectedMarker) -> String {
     let [count, longest] = marker.gaps;
     let lost = (count > 0).then(|| format!("lost {} for up to {longest} frames", times(count)));
-    let unsure =
-        marker.low_confidence.filter(|unsure| *unsure > 0).map(|n| format!("uncertain in {n}"));
-    lost.into_iter().chain(unsure).collect::<Vec<_>>().join(", ")
+    let uncertain = marker.low_confidence.filter(|n| *n > 0).map(|n| format!("uncertain in {n}"));
+    lost.into_iter().chain(uncertain).collect::<Vec<_>>().join(", ")
 }
 
-/// How often, in words.
+/// A number of times as text.
 fn times(n: usize) -> String {
     match n {
         1 => "once".into(),

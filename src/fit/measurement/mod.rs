@@ -20,13 +20,13 @@ use crate::fit::measurement::frequencies::ModeFrequencies;
 use crate::fit::measurement::gauge::GaugeReadings;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, PointMotion};
-use crate::fit::measurement::quantity::Shown;
+use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::shape::EquilibriumShape;
-use crate::fit::measurement::simulated::Simulated;
+use crate::fit::measurement::simulated::SimulatedOutput;
 use marker_files::Dropped;
 use std::ops::{Deref, DerefMut};
 
-/// Makes the enumeration of the kinds of data, which have the names of their types.
+/// Defines [`MeasuredData`], whose variants have the names of the types of their data, and dispatches to these.
 macro_rules! kinds {
     ($($(#[$documentation:meta])* $Kind:ident,)*) => {
         /// Values of one of the kinds that can be measured.
@@ -61,10 +61,10 @@ macro_rules! kinds {
         }
 
         impl MeasuredData {
-            /// Calls `each` with the difference of every value from its simulated one.
-            pub(crate) fn differences<D: Shown>(
+            /// Calls `each` with simulated less measured value, in the order of the values.
+            pub(crate) fn differences<D: GaugeScalar>(
                 &self,
-                simulated: &Simulated<D>,
+                simulated: &SimulatedOutput<D>,
                 each: &mut dyn FnMut(D),
             ) -> Result<(), Error> {
                 match self {
@@ -86,7 +86,7 @@ kinds! {
     GaugeReadings,
 }
 
-/// A set of values with a common noise.
+/// Measured values of one kind with their header.
 pub type Measurement = Dataset<MeasuredData>;
 
 impl<K: DataKind + Into<MeasuredData>> From<Dataset<K>> for Measurement {
@@ -96,7 +96,7 @@ impl<K: DataKind + Into<MeasuredData>> From<Dataset<K>> for Measurement {
 }
 
 impl Measurement {
-    /// Standard deviation of the values, in their unit, where it is known.
+    /// The given standard deviation of the values, in their unit.
     pub fn sigma(&self) -> Option<f64> {
         self.header.sigma
     }
@@ -116,37 +116,32 @@ impl Measurement {
         self.header.planned
     }
 
-    /// Rows of its file that were left out.
+    /// Numbers of rows of the file that were left out.
     pub fn dropped(&self) -> Dropped {
         self.header.dropped
     }
 
-    /// Number of values.
-    pub fn values(&self) -> usize {
-        self.data.values()
-    }
-
-    /// The recorded motion, if it is one.
+    /// The recorded motion; none of other kinds.
     pub fn motion(&self) -> Option<&PointMotion> {
         if let MeasuredData::PointMotion(motion) = &self.data { Some(motion) } else { None }
     }
 
-    /// The recorded motion with its header, if it is one.
+    /// The recorded motion with its header; none of other kinds.
     pub fn observation(&self) -> Option<Observation> {
         Some(Dataset { header: self.header.clone(), data: self.motion()?.clone() })
     }
 
-    /// The shape at rest, if it is one.
+    /// The shape at rest; none of other kinds.
     pub(crate) fn shape(&self) -> Option<&EquilibriumShape> {
         if let MeasuredData::EquilibriumShape(shape) = &self.data { Some(shape) } else { None }
     }
 
-    /// The frequencies, if it has these.
+    /// The frequencies; none of other kinds.
     pub(crate) fn frequencies(&self) -> Option<&ModeFrequencies> {
         if let MeasuredData::ModeFrequencies(own) = &self.data { Some(own) } else { None }
     }
 
-    /// The marker on the rod that was followed, if it is one of a recording that leads the ends.
+    /// Name of the marker in the recording that prescribes the ends; none of other measurements.
     pub(crate) fn marker(&self) -> Option<&str> {
         self.motion()?.marker.as_deref()
     }
@@ -156,14 +151,22 @@ impl Measurement {
         &self.header.unit
     }
 
-    /// The unit that the values were given in.
+    /// The unit in which the values were given.
     pub(crate) fn data_unit(&self) -> DataUnit<'_> {
         self.header.data_unit.unwrap_or(DataUnit { name: self.unit(), size: 1.0 })
     }
 
-    /// Standard deviations of all values, in the order of the residuals, where `sigma` is typical of them.
+    /// Standard deviations of all values, in the order of the residuals, for a given `sigma` of the header.
     pub(crate) fn sigmas(&self, sigma: f64) -> Vec<f64> {
         self.data.sigmas(&self.header, sigma)
+    }
+
+    /// Adds residuals in units of their standard deviations to the values, for a given `sigma` of the header.
+    pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
+        let sigmas = self.sigmas(sigma);
+        let changes = residuals.iter().zip(sigmas);
+        let values = self.data.values_mut();
+        values.into_iter().zip(changes).for_each(|(value, (r, s))| *value += r * s);
     }
 
     /// The file or the name, for messages.

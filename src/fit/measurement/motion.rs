@@ -1,9 +1,9 @@
-//! Recorded motion: positions of a point of the rod over time.
+//! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
 
-use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Subject};
-use crate::fit::measurement::quantity::Shown;
-use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::marker::{self, is_beside};
@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
+/// An observed position of the point at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time on the recording's clock, s.
     pub time: f64,
-    /// Where the point was seen: x, y, z in m.
+    /// World coordinates x, y and z, m; `None` where not observed.
     pub position: [Option<f64>; 3],
 }
 
@@ -38,32 +38,33 @@ pub enum Glitches {
 /// Positions of a point at increasing times.
 #[derive(Clone, Debug)]
 pub struct PointMotion {
-    /// Which point of the rod.
+    /// The observed point of the rod.
     pub point: Point,
-    /// How far beside the centre line the marker is that was seen, in the axes of the rod there, m: along
-    /// it, along its first director (the section's `up`; of a circle or a tube the y axis, or the x axis where
-    /// the rod begins along y; each less its part along the rod) and along the second, across both.
+    /// Position of the marker relative to that point of the centerline, m, in the axes of the rod there: along
+    /// the tangent, along the first director (the section's `up`; of a circle or a tube the y axis, or the x axis where
+    /// the rod begins along y; each less its component along the rod) and along the second, perpendicular to both.
     pub offset: [f64; 3],
-    /// Where the point was seen, at increasing times.
+    /// Observed positions at increasing times.
     pub samples: Vec<Sample>,
-    /// The name of the marker on the rod that was followed, where its recording leads the rod's ends.
+    /// Name of the marker in the recording that prescribes the ends; `None` of other recordings.
     pub marker: Option<String>,
 }
 
 /// A recorded point.
 pub type Observation = Dataset<PointMotion>;
 
-/// Samples of a plan beyond this are a slip of the pen.
+/// Largest number of planned samples; more are a mistake in the units.
 const MOST_PLANNED: f64 = 1e6;
 
 impl Observation {
-    /// Sightings of the tip.
+    /// Observed positions of the tip.
     pub fn new(samples: Vec<Sample>) -> Self {
-        Self { header: Header::of_lengths(), data: PointMotion::new(samples) }
+        Self { header: Header::in_meters(), data: PointMotion::new(samples) }
     }
 
-    /// A recording that is only planned: the tip, to be filmed for `duration`, s, at `rate` frames a second in all
-    /// three coordinates, from the start of the simulation on. [`Fit::design`](crate::Fit::design) says what it would tell.
+    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all
+    /// three coordinates, from the start of the simulation on. [`Fit::design`](crate::Fit::design) computes its expected
+    /// uncertainty.
     ///
     /// # Errors
     ///
@@ -72,10 +73,9 @@ impl Observation {
         positive("duration", duration)?;
         positive("fps", rate)?;
         let frames = (duration * rate * (1.0 + 1e-12)).floor();
-        if !(1.0..=MOST_PLANNED).contains(&frames) {
-            let found = format!("{rate} for {duration} s, {frames} frames");
-            return Err(Error::invalid("fps", found, format!("1 to {MOST_PLANNED} frames")));
-        }
+        let found = format!("{rate} for {duration} s, {frames} frames");
+        let allowed = format!("1 to {MOST_PLANNED} frames");
+        ensure((1.0..=MOST_PLANNED).contains(&frames), "fps", found, allowed)?;
         let sample = |k: usize| Sample { time: k as f64 / rate, position: [Some(0.0); 3] };
         let samples = (0..=frames as usize).map(sample).collect();
         let mut planned = Self::new(samples);
@@ -83,13 +83,13 @@ impl Observation {
         Ok(planned)
     }
 
-    /// The markers that do not lead the rod, of the recording of `problem`: each at its node,
-    /// at every `every`-th frame after the first two, which a recorded start begins with, up to the end
-    /// of the simulation.
+    /// The free markers, which no end holds, of the recording that prescribes the ends in `problem`. Each is at its node,
+    /// at every `every`-th frame up to the end of the simulation. The first two frames, from which a recorded start begins,
+    /// are left out.
     ///
     /// # Errors
     ///
-    /// A scene without a recording, or whose markers all lead the rod, and `every` = 0.
+    /// A scene without a recording or without free markers, and `every` = 0.
     pub fn of_free_markers(
         problem: &Problem,
         every: usize,
@@ -99,15 +99,13 @@ impl Observation {
             let allowed = "only with a scene that has [supports.path]";
             return Err(Error::invalid("markers", "\"free\"", allowed));
         };
-        if every == 0 {
-            return Err(Error::invalid("every", 0, "1 or more frames"));
-        }
+        ensure(every > 0, "every", 0, "1 or more frames")?;
         let (track, end) = (path.track()?, problem.time()?.end * (1.0 + 1e-9));
         let nodes = path.nodes(problem.segments())?;
         let supports = &problem.scene().supports;
         let markers = path.free_markers([supports.start, supports.end]);
         let free = markers.into_iter().map(|j| (nodes[j], &track.markers()[j]));
-        let of = |(node, marker): (usize, &Marker)| {
+        let observation = |(node, marker): (usize, &Marker)| {
             let frames = (2..track.times().len()).step_by(every);
             let kept = frames.filter(|k| {
                 track.times()[*k] <= end
@@ -122,11 +120,9 @@ impl Observation {
             observation.marker = Some(marker.name.clone());
             observation
         };
-        let free: Vec<Self> = free.map(of).filter(|o| o.values() > 0).collect();
-        match free.is_empty() {
-            true => Err(Error::invalid("markers", "no free marker with positions", "one at least")),
-            false => Ok(free),
-        }
+        let free: Vec<Self> = free.map(observation).filter(|o| o.values() > 0).collect();
+        ensure(!free.is_empty(), "markers", "no free marker with positions", "one at least")?;
+        Ok(free)
     }
 
     /// Reads a CSV file as [`read_as`](Self::read_as) does, in SI units or those of its header.
@@ -141,24 +137,22 @@ impl Observation {
     /// Reads a CSV file with a column t (or time, or frame) and at least one of x, y, z, in any
     /// order, separated by commas, semicolons (then with decimal commas or points) or tabs. Units
     /// stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m. Blank or NaN is
-    /// missing; lines that start with `#` are comments. Files of [other programs](crate::fit::Format) are known by
-    /// their first bytes. `recording` says which marker it is, and how its numbers become seconds and metres.
+    /// missing; lines that start with `#` are comments. The format of files of [other programs](crate::fit::Format) is
+    /// determined from their first bytes. `recording` has the marker, and the conversion to seconds and meters.
     ///
     /// # Errors
     ///
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        Self::read_file(path.as_ref(), recording)
+        let path = path.as_ref();
+        Ok(Self::from_trajectory(path, recording, marker_files::read(path, recording)?))
     }
 
-    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
-        Ok(Self::of_trajectory(path, recording, marker_files::read(path, recording)?))
-    }
-
-    fn of_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
+    /// The observation of the tip by the trajectory of a marker in the file at `path`.
+    fn from_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
         let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
-        Self::new(samples).read_from(path, recording, read.dropped).sigmas(&read.sigmas)
+        Self::new(samples).with_source(path, recording, read.dropped).sigmas(&read.sigmas)
     }
 
     /// Reads several markers of a file, by their names, each at its point of the rod.
@@ -171,30 +165,23 @@ impl Observation {
         recording: &Recording,
         markers: &BTreeMap<String, Point>,
     ) -> Result<Vec<Self>, Error> {
-        Self::read_several(path.as_ref(), recording, markers)
-    }
-
-    fn read_several(
-        path: &Path,
-        recording: &Recording,
-        markers: &BTreeMap<String, Point>,
-    ) -> Result<Vec<Self>, Error> {
+        let path = path.as_ref();
         let names = markers.keys().map(String::as_str);
         let read = marker_files::read_several(path, recording, names)?.into_iter();
-        let one = |(trajectory, (name, point)): (MarkerTrajectory, (&String, &Point))| {
+        let observation = |(trajectory, (name, point)): (MarkerTrajectory, (&String, &Point))| {
             let own = Recording { marker: Some(name.clone()), ..recording.clone() };
-            Self::of_trajectory(path, &own, trajectory).at(*point)
+            Self::from_trajectory(path, &own, trajectory).at(*point)
         };
-        Ok(read.zip(markers).map(one).collect())
+        Ok(read.zip(markers).map(observation).collect())
     }
 
-    /// Of another point than the tip.
+    /// With another observed point than the tip.
     pub fn at(mut self, point: Point) -> Self {
         self.point = point;
         self
     }
 
-    /// Of a marker [beside](PointMotion::offset) the centre line, m.
+    /// With a marker [beside](PointMotion::offset) the centerline, m.
     pub fn offset(mut self, offset: [f64; 3]) -> Self {
         self.data.offset = offset;
         self
@@ -202,12 +189,12 @@ impl Observation {
 }
 
 impl PointMotion {
-    /// Of the tip.
+    /// The motion of the tip.
     pub(crate) fn new(samples: Vec<Sample>) -> Self {
         Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None }
     }
 
-    /// Root mean square distance of the seen coordinates from their means, m.
+    /// Root mean square distance of the observed coordinates from their means, m.
     pub(crate) fn spread(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for c in 0..3 {
@@ -219,18 +206,30 @@ impl PointMotion {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// When the point has first gone nine tenths of its first swing away from where it was first
-    /// seen: about half a period of a free vibration. The first swing ends where the distance has
-    /// fallen by a fifth from at least three tenths of the farthest it ever gets; in space the
-    /// farthest itself may come much later, when sideways motion has built up.
+    /// The largest speed from one sample to the next, m/s, along the coordinates that both have.
+    pub(crate) fn largest_speed(&self) -> f64 {
+        let speed = |pair: &[Sample]| {
+            let both = pair[0].position.iter().zip(pair[1].position);
+            let square = both.filter_map(|(a, b)| Some((b? - (*a)?).powi(2))).sum::<f64>();
+            let time = pair[1].time - pair[0].time;
+            if time > 0.0 { square.sqrt() / time } else { 0.0 }
+        };
+        self.samples.windows(2).map(speed).fold(0.0, f64::max)
+    }
+
+    /// Time, s, of the first sample at nine tenths of the first swing from the first position: about half a period of a free
+    /// vibration. The first swing ends where the distance has
+    /// fallen by a fifth from at least three tenths of its maximum. In space the
+    /// maximum itself may come much later, when sideways motion has built up.
     pub(crate) fn rise_time(&self) -> f64 {
+        // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
             [0, 1, 2].map(|c| self.samples.iter().find_map(|s| s.position[c]));
         let distance = |s: &Sample| -> f64 {
             let parts = (0..3).filter_map(|c| Some((s.position[c]? - first[c]?).powi(2)));
             parts.sum::<f64>().sqrt()
         };
-        // A sample that misses coordinates seems near.
+        // A sample that lacks coordinates has too small a distance.
         let whole = |s: &&Sample| (0..3).all(|c| first[c].is_some() == s.position[c].is_some());
         let farthest = self.samples.iter().map(distance).fold(0.0, f64::max);
         let mut swing = 0.0_f64;
@@ -296,18 +295,18 @@ impl DataKind for PointMotion {
         self.spread()
     }
 
-    fn check(&self, header: &Header, subject: &Subject) -> Result<(), Error> {
-        let Subject { problem, key, label, other_clock } = subject;
+    fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, key, label, other_clock } = context;
         problem
             .stencil(self.point)
             .map_err(|error| Error::invalid(format!("{key}.point"), error, "a point of the rod"))?;
+        // A marker farther from the rod than its length is most likely in another unit.
         let size = self.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if !size.is_finite() || size > problem.length() {
-            let found = format!("{:?}", self.offset);
-            let allowed = format!("up to the rod's length, {} m", problem.length());
-            return Err(Error::invalid(format!("{key}.offset"), found, allowed));
-        }
+        let (length, found) = (problem.length(), format!("{:?}", self.offset));
+        let allowed = format!("up to the rod's length, {length} m");
+        ensure(size <= length, format!("{key}.offset"), found, allowed)?;
         let end = problem.time()?.end;
+        // Samples after the simulated time have no simulated position, unless the offset of the clock is unknown.
         let late = self.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
         if let Some(late) = late.filter(|_| !other_clock) {
             let found = format!("t = {} s", late.time);
@@ -321,15 +320,16 @@ impl DataKind for PointMotion {
                 }
             });
         }
-        let strange = |s: &Sample| match s.time.is_finite() && s.time >= 0.0 {
+        let invalid_sample = |s: &Sample| match s.time.is_finite() && s.time >= 0.0 {
             false => Some(format!("t = {} s", s.time)),
             true if is_finite(s.time, &s.position) => None,
             true => Some(format!("an infinite position at t = {} s", s.time)),
         };
-        let strange = self.samples.iter().find_map(strange);
-        let descent = || self.samples.windows(2).find(|w| w[0].time >= w[1].time);
-        let after = |w: &[Sample]| format!("{} s after {} s", w[1].time, w[0].time);
-        match strange.or_else(|| descent().map(after)) {
+        let invalid_order = || {
+            let pair = self.samples.windows(2).find(|w| w[0].time >= w[1].time)?;
+            Some(format!("{} s after {} s", pair[1].time, pair[0].time))
+        };
+        match self.samples.iter().find_map(invalid_sample).or_else(invalid_order) {
             Some(found) => {
                 let allowed = "finite positions at increasing times from 0 on";
                 Err(Error::invalid(*label, found, allowed))
@@ -351,16 +351,16 @@ impl DataKind for PointMotion {
         outputs.last_recorded = outputs.last_recorded.max(last);
     }
 
-    fn differences<D: Shown>(
+    fn differences<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
         let Some(moving) = simulated.moving else { return Ok(()) };
         let marker = marker::MarkerStencil::new(self.point.fixed(), self.offset, simulated.mesh)?;
         for sample in &self.samples {
-            let place = moving.marker(&marker, simulated.view.time(sample.time))?;
-            simulated.compare(place, &sample.position, each);
+            let position = moving.marker(&marker, simulated.view.time(sample.time))?;
+            simulated.compare(position, &sample.position, each);
         }
         Ok(())
     }

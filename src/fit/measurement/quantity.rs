@@ -1,4 +1,4 @@
-//! A user-defined quantity: whatever follows from the positions and velocities of points of the rod.
+//! User-defined quantities: functions of the positions and velocities of points of the rod, with exact derivatives.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Point;
@@ -6,9 +6,9 @@ use crate::scene::Scene;
 use num_dual::{Dual64, HyperDual64};
 use std::fmt::Debug;
 
-/// What a gauge shows, as a function of the rod's motion.
+/// A quantity that a gauge measures, as a function of the motion of points of the rod.
 ///
-/// It is written once over any [`Scalar`], so that a fit has its exact first and second derivatives.
+/// It is defined once over any [`Scalar`]: a fit computes exact first and second derivatives with dual numbers.
 ///
 /// ```
 /// use rodfit::fit::{Gauge, Quantity, Sight};
@@ -45,43 +45,43 @@ use std::fmt::Debug;
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 pub trait Quantity: Debug + Send + Sync + 'static {
-    /// The points of the rod that it looks at.
+    /// The points of the rod that the quantity depends on.
     fn points(&self) -> Vec<Point>;
-    /// What the gauge shows, in its unit.
+    /// The value of the quantity, in its unit.
     fn show<D: Scalar>(&self, rod: &Sight<D>) -> D;
 }
 
-/// What a gauge sees of the rod at a moment, in world axes.
+/// State of the rod at one time, as far as a quantity depends on it, in world axes.
 #[derive(Clone, Debug)]
 pub struct Sight<'a, D> {
     /// Time of the motion, s; zero at rest.
     pub time: f64,
-    /// The [points](Quantity::points) it looks at, in their order.
-    pub points: &'a [Moving<D>],
+    /// States of the [points](Quantity::points), in their order.
+    pub points: &'a [PointState<D>],
     /// The scene, with its numbers over `D`.
     pub scene: &'a Scene<D>,
 }
 
-/// A point that moves, in world axes.
+/// Position and velocity of a point, in world axes.
 #[derive(Clone, Copy, Debug)]
-pub struct Moving<D> {
-    /// Where the point is, m.
+pub struct PointState<D> {
+    /// Position, m.
     pub position: [D; 3],
-    /// How fast it moves, m/s; zero at rest.
+    /// Velocity, m/s; zero at rest.
     pub velocity: [D; 3],
 }
 
-/// A quantity over every number type that fits are computed with.
-pub trait OverScalars: Debug + Send + Sync {
-    /// Its value.
+/// Object-safe form of a quantity: one function for each scalar type of a fit.
+pub trait DynQuantity: Debug + Send + Sync {
+    /// The value in floating-point numbers.
     fn plain(&self, rod: &Sight<f64>) -> f64;
-    /// The same with a derivative.
+    /// The value with a first derivative.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64;
-    /// The same with second derivatives.
+    /// The value with second derivatives.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64;
 }
 
-impl<Q: Quantity> OverScalars for Q {
+impl<Q: Quantity> DynQuantity for Q {
     fn plain(&self, rod: &Sight<f64>) -> f64 {
         self.show(rod)
     }
@@ -93,26 +93,26 @@ impl<Q: Quantity> OverScalars for Q {
     }
 }
 
-/// A number type that fits are computed with.
-pub trait Shown: Scalar {
-    /// What a quantity is in it.
-    fn shown(quantity: &dyn OverScalars, rod: &Sight<Self>) -> Self;
+/// A scalar type of a fit.
+pub trait GaugeScalar: Scalar {
+    /// The value of a quantity in this type.
+    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self;
 }
 
-impl Shown for f64 {
-    fn shown(quantity: &dyn OverScalars, rod: &Sight<Self>) -> Self {
+impl GaugeScalar for f64 {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
-impl Shown for Dual64 {
-    fn shown(quantity: &dyn OverScalars, rod: &Sight<Self>) -> Self {
+impl GaugeScalar for Dual64 {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
-impl Shown for HyperDual64 {
-    fn shown(quantity: &dyn OverScalars, rod: &Sight<Self>) -> Self {
+impl GaugeScalar for HyperDual64 {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.hyper_dual(rod)
     }
 }

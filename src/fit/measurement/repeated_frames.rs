@@ -1,4 +1,4 @@
-//! Frames that repeat the one before: a video that was converted to a higher frame rate.
+//! Detection of frames that repeat the previous one, as in a video that was converted to a higher frame rate.
 //!
 //! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
 //! residual that no noise model describes.
@@ -7,21 +7,23 @@ use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::numerics::noise_scale::quantization_step;
 
-/// A marker whose steps are this many times the resolution of its positions does not repeat a position by rounding.
+/// Smallest step of a moving marker, over the resolution of its positions. With larger steps equal positions are no rounding.
 const COARSE_STEPS: f64 = 3.0;
-/// Least part of the frames that repeat the one before in a converted video; from 24 to 30 a second it is one of five.
+/// Smallest fraction of repeated frames in a converted video. From 24 to 30 frames per second it is one of five.
 const LEAST_REPEATED: f64 = 0.1;
 
-/// An observation whose frames are repeated.
+/// An observation with repeated frames.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RepeatedFrames {
     /// The file, or the point.
     pub observation: String,
+    /// Number of repeated frames.
     pub repeated: usize,
+    /// Number of all frames.
     pub frames: usize,
 }
 
-/// The fitted observations of converted videos.
+/// The observations of converted videos.
 pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFrames> {
     let found =
         all(experiments).filter_map(|(experiment, measurement)| {
@@ -34,14 +36,15 @@ pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFra
     found.collect()
 }
 
-/// Whether this many repeated frames are more than chance: the video was converted to a higher rate.
+/// Whether so many repeated frames are those of a video that was converted to a higher rate.
 pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
     repeated as f64 > LEAST_REPEATED * frames as f64
 }
 
-/// Number of frames that repeat the one before while the marker moves: the steps beside them are larger than the resolution
-/// of the positions, so that equal positions are no rounding.
+/// Number of frames that repeat the previous position while the marker moves: the step before or after is larger than the
+/// resolution of the positions.
 pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
+    // The resolution of a coordinate: the step between neighboring distinct values.
     let resolution = [0, 1, 2].map(|axis| {
         let values: Vec<f64> = positions.iter().filter_map(|position| position[axis]).collect();
         quantization_step(&values).unwrap_or(0.0)

@@ -1,57 +1,63 @@
-//! Shapes of a rod at rest: positions of its points, or of its center line.
+//! Measured shapes of a rod at rest: positions of points with known arc lengths, or of the centerline without.
 
-use crate::error::Error;
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Subject};
-use crate::fit::measurement::quantity::Shown;
-use crate::fit::measurement::simulated::{Requirements, Simulated};
-use crate::fit::misfit::foot_point::Curve;
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::fit::misfit::foot_point::NodeCurve;
 use crate::problem::Problem;
 use crate::scene::{Point, Stencil};
 use marker_files::table::{LENGTHS, Table, TableRow};
 use marker_files::{Dropped, NOT_FINITE, Recording, is_finite};
 use std::path::Path;
 
-/// Where a point of the rod at rest was seen. World coordinates, m; a coordinate that was not seen
-/// is `None`.
+/// The observed position of a point of the rod at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// The point of the rod.
     pub point: Point,
-    /// Where it was seen: x, y, z in m.
+    /// World coordinates x, y and z, m; `None` where not observed.
     pub position: [Option<f64>; 3],
 }
 
-/// Positions of points of a rod at rest under the scene's loads: its equilibrium, whatever its motion.
+/// Positions of points of a rod in equilibrium with the loads of the scene.
 #[derive(Clone, Debug)]
 pub struct EquilibriumShape {
-    /// Where points of the rod were seen.
+    /// Observed positions with their points.
     pub sightings: Vec<Sighting>,
-    /// Whether the points have no given arc length: each is compared with the nearest point of the rod, and its own
-    /// [`Point`] is only about where it is.
+    /// Whether the arc lengths are unknown: each position is compared with the nearest point of the rod, and its own
+    /// [`Point`] is an approximation.
     pub arc_lengths_fitted: bool,
 }
 
 /// A measured shape of the rod at rest.
 pub type RestShape = Dataset<EquilibriumShape>;
 
-/// Fewest points of a center line without arc lengths: fewer do not show its order and shape.
+/// Fewest points of a centerline without arc lengths. Fewer do not determine its shape.
 const LEAST_OF_A_LINE: usize = 3;
 
-/// Distance in the coordinates that both have, m.
+/// Distance between two positions, m, by the coordinates that both have.
 fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
     let parts = a.iter().zip(b).filter_map(|(a, b)| Some(((*a)? - b?).powi(2)));
     parts.sum::<f64>().sqrt()
 }
 
+impl Sighting {
+    /// The arc length of the point, m; 0 of a node.
+    fn arc_length(&self) -> f64 {
+        if let Point::ArcLength(s) = self.point { s } else { 0.0 }
+    }
+}
+
 impl RestShape {
-    /// Sightings of a rod at rest.
+    /// A shape by observed positions of points.
     pub fn new(sightings: Vec<Sighting>) -> Self {
         let data = EquilibriumShape { sightings, arc_lengths_fitted: false };
-        Self { header: Header::of_lengths(), data }
+        Self { header: Header::in_meters(), data }
     }
 
-    /// Points of the center line of a rod at rest, in their order along the rod, whose arc lengths are not known: x, y, z
-    /// in m.
+    /// Points of the centerline of a rod at rest in their order along the rod, x, y and z in m, with unknown arc lengths.
+    /// Chords between the points are the first approximation.
     pub fn center_line(positions: &[[Option<f64>; 3]]) -> Self {
         let mut along = 0.0;
         let mut before: Option<[Option<f64>; 3]> = None;
@@ -65,7 +71,7 @@ impl RestShape {
         line
     }
 
-    /// A photograph that is only planned, of points at these arc lengths from the wall, m, in all three coordinates.
+    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates.
     pub fn planned(at: &[f64]) -> Self {
         let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
         let mut planned = Self::new(at.iter().map(sighting).collect());
@@ -75,7 +81,7 @@ impl RestShape {
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
     /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. Without `s` and `node` the rows are
-    /// points of the [center line](Self::center_line) in their order along the rod.
+    /// points of the [centerline](Self::center_line) in their order along the rod.
     ///
     /// # Errors
     ///
@@ -84,7 +90,7 @@ impl RestShape {
         Self::read_as(path, &Recording::default())
     }
 
-    /// The same with the scale, origin and axes of `recording`.
+    /// Reads a CSV file like [`read`](Self::read), with the scale, origin and axes of `recording`.
     ///
     /// # Errors
     ///
@@ -93,25 +99,25 @@ impl RestShape {
         Ok(Self::read_file(path.as_ref(), recording)?)
     }
 
+    /// Reads a CSV file; the errors have the path and the line.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
+        // Columns are checked before the rows, so that a wrong header has one error.
         let table = Table::read(path)?;
         let known = ["s", "node", "x", "y", "z"];
         recording.check_columns(&table, &known)?;
-        let point = PointColumn::find(&table)?;
-        // Points without arc lengths need a direction.
-        let (known, fewest) = if point.is_some() { (&known[..], 1) } else { (&known[2..], 2) };
+        let column = PointColumn::find(&table)?;
+        // A point without arc length has an offset in two coordinates at least.
+        let (known, fewest) = if column.is_some() { (&known[..], 1) } else { (&known[2..], 2) };
         let axes = recording.axis_columns(&table)?;
         let sigma_columns = recording.sigma_columns(&table, &axes, known)?;
-        let (mut points, mut positions, mut sigmas) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut sightings, mut sigmas) = (Vec::new(), Vec::new());
         let mut dropped = Dropped::default();
         for row in &table.rows {
-            let point = point.as_ref().map(|own| own.point(&table, row)).transpose()?;
+            let point = column.as_ref().map(|own| own.point(&table, row)).transpose()?;
             let position = recording.position(&axes, &row.values);
-            let place = match point {
-                Some(Point::ArcLength(s)) => s,
-                _ => 0.0,
-            };
-            if !is_finite(place, &position) {
+            let point = point.unwrap_or(Point::ArcLength(0.0));
+            let sighting = Sighting { point, position };
+            if !is_finite(sighting.arc_length(), &position) {
                 return Err(table.error(row.line, NOT_FINITE));
             }
             if position.iter().flatten().count() < fewest {
@@ -119,46 +125,46 @@ impl RestShape {
                 continue;
             }
             if recording.sigma.is_some() {
-                let seen = position.map(|x| x.is_some());
+                let observed = position.map(|x| x.is_some());
                 sigmas.extend(
-                    recording.row_sigma(&table, &sigma_columns, row, seen)?.iter().flatten(),
+                    recording.row_sigma(&table, &sigma_columns, row, observed)?.iter().flatten(),
                 );
             }
-            points.extend(point);
-            positions.push(position);
+            sightings.push(sighting);
         }
-        let shape = match point {
-            Some(_) if positions.is_empty() => {
+        let shape = match column {
+            Some(_) if sightings.is_empty() => {
                 let message = "no value below the header, allowed: one row with a value at least";
                 return Err(table.error(1, message));
             }
-            Some(_) => {
-                let pairs = points.into_iter().zip(positions);
-                Self::new(pairs.map(|(point, position)| Sighting { point, position }).collect())
-            }
-            None if positions.len() < LEAST_OF_A_LINE => {
+            Some(_) => Self::new(sightings),
+            None if sightings.len() < LEAST_OF_A_LINE => {
                 let message = format!(
                     "no column s or node, and {} points, allowed: {LEAST_OF_A_LINE} or more points along the center line, \
                      with two coordinates each, or a column s (arc length) or node (index)",
-                    positions.len()
+                    sightings.len()
                 );
                 return Err(table.error(1, &message));
             }
-            None => Self::center_line(&positions),
+            None => {
+                let positions: Vec<_> = sightings.iter().map(|s| s.position).collect();
+                Self::center_line(&positions)
+            }
         };
-        Ok(shape.read_from(path, recording, dropped).sigmas(&sigmas))
+        Ok(shape.with_source(path, recording, dropped).sigmas(&sigmas))
     }
 }
 
-/// The column that names the points of a table.
+/// The column with the points of a table.
 enum PointColumn {
+    /// Index of the column with node indices.
     Node(usize),
-    /// With the factor to meters.
+    /// Index of the column with arc lengths, and the factor to meters.
     ArcLength(usize, f64),
 }
 
 impl PointColumn {
-    /// That of a table; none of a center line.
+    /// The column of a table; none of a centerline. A table with both columns is invalid.
     fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
         match (table.find("s"), table.find("node")) {
             (Some(column), None) => {
@@ -179,7 +185,7 @@ impl PointColumn {
         }
     }
 
-    /// The point of a row.
+    /// The point of a row; an error for a blank cell or a fractional node.
     fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column]
@@ -198,56 +204,44 @@ impl PointColumn {
 }
 
 impl EquilibriumShape {
-    /// Arc lengths by the chords between the points, from the end of the rod that is nearer to the first point, m, with
-    /// the positions.
-    pub(crate) fn approximate_arc_lengths(
-        &self,
-        problem: &Problem,
-    ) -> Vec<(f64, [Option<f64>; 3])> {
-        let wall = problem.wall().map(Some);
-        let from_wall = |s: Option<&Sighting>| s.map_or(0.0, |s| chord(wall, s.position));
-        let [first, last] = [self.sightings.first(), self.sightings.last()].map(from_wall);
-        let place = |s: &Sighting| match s.point {
-            Point::ArcLength(along) => along,
-            _ => 0.0,
-        };
-        let whole = self.sightings.last().map_or(0.0, place);
-        let at = |s: &Sighting| {
-            let along = place(s);
-            let from_wall = if first <= last { first + along } else { last + whole - along };
-            (from_wall.min(problem.length()), s.position)
-        };
-        self.sightings.iter().map(at).collect()
-    }
-
-    /// The observed points with points of the rod: approximate ones where arc lengths are unknown.
-    pub(crate) fn placed(&self, problem: &Problem) -> Vec<Sighting> {
+    /// The observed positions with points of the rod. Unknown arc lengths are approximated by the chords between the points,
+    /// from the end of the line that is nearer to the wall.
+    pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
         }
-        let approximate = self.approximate_arc_lengths(problem).into_iter();
-        let sighting = |(along, position)| Sighting { point: Point::ArcLength(along), position };
-        approximate.map(sighting).collect()
+        let wall = problem.wall().map(Some);
+        let from_wall = |s: Option<&Sighting>| s.map_or(0.0, |s| chord(wall, s.position));
+        let [first, last] = [self.sightings.first(), self.sightings.last()].map(from_wall);
+        let whole = self.sightings.last().map_or(0.0, Sighting::arc_length);
+        let approximate = |s: &Sighting| {
+            let along = s.arc_length();
+            let from_wall = if first <= last { first + along } else { last + whole - along };
+            Sighting { point: Point::ArcLength(from_wall.min(problem.length())), ..*s }
+        };
+        self.sightings.iter().map(approximate).collect()
     }
 
-    /// Offsets of the points of a planar center line along the normal of the line, with their arc lengths; none in space,
-    /// where they have no sign. The `residuals` are those of the coordinates, point by point.
+    /// Arc lengths, m, of the points of a planar centerline with their signed offsets along its normal. The `residuals` are
+    /// those of the coordinates, point by point. None in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
-        let seen = |s: &Sighting| -> Option<[f64; 2]> {
+        let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
             values.try_into().ok()
         };
-        let Some(points) = self.sightings.iter().map(seen).collect::<Option<Vec<_>>>() else {
+        let Some(points) = self.sightings.iter().map(in_plane).collect::<Option<Vec<_>>>() else {
             return Vec::new();
         };
-        let places = self.approximate_arc_lengths(problem).into_iter();
-        let offset = |((i, (along, _)), r): ((usize, (f64, _)), &[f64])| {
+        let sightings = self.with_approximate_points(problem);
+        let pairs = sightings.iter().zip(residuals.chunks_exact(2)).enumerate();
+        let offset = |(i, (sighting, r)): (usize, (&Sighting, &[f64]))| {
             let (before, after) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
+            // The direction of the line at a point is that between its neighbors; it determines the sign of the offset.
             let tangent = [0, 1].map(|c| points[after][c] - points[before][c]);
             let side = tangent[0] * r[1] - tangent[1] * r[0];
-            [along, side.signum() * r[0].hypot(r[1])]
+            [sighting.arc_length(), side.signum() * r[0].hypot(r[1])]
         };
-        places.enumerate().zip(residuals.chunks_exact(2)).map(offset).collect()
+        pairs.map(offset).collect()
     }
 }
 
@@ -268,8 +262,8 @@ impl DataKind for EquilibriumShape {
     }
 
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
-        let place = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
-        self.placed(problem).into_iter().map(place).collect()
+        let arc_length = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
+        self.with_approximate_points(problem).into_iter().map(arc_length).collect()
     }
 
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
@@ -287,12 +281,12 @@ impl DataKind for EquilibriumShape {
     /// Root mean square distance of the coordinates from those of the rest shape, m.
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
-        for sighting in self.placed(problem) {
+        for sighting in self.with_approximate_points(problem) {
             let Ok(stencil) = problem.stencil(sighting.point) else { continue };
             let rest = problem.rest_position(&stencil);
-            for (seen, rest) in sighting.position.iter().zip(rest) {
-                if let Some(seen) = seen {
-                    sum += (seen - rest).powi(2);
+            for (observed, rest) in sighting.position.iter().zip(rest) {
+                if let Some(observed) = observed {
+                    sum += (observed - rest).powi(2);
                     count += 1.0;
                 }
             }
@@ -300,8 +294,8 @@ impl DataKind for EquilibriumShape {
         (sum / count.max(1.0)).sqrt()
     }
 
-    fn check(&self, _header: &Header, subject: &Subject) -> Result<(), Error> {
-        let Subject { problem, label, .. } = subject;
+    fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, label, .. } = context;
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
         for (k, sighting) in given.enumerate() {
             problem.stencil(sighting.point).map_err(|error| {
@@ -309,14 +303,12 @@ impl DataKind for EquilibriumShape {
                 Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
             })?;
         }
-        match self.sightings.iter().all(|s| is_finite(0.0, &s.position)) {
-            true => Ok(()),
-            false => Err(Error::invalid(*label, "other positions", "finite positions")),
-        }
+        let are_finite = self.sightings.iter().all(|s| is_finite(0.0, &s.position));
+        ensure(are_finite, *label, "other positions", "finite positions")
     }
 
     fn prepare(&mut self, problem: &Problem, _horizon: f64) {
-        self.sightings = self.placed(problem);
+        self.sightings = self.with_approximate_points(problem);
     }
 
     fn require(&self, outputs: &mut Requirements) {
@@ -326,28 +318,28 @@ impl DataKind for EquilibriumShape {
         }
     }
 
-    fn differences<D: Shown>(
+    fn differences<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
         let Some(resting) = simulated.resting else { return Ok(()) };
+        // Points with arc lengths are compared coordinate by coordinate, others by their offset from the nearest point.
         let (mesh, start) = (simulated.mesh, D::from(0.0));
         if !self.arc_lengths_fitted {
             for Sighting { point, position } in &self.sightings {
-                let place = resting.position(&point.fixed().stencil(mesh)?, start)?;
-                simulated.compare(place, position, each);
+                let simulated_position = resting.position(&point.fixed().stencil(mesh)?, start)?;
+                simulated.compare(simulated_position, position, each);
             }
             return Ok(());
         }
-        let place = |i: usize| resting.position(&Stencil::node(i), start);
-        let nodes = (0..mesh.nodes.len()).map(|i| Ok(simulated.view.recorded(place(i)?)));
+        let node = |i: usize| resting.position(&Stencil::node(i), start);
+        let nodes = (0..mesh.nodes.len()).map(|i| Ok(simulated.view.recorded(node(i)?)));
         let nodes = nodes.collect::<Result<Vec<_>, Error>>()?;
-        let curve = Curve { nodes: &nodes, arc_length: &mesh.arc_length };
-        for Sighting { point, position } in &self.sightings {
-            let near = if let Point::ArcLength(s) = point { *s } else { 0.0 };
-            let offset = curve.offset(position, near);
-            (0..3).filter(|c| position[*c].is_some()).for_each(|c| each(offset[c]));
+        let curve = NodeCurve { nodes: &nodes, arc_length: &mesh.arc_length };
+        for sighting in &self.sightings {
+            let offset = curve.offset(&sighting.position, sighting.arc_length());
+            (0..3).filter(|c| sighting.position[*c].is_some()).for_each(|c| each(offset[c]));
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Outputs of a run that data are compared with: what they require of it, and what it provides.
+//! Outputs of a simulation that data are compared with: those that the data require, and those that a simulation provides.
 
 use crate::dynamics::record::Recorded;
 use crate::fit::misfit::camera::View;
@@ -7,18 +7,18 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Point, Scene};
 use crate::vibration::ModeName;
 
-/// Outputs of a run that measurements require.
+/// Outputs of a simulation that measurements require.
 #[derive(Debug, Default)]
 pub struct Requirements {
-    /// Points whose motion is recorded.
+    /// Points with a measured motion.
     pub moving: Vec<Point>,
-    /// Those of them with a marker beside the centerline.
+    /// Points with a measured motion of a marker beside the centerline.
     pub beside: Vec<Point>,
-    /// Points of the rod at rest.
+    /// Points with a measured position at rest.
     pub resting: Vec<Point>,
-    /// Whether all nodes of the rod at rest are needed.
+    /// Whether all nodes of the rod at rest are required.
     pub whole_rest: bool,
-    /// The modes whose frequencies are needed.
+    /// Modes with a measured frequency.
     pub modes: Vec<ModeName>,
     /// Time of the last sample on the clock of the camera, s.
     pub last_recorded: f64,
@@ -27,26 +27,29 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the rod at rest is needed.
+    /// Whether the equilibrium is required.
     pub fn is_at_rest(&self) -> bool {
         self.whole_rest || !self.resting.is_empty()
     }
 }
 
-/// Outputs of a run, over numbers that may carry derivatives.
+/// Outputs of a simulation, over a scalar type that may carry derivatives.
 #[derive(Clone, Copy)]
-pub struct Simulated<'a, D> {
+pub struct SimulatedOutput<'a, D> {
+    /// The motion, if it is required.
     pub(crate) moving: Option<Recorded<'a, D>>,
+    /// The equilibrium, if it is required.
     pub(crate) resting: Option<Recorded<'a, D>>,
-    /// Angular frequencies of the modes, rad/s; of those of one measurement where it is compared.
+    /// Angular frequencies of the required modes, rad/s; in the comparison of one measurement those of its modes.
     pub(crate) frequencies: &'a [D],
+    /// The camera.
     pub(crate) view: &'a View<D>,
     pub(crate) scene: &'a Scene<D>,
     pub(crate) mesh: &'a Mesh<D>,
 }
 
-impl<D: Scalar> Simulated<'_, D> {
-    /// Calls `each` with the difference of every observed coordinate of a position.
+impl<D: Scalar> SimulatedOutput<'_, D> {
+    /// Calls `each` with simulated less observed value of every observed coordinate of a point at `position`, m.
     pub(crate) fn compare(
         &self,
         position: [D; 3],

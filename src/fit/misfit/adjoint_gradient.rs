@@ -1,77 +1,89 @@
-//! The gradient of the misfit by many unknowns at once, carried back over the motion.
+//! Gradient of half the sum of the losses by all unknowns of an experiment, by the adjoint of its motion.
+//!
+//! The adjoint costs about as much as two runs for any number of unknowns (Cao, Li, Petzold and Serban 2003). Forward
+//! sensitivities cost more with every unknown.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
 use crate::fit::measurement::MeasuredData;
-use crate::fit::measurement::simulated::Simulated;
+use crate::fit::measurement::simulated::SimulatedOutput;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observation_row::{ObservationRow, affects_observation_operator};
-use crate::fit::misfit::observed_experiment::{ObservedExperiment, in_halves, nodes};
-use crate::fit::unknown::Unknown;
+use crate::fit::misfit::observed_experiment::{ObservedExperiment, has_halved_steps, nodes};
+use crate::fit::unknown::ParameterPoint;
 use num_dual::Dual64;
 
-/// With more unknowns than this the gradient goes back over the run, for 2.4 to 2.7 times the time of a run: four derivatives
-/// of every residual going along with it take 2.1 to 2.5 times, and every other 0.2 to 0.3 more.
-const MANY: usize = 6;
+/// Number of unknowns above which the adjoint is used. It takes 2.4 to 2.7 times a run. Four forward derivatives of every
+/// residual take 2.1 to 2.5 times a run, and each further one 0.2 to 0.3 more.
+const MOST_FORWARD_UNKNOWNS: usize = 6;
+
+/// Residuals of an experiment, and the gradient of its part of the misfit.
+pub(super) struct ExperimentGradient {
+    /// Plain residuals, in units of sigma.
+    pub residuals: Vec<f64>,
+    /// Derivatives by all unknowns of the fit, on their scales.
+    pub gradient: Vec<f64>,
+    /// Whether any time step was halved.
+    pub halved: bool,
+}
 
 impl ObservedExperiment {
-    /// Whether its gradient goes back over its motion: many unknowns, a motion that can be gone back over, and
-    /// nothing else that was measured than where points of the centre line were.
-    pub fn goes_back(&self) -> bool {
-        let centred =
+    /// Whether the adjoint gives its gradient at less cost: many unknowns, a reversible motion, and only positions of
+    /// points of the centerline as measurements.
+    pub fn has_adjoint_gradient(&self) -> bool {
+        let are_motions =
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
-        self.unknowns.len() > MANY
-            && centred
+        self.unknowns.len() > MOST_FORWARD_UNKNOWNS
+            && are_motions
             && self.required.beside.is_empty()
             && self.problem.check_reversible().is_ok()
     }
 
-    /// Its plain residuals, the derivatives of its part of the misfit by all unknowns, and whether steps were taken in
-    /// halves. `weights` has a factor on every residual. `count` receives the work.
-    pub fn reverse_gradient(
+    /// Its residuals and the gradient of half the sum of its losses at `point`. `weights` has the leverage weight of every
+    /// residual. `count` receives the work, steps times segments.
+    pub(super) fn adjoint_gradient(
         &self,
-        (unknowns, x): (&[Unknown], &[f64]),
+        point: ParameterPoint,
         weights: &[f64],
         count: impl Fn(f64),
-    ) -> Result<(Vec<f64>, Vec<f64>, bool), Error> {
-        let (problem, steps) = self.made((unknowns, x))?;
+    ) -> Result<ExperimentGradient, Error> {
+        let (problem, steps) = self.problem_and_steps(point)?;
         count((steps * problem.segments()) as f64);
         let run = Reversible::run(&problem, &nodes(&self.required.moving, &problem)?, steps)?;
         let record = run.trajectory().record();
         let view = View::new(&problem, |_, value| value);
         let (mut residuals, mut slopes) = (Vec::new(), run.slopes());
-        // What the misfit gains by every residual.
+        // The derivative of the misfit by every residual is the source term of the adjoint equations.
         let mut by_residual = Vec::new();
         let mut weights = weights.iter();
         for series in &self.series {
             let MeasuredData::PointMotion(motion) = &series.data else { continue };
-            for seen in ObservationRow::of(
-                &view,
-                (motion.point, &motion.samples),
-                series.weights.iter().copied(),
-            ) {
-                let residual = seen.residual(&problem, record)?;
+            let of_series = series.weights.iter().copied();
+            for row in ObservationRow::from_samples(&view, motion.point, &motion.samples, of_series)
+            {
+                let residual = row.residual(&problem, record)?;
                 let weight = weights.next().copied().unwrap_or(1.0);
                 let [value, slope] = series.loss.robust(weight * residual);
                 let by = value * slope * weight;
-                slopes.add(seen.point, seen.time, seen.axis.map(|a| a * by))?;
+                slopes.add(row.point, row.time, row.axis.map(|a| a * by))?;
                 residuals.push(residual);
                 by_residual.push(by);
             }
         }
-        let parameters = self.of_the_motion(unknowns);
+        let parameters = self.motion_parameters(point.unknowns);
         let by_motion = run.gradient(&parameters, &slopes)?;
-        let mut gradient = vec![0.0; unknowns.len()];
+        // The gradient by an unknown: the part through the motion, and the explicit part through the observation.
+        let mut gradient = vec![0.0; point.unknowns.len()];
         for i in &self.unknowns {
-            let unknown = &unknowns[*i];
+            let unknown = &point.unknowns[*i];
             let parameter = unknown.parameter;
-            let place = parameters.iter().position(|p| *p == parameter);
-            let mut sum = place.map_or(0.0, |place| by_motion[place]);
+            let index = parameters.iter().position(|p| *p == parameter);
+            let mut sum = index.map_or(0.0, |index| by_motion[index]);
             if affects_observation_operator(parameter) {
-                // What it makes of a motion that stays as it is.
+                // The explicit dependence of the observations on the parameter, at a fixed motion.
                 let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == parameter)));
                 let scene = problem.scene().over_parameters(seed);
-                let simulated = Simulated {
+                let simulated = SimulatedOutput {
                     moving: Some(record.along(None)),
                     resting: None,
                     frequencies: &[],
@@ -80,12 +92,12 @@ impl ObservedExperiment {
                     mesh: &scene.made_mesh(),
                 };
                 let mut by_residual = by_residual.iter();
-                self.each_residual(&simulated, |r: Dual64, _| {
+                self.for_each_residual(&simulated, |r: Dual64, _| {
                     sum += by_residual.next().map_or(0.0, |by| by * r.eps);
                 })?;
             }
-            gradient[*i] = sum * unknown.slope(unknown.from_scale(x[*i]));
+            gradient[*i] = sum * unknown.slope(unknown.from_scale(point.x[*i]));
         }
-        Ok((residuals, gradient, in_halves(run.trajectory())))
+        Ok(ExperimentGradient { residuals, gradient, halved: has_halved_steps(run.trajectory()) })
     }
 }

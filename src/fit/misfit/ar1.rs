@@ -1,31 +1,34 @@
 //! First-order autocorrelated (AR(1)) noise on unevenly spaced samples.
 //!
-//! An autoregressive process of first order in continuous time: values `dt` apart correlate by
-//! `correlation^(dt/spacing)`, so gaps and uneven sampling need nothing of their own. Its correlation matrix
-//! `R` and the root of its inverse are products of bidiagonal ones, and take one pass over the values.
+//! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have
+//! the correlation `correlation^(dt/spacing)`, so that gaps and uneven sampling need no special treatment. Its
+//! correlation matrix `R` and the root of its inverse are products of bidiagonal matrices: each product with a vector
+//! takes one pass over the values.
 
-/// Of two values at the same time one says nothing new; some of it is left, to divide by.
-const MOST: f64 = 0.9999;
+use crate::numerics::upper_median;
 
-/// Correlation of a series: the lag-one factor of every value.
+/// Largest lag-one factor. Two values at the same time would have 1, by whose complement innovations are divided.
+const MAX_FACTOR: f64 = 0.9999;
+
+/// Correlation of a series: the correlation of every value with the one before; 0 for the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Ar1Correlation(Vec<f64>);
 
 impl Ar1Correlation {
-    /// Of values at ascending `times`, where neighbours at the usual `spacing` correlate by `correlation`,
-    /// 0 or more.
+    /// The correlation of values at ascending `times`, s. Values one `spacing`, s, apart have the `correlation`, 0 or more.
     pub fn new(times: &[f64], spacing: f64, correlation: f64) -> Self {
         let factor = |pair: &[f64]| ar1_factor(correlation, (pair[1] - pair[0]) / spacing);
         let after = times.windows(2).map(factor);
         Self(std::iter::once(0.0).take(times.len()).chain(after).collect())
     }
 
-    /// `R values`.
+    /// The product `R values` with the correlation matrix.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = values.to_vec();
         for k in 1..sums.len() {
             sums[k] += self.0[k] * sums[k - 1];
         }
+        // The backward pass adds the correlations with later values.
         let mut after = 0.0;
         for k in (0..sums.len()).rev() {
             sums[k] += after;
@@ -43,7 +46,7 @@ impl Ar1Correlation {
         (0..values.len()).map(new).collect()
     }
 
-    /// Correlated noise of the same size from white noise.
+    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten).
     pub fn color(&self, white: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut last = 0.0;
         let next = |(new, kept): (f64, &f64)| {
@@ -53,26 +56,24 @@ impl Ar1Correlation {
         white.zip(&self.0).map(next).collect()
     }
 
-    /// Number of independent values with as much information on a mean.
+    /// Number of independent values whose mean has the same variance: `n^2/sum R`.
     pub fn effective_sample_size(&self) -> f64 {
         let n = self.0.len();
         (n * n) as f64 / self.apply(&vec![1.0; n]).iter().sum::<f64>()
     }
 }
 
-/// Correlation over so many usual spacings.
+/// Correlation of two values that are this many usual spacings apart: `correlation^spacings`, at most [`MAX_FACTOR`].
 pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     match correlation > 0.0 {
-        true => correlation.powf(spacings.abs()).min(MOST),
+        true => correlation.powf(spacings.abs()).min(MAX_FACTOR),
         false => 0.0,
     }
 }
 
-/// The median distance of neighbours; none where there are not two places.
+/// The median distance between consecutive `times`, in their unit; none of fewer than two times, and none of zero.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
-    let mut distances: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied().filter(|spacing| *spacing > 0.0)
+    upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).filter(|spacing| *spacing > 0.0)
 }
 
 #[cfg(test)]
@@ -81,9 +82,9 @@ mod tests {
     use approx::assert_relative_eq;
     use nalgebra::DMatrix;
 
-    /// Against the matrices themselves, with gaps.
+    /// The dense matrix `R_ij = 0.8^|t_i - t_j|` as the reference, with gaps between the times.
     #[test]
-    fn passes_are_products_with_the_correlation_matrix() {
+    fn ar1_passes_equal_products_with_dense_correlation_matrix() {
         let times = [0.0, 1.0, 2.0, 2.5, 6.0, 7.0];
         let correlation = Ar1Correlation::new(&times, 1.0, 0.8);
         let r = DMatrix::from_fn(6, 6, |a, b| 0.8_f64.powf((times[a] - times[b]).abs()));
@@ -92,10 +93,10 @@ mod tests {
         for (a, b) in correlation.apply(&values).iter().zip((&r * &v).iter()) {
             assert_relative_eq!(a, b, max_relative = 1e-12);
         }
-        let news = correlation.whiten(&values);
+        let innovations = correlation.whiten(&values);
         let expected = (v.transpose() * r.clone().try_inverse().unwrap() * &v)[(0, 0)];
         assert_relative_eq!(
-            news.iter().map(|e| e * e).sum::<f64>(),
+            innovations.iter().map(|e| e * e).sum::<f64>(),
             expected,
             max_relative = 1e-12
         );
@@ -104,15 +105,16 @@ mod tests {
             36.0 / r.sum(),
             max_relative = 1e-12
         );
-        for (a, b) in correlation.color(news.iter().copied()).iter().zip(values) {
+        for (a, b) in correlation.color(innovations.iter().copied()).iter().zip(values) {
             assert_relative_eq!(*a, b, max_relative = 1e-12);
         }
         assert_eq!(Ar1Correlation::new(&times, 1.0, 0.0).whiten(&values), values);
         assert_eq!(Ar1Correlation::new(&times, 1.0, 0.0).effective_sample_size(), 6.0);
     }
 
+    /// The median ignores one gap of seven spacings.
     #[test]
-    fn the_usual_spacing_minds_no_gap() {
+    fn usual_spacing_of_times_with_gap_is_median_distance() {
         assert_eq!(usual_spacing(&[0.0, 1.0, 2.0, 9.0]), Some(1.0));
         assert_eq!(usual_spacing(&[1.0]), None);
         assert_eq!(usual_spacing(&[1.0, 1.0]), None);

@@ -1,21 +1,29 @@
-//! What the camera makes of the rod's motion.
+//! The camera model: recorded time and recorded position of a point, from the time of the motion and its position.
+//!
+//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`. The
+//! wall is the clamp of the rod; shift, scale, rotation in the plane and offset are parameters of the scene.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 
-/// The [camera](crate::scene::Camera) of a scene, over numbers that may carry derivatives.
+/// The [camera](crate::scene::Camera) of a scene, over a scalar type that may carry derivatives.
 pub(crate) struct View<D> {
+    /// Center of rotation and scaling: the wall, m.
     centre: Vector<D>,
+    /// Displacement of the picture, m.
     shift: Vector<D>,
+    /// Rotation vector, rad.
     rotation: Vector<D>,
+    /// Ratio of recorded to true lengths.
     pixel_scale: D,
+    /// Time on the clock of the recording at which the motion starts, s.
     time_offset: D,
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem; `seed` makes the numbers of the parameters.
+    /// The camera of a problem. `seed` returns the scalar of a parameter from its value.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
@@ -30,19 +38,20 @@ impl<D: Nestable> View<D> {
 }
 
 impl<D: Scalar> View<D> {
-    /// The motion's time, s, when the recording's clock shows `time`; zero before it starts.
+    /// The time of the motion, s, at `time`, s, on the clock of the recording; zero before the motion starts.
     pub fn time(&self, time: f64) -> D {
         let since = -self.time_offset + time;
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
-    /// Where a point is recorded, m.
+    /// The recorded position of a point at `x` in the world, m.
     pub fn recorded(&self, x: Vector<D>) -> Vector<D> {
         let arm = sub(x, self.centre);
-        let place = add(self.centre, self.shift);
+        let centre = add(self.centre, self.shift);
+        // Without derivatives a rotation by zero is skipped: most cameras are not rotated.
         match dot(self.rotation, self.rotation).value() == 0.0 && D::ORDER == 0 {
-            true => add(place, scale(arm, self.pixel_scale)),
-            false => add(place, scale(rotate(self.rotation, arm), self.pixel_scale)),
+            true => add(centre, scale(arm, self.pixel_scale)),
+            false => add(centre, scale(rotate(self.rotation, arm), self.pixel_scale)),
         }
     }
 }

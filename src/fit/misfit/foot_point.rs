@@ -9,33 +9,43 @@
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
 
-/// The foot is looked for this part of the length around the arc length that chords between the observed points give.
-const REACH: f64 = 0.2;
-/// Bisections of an edge: its foot is then known to 1e-12 of it.
+/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc
+/// length that chords between the observed points give.
+const SEARCH_RADIUS: f64 = 0.2;
+/// Bisections of an edge: they determine the arc length of the foot to 1e-12 of the edge.
 const BISECTIONS: usize = 40;
-/// Step of the difference quotient of `f`, over an edge: `f` is a polynomial, and its slope need not be exact.
-const STEP: f64 = 1e-4;
+/// Step of the difference quotient of `f`, over the length of an edge. `f` is a polynomial; an approximate slope is
+/// sufficient for Newton's method.
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// The nodes of a rod as a curve over the arc length.
-pub(crate) struct Curve<'a, D> {
+pub(crate) struct NodeCurve<'a, D> {
+    /// Recorded positions of the nodes, m.
     pub nodes: &'a [[D; 3]],
     /// Arc lengths of the nodes, m.
     pub arc_length: &'a [D],
 }
 
-impl<D: Scalar> Curve<'_, D> {
-    /// The offset of the foot from a point `observed` about the arc length `near`, m. Coordinates that were not observed
-    /// are not compared.
+/// Position and tangent of a curve at an arc length.
+struct CurvePoint<D> {
+    /// m.
+    position: [D; 3],
+    /// Derivative of the position by the arc length.
+    tangent: [D; 3],
+}
+
+impl<D: Scalar> NodeCurve<'_, D> {
+    /// The offset of the foot point from the `observed` point, m, searched about the arc length `near`, m. A coordinate
+    /// that was not observed is the coordinate of the foot point.
     pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
-        let (plain_nodes, plain_arcs): (Vec<[f64; 3]>, Vec<f64>) = (
-            self.nodes.iter().map(|x| x.map(|c| c.value())).collect(),
-            self.arc_length.iter().map(D::value).collect(),
-        );
-        let plain = Curve { nodes: &plain_nodes, arc_length: &plain_arcs };
+        let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
+        let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
+        let plain = NodeCurve { nodes: &plain_nodes, arc_length: &plain_arcs };
         let (foot, is_inside) = plain.foot(observed, near);
         let mut s = D::from(foot);
         if is_inside {
-            let step = STEP * (plain_arcs[1] - plain_arcs[0]);
+            // Two Newton steps carry the derivatives of the foot by the parameters to second order.
+            let step = DIFFERENCE_STEP * (plain_arcs[1] - plain_arcs[0]);
             let slope = (plain.slope(observed, foot + step) - plain.slope(observed, foot - step))
                 / (2.0 * step);
             for _ in 0..2 {
@@ -43,21 +53,22 @@ impl<D: Scalar> Curve<'_, D> {
                 s -= excess / slope;
             }
         }
-        let [x, _] = self.at(s);
-        std::array::from_fn(|c| x[c] - observed[c].unwrap_or(0.0))
+        let position = self.interpolate(s).position;
+        std::array::from_fn(|c| position[c] - observed[c].unwrap_or(0.0))
     }
 
-    /// Half the derivative of the squared distance by the arc length.
+    /// Half the derivative of the squared distance from the `observed` point by the arc length, m.
     fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
-        let [x, tangent] = self.at(s);
-        let parts = (0..3).filter_map(|c| Some((x[c] - observed[c]?) * tangent[c]));
+        let CurvePoint { position, tangent } = self.interpolate(s);
+        let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
         parts.fold(D::from(0.0), |sum, part| sum + part)
     }
 
-    /// Place and tangent at an arc length: of the cubic through the four nearest nodes.
-    fn at(&self, s: D) -> [[D; 3]; 2] {
+    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nearest nodes.
+    fn interpolate(&self, s: D) -> CurvePoint<D> {
         let near = Stencil::around(self.arc_length, s.value());
-        let mut found = [[D::from(0.0); 3]; 2];
+        let zero = [D::from(0.0); 3];
+        let mut found = CurvePoint { position: zero, tangent: zero };
         for i in near.clone() {
             let others: Vec<usize> = near.clone().filter(|j| *j != i).collect();
             let factor =
@@ -70,28 +81,30 @@ impl<D: Scalar> Curve<'_, D> {
                 rate += product / (self.arc_length[i] - self.arc_length[*k]);
             }
             for c in 0..3 {
-                found[0][c] += weight * self.nodes[i][c];
-                found[1][c] += rate * self.nodes[i][c];
+                found.position[c] += weight * self.nodes[i][c];
+                found.tangent[c] += rate * self.nodes[i][c];
             }
         }
         found
     }
 }
 
-impl Curve<'_, f64> {
-    /// The arc length of the nearest point about `near`, and whether it is not an end of the curve.
+impl NodeCurve<'_, f64> {
+    /// The arc length, m, of the point of the curve nearest to the `observed` one, searched about the arc length `near`, and
+    /// whether that point lies inside the curve.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);
-        let reach = REACH * (end - start);
+        let radius = SEARCH_RADIUS * (end - start);
         let distance = |i: usize| {
             let parts = (0..3).filter_map(|c| Some((self.nodes[i][c] - observed[c]?).powi(2)));
             parts.sum::<f64>()
         };
-        let is_near = |i: &usize| (self.arc_length[*i] - near.clamp(start, end)).abs() <= reach;
+        let is_near = |i: &usize| (self.arc_length[*i] - near.clamp(start, end)).abs() <= radius;
         let nearest =
             (0..=last).filter(is_near).min_by(|i, j| distance(*i).total_cmp(&distance(*j)));
         let nearest = nearest.unwrap_or(last);
+        // The foot is in one of the two edges at the nearest node, or at an end of the curve.
         let mut low = self.arc_length[nearest.saturating_sub(1)].max(start);
         let mut high = self.arc_length[(nearest + 1).min(last)];
         if self.slope(observed, low) >= 0.0 {
@@ -116,7 +129,7 @@ mod tests {
     use super::*;
     use num_dual::Dual64;
 
-    /// Nodes and arc lengths of an arc of the radius `r`, in edges of 0.01 m, with derivatives by the radius.
+    /// Nodes and arc lengths of an arc of the radius `r`, m, in edges of 0.01 m, with derivatives by the radius.
     fn arc(r: f64) -> (Vec<[Dual64; 3]>, Vec<Dual64>) {
         let s: Vec<f64> = (0..40).map(|i| 0.01 * f64::from(i)).collect();
         let node = |s: &f64| {
@@ -128,16 +141,16 @@ mod tests {
         (s.iter().map(node).collect(), s.into_iter().map(Dual64::from).collect())
     }
 
-    /// The offset from a circle of radius r is the distance to its center less r: -1 per metre of r along the normal.
+    /// The offset from a circle of radius r is the distance to its center less r: -1 per meter of r along the normal.
     #[test]
-    fn offset_from_an_arc_is_radial_with_its_exact_derivative() {
+    fn offset_from_arc_is_radial_with_exact_derivative() {
         let (nodes, arc_length) = arc(0.3);
-        let curve = Curve { nodes: &nodes, arc_length: &arc_length };
+        let curve = NodeCurve { nodes: &nodes, arc_length: &arc_length };
         for (angle, off) in [(0.3_f64, 0.004), (0.8, -0.003), (1.1, 0.0)] {
             let radius = 0.3 + off;
-            let seen = [Some(radius * angle.sin()), Some(radius * angle.cos() - 0.3), None];
-            // A guess of the arc length that is 0.05 m off.
-            let offset = curve.offset(&seen, 0.3 * angle + 0.05);
+            let observed = [Some(radius * angle.sin()), Some(radius * angle.cos() - 0.3), None];
+            // The approximate arc length has an error of 0.05 m.
+            let offset = curve.offset(&observed, 0.3 * angle + 0.05);
             let normal = [angle.sin(), angle.cos()];
             for c in 0..2 {
                 assert!((offset[c].re + off * normal[c]).abs() < 1e-7, "{offset:?}");
@@ -155,10 +168,11 @@ mod tests {
         }
     }
 
+    /// The nearest point of a curve to a point beyond its end is the end.
     #[test]
-    fn point_beyond_the_tip_is_compared_with_the_tip() {
+    fn offset_of_point_beyond_tip_is_offset_from_tip() {
         let (nodes, arc_length) = arc(0.3);
-        let curve = Curve { nodes: &nodes, arc_length: &arc_length };
+        let curve = NodeCurve { nodes: &nodes, arc_length: &arc_length };
         let tip = nodes[39].map(|x| x.re);
         let beyond = [Some(tip[0] + 0.01), Some(tip[1] - 0.01), None];
         let offset = curve.offset(&beyond, 0.5);

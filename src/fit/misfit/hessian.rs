@@ -1,27 +1,18 @@
-//! The exact Hessian of the misfit: observed information, next to the expected one of Gauss and
-//! Newton.
+//! The exact Hessian of the misfit: the observed information.
 //!
-//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The second term is what makes
-//! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
-//! unknowns costs one simulation in hyper-dual numbers.
+//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton method
+//! is the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair of
+//! unknowns costs one simulation in hyper-dual numbers (Fike and Alonso 2011).
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::simulated::Simulated;
+use crate::fit::measurement::simulated::SimulatedOutput;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run};
+use crate::fit::misfit::observed_experiment::{ExperimentRun, ObservedExperiment};
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
-use num_dual::{DualNum, HyperDual64};
-
-impl Unknown {
-    /// The parameter at `x` on the scale of the fit, with the derivatives of `x`.
-    fn over(&self, x: HyperDual64) -> HyperDual64 {
-        if self.parameter.is_positive() { x.exp() } else { x }
-    }
-}
+use num_dual::HyperDual64;
 
 impl Residuals {
     /// Second derivatives of half the sum of squares at `x`, on the scales of the unknowns, exact
@@ -38,15 +29,16 @@ impl Residuals {
         for i in 0..n {
             for j in 0..=i {
                 let (mut sum, mut rest) = (0.0, &weights[..]);
-                for (comparison, run) in self.comparisons().iter().zip(&runs) {
-                    let (own, others) = rest.split_at(comparison.counts().sum());
+                for (experiment, run) in self.experiments().iter().zip(&runs) {
+                    let (own, others) = rest.split_at(experiment.counts().sum());
                     rest = others;
-                    if comparison.has(i) && comparison.has(j) {
-                        sum += self.second(x, (comparison, run), own, [i, j])?;
+                    if experiment.depends_on(i) && experiment.depends_on(j) {
+                        sum += self.second_derivative(x, experiment, run, own, [i, j])?;
                     }
                 }
-                let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
-                if let Some(r) = self.unknowns()[i].prior_residual(known).filter(|_| i == j) {
+                // Each prior depends on one unknown only.
+                let seeded = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
+                if let Some(r) = self.unknowns()[i].prior_residual(seeded).filter(|_| i == j) {
                     sum += r.eps1 * r.eps2 + r.re * r.eps1eps2;
                 }
                 (hessian[i][j], hessian[j][i]) = (sum, sum);
@@ -55,29 +47,31 @@ impl Residuals {
         Ok(hessian)
     }
 
-    /// What an experiment adds to one entry.
-    fn second(
+    /// The second derivative by the unknowns `i` and `j` of an experiment's half sum of losses at `x`, about its `run` there.
+    fn second_derivative(
         &self,
         x: &[f64],
-        (comparison, run): (&ObservedExperiment, &Run),
+        experiment: &ObservedExperiment,
+        run: &ExperimentRun,
         weights: &[f64],
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {
         let seed = |parameter: Parameter, value: f64| {
-            let own = |u: usize| comparison.has(u) && self.unknowns()[u].parameter == parameter;
-            let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
+            let is_own =
+                |u: &usize| experiment.depends_on(*u) && self.unknowns()[*u].parameter == parameter;
+            let Some(u) = (0..x.len()).find(is_own) else { return HyperDual64::from(value) };
             let along = |direction: usize| f64::from(u8::from(u == direction));
-            self.unknowns()[u].over(HyperDual64::new(x[u], along(i), along(j), 0.0))
+            self.unknowns()[u].value(HyperDual64::new(x[u], along(i), along(j), 0.0))
         };
-        let Run { problem, moving, resting } = run;
+        let ExperimentRun { problem, moving, resting } = run;
         let over = |plain: &Option<Trajectory>| plain.as_ref().map(|t| t.over(seed)).transpose();
         let (moving, resting) = (over(moving)?, over(resting)?);
-        let frequencies = match comparison.modes() {
+        let frequencies = match experiment.modes() {
             [] => Vec::new(),
             modes => problem.natural_frequencies_over(modes, seed)?,
         };
         let scene = problem.scene().over_parameters(seed);
-        let simulated = Simulated {
+        let simulated = SimulatedOutput {
             moving: moving.as_ref().map(|motion| motion.record().read()),
             resting: resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
@@ -85,8 +79,10 @@ impl Residuals {
             scene: &scene,
             mesh: &scene.made_mesh(),
         };
+        // Second derivative of half the loss: rho''/2 times the product of the slopes, plus rho'/2 times the second
+        // derivative.
         let (mut sum, mut weights) = (0.0, weights.iter());
-        comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {
+        experiment.for_each_residual(&simulated, |r: HyperDual64, loss: Loss| {
             let r = r * weights.next().copied().unwrap_or(1.0);
             let [psi, slope] = loss.influence(r.re);
             sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;

@@ -1,29 +1,34 @@
-//! What is taken for the noise of measurements before anything is fitted.
+//! Standard deviations of the measurements before the first fit: the given ones, and preliminary ones for the others.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::unknown::Unknown;
 
-/// Part of the observed motion that a model may leave unexplained before the search is repeated
-/// on a finer grid, and before the report warns, unless it is noise.
+/// Largest RMS residual of an acceptable fit, over the RMS of the observed motion, unless the residuals are noise. Above it
+/// the search is repeated on a finer grid, and the report warns.
 pub(crate) const UNEXPLAINED: f64 = 0.1;
+/// Smallest motion for the preliminary sigma of a robust loss, over the length of the rod: a rod that hardly moves has
+/// residuals of the size of the camera's noise.
+const LEAST_MOTION: f64 = 1e-2;
 
-/// Sigmas given, and for the others the size of the rod, a common scale; where outliers shall count
-/// less, what may be left of the motion at first.
+/// One sigma per measurement, in its unit: the given one, or else the length of the rod, a common scale. With a robust loss
+/// it is half of the residual that is acceptable, so that outliers are down-weighted from the start.
 pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     let first = |(experiment, measurement): (&Experiment, &Measurement)| {
         let problem = &experiment.problem;
         measurement.sigma().unwrap_or_else(|| match measurement.loss().is_robust() {
-            // What hardly moves leaves what the camera sees of it.
-            true => 0.5 * UNEXPLAINED * measurement.size(problem).max(1e-2 * problem.length()),
+            true => {
+                let motion = measurement.size(problem).max(LEAST_MOTION * problem.length());
+                0.5 * UNEXPLAINED * motion
+            }
             false => problem.length(),
         })
     };
     all(experiments).map(first).collect()
 }
 
-/// Whether noise that is estimated from the residuals changes what the residuals come out as: not so
-/// where all have the same.
+/// Whether estimating the unknown sigmas from the residuals changes the optimum. A single measurement with squared
+/// residuals has one common factor, which does not.
 pub(crate) fn weights_depend_on_the_fit(fitted: &[Experiment], unknowns: &[Unknown]) -> bool {
     let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
     let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());

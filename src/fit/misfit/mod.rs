@@ -1,4 +1,5 @@
-//! The misfit between what was measured and what a scene does, and its derivatives.
+//! The misfit between measurements and simulations: residuals, their Jacobian, gradient and Hessian, and the tests of
+//! residuals.
 
 mod adjoint_gradient;
 pub(crate) mod ar1;

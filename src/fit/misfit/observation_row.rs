@@ -1,4 +1,6 @@
-//! Rows of the observation operator: coordinates of recorded motion as linear functions of positions.
+//! Rows of the observation operator: recorded coordinates of a point as linear functions of its position in the world.
+//!
+//! The residual of a row is `axis . x(t) + offset`, in units of the standard deviation.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -7,47 +9,56 @@ use crate::fit::misfit::camera::View;
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
 
-/// One coordinate of a sample.
+/// One observed coordinate of a sample.
 pub(crate) struct ObservationRow {
+    /// The observed point of the rod.
     pub point: Point,
-    /// On the motion's clock, s.
+    /// Time of the motion, s.
     pub time: f64,
-    /// What it takes of a place in the world, over sigma.
+    /// Derivative of the residual by the position of the point, 1/m.
     pub axis: [f64; 3],
-    /// What is left at the origin, over sigma.
+    /// Residual of a point at the origin of the world.
     offset: f64,
 }
 
 impl ObservationRow {
-    /// All coordinates of some samples of a point that were seen, with one over sigma of each.
-    pub fn of(
+    /// One row for every observed coordinate of the `samples` of a point, sample by sample. `weights` has the inverse of
+    /// the standard deviation of each coordinate, 1/m.
+    pub fn from_samples(
         view: &View<f64>,
-        (point, samples): (Point, &[Sample]),
+        point: Point,
+        samples: &[Sample],
         weights: impl IntoIterator<Item = f64>,
     ) -> Vec<Self> {
         let origin = view.recorded([0.0; 3]);
         let columns =
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| view.recorded(axis));
-        let seen = samples.iter().flat_map(|sample| (0..3).map(move |c| (sample, c)));
-        let seen = seen.filter_map(|(sample, c)| Some((sample.time, c, sample.position[c]?)));
-        let of = |((time, c, place), weight): ((f64, usize, f64), f64)| Self {
-            point: point.fixed(),
-            time: view.time(time),
-            axis: columns.map(|column| (column[c] - origin[c]) * weight),
-            offset: (origin[c] - place) * weight,
-        };
-        seen.zip(weights).map(of).collect()
+        let mut weights = weights.into_iter();
+        let mut rows = Vec::new();
+        for sample in samples {
+            for (c, observed) in sample.position.iter().enumerate() {
+                let Some(observed) = observed else { continue };
+                let Some(weight) = weights.next() else { return rows };
+                rows.push(Self {
+                    point: point.fixed(),
+                    time: view.time(sample.time),
+                    axis: columns.map(|column| (column[c] - origin[c]) * weight),
+                    offset: (origin[c] - observed) * weight,
+                });
+            }
+        }
+        rows
     }
 
-    /// How far it is from where it was seen, over sigma.
+    /// Simulated less observed coordinate, in units of the standard deviation, for the motion in `record`.
     pub fn residual(&self, problem: &Problem, record: &Record) -> Result<f64, Error> {
-        let place = record.read().position(&problem.stencil(self.point)?, self.time)?;
-        Ok(place.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)
+        let position = record.read().position(&problem.stencil(self.point)?, self.time)?;
+        Ok(position.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)
     }
 }
 
-/// Whether a parameter changes what is seen of a rod that stays where it is: the camera, what it is fixed to, and
-/// where on the rod a point is.
+/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the
+/// supports, and of the arc length of a point.
 pub(crate) fn affects_observation_operator(parameter: Parameter) -> bool {
     ["rod.shape.", "supports.", "camera."].iter().any(|place| parameter.path().starts_with(place))
 }

@@ -1,55 +1,60 @@
-//! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
-//! nodes, so that a simulation records no more than is looked at.
+//! One experiment as a function of the unknowns: its simulation, its plain residuals and their exact derivatives.
+//!
+//! The experiment is cut to a horizon, and a simulation records only the nodes that its measurements depend on.
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::quantity::Shown;
-use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::misfit::camera::View;
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::problem::Problem;
-use crate::scene::Parameter;
-use crate::scene::Point;
-use crate::vibration::ModeName;
-use crate::vibration::NaturalFrequency;
+use crate::scene::{Parameter, Point};
+use crate::vibration::{ModeName, NaturalFrequency};
 use num_dual::Dual64;
+use std::collections::BTreeSet;
 
-/// Motions last at most so many times as long as the scene and the recording say, whatever the camera's clock is off.
-const FARTHEST: f64 = 2.0;
+/// Longest simulated motion over the duration of the scene or of the recording. A search may try any offset of the
+/// camera's clock; larger ones would take too long.
+const MAX_DURATION_RATIO: f64 = 2.0;
 
-/// An experiment, cut to its horizon.
+/// An experiment up to its horizon.
 #[derive(Debug)]
 pub(crate) struct ObservedExperiment {
     pub(super) problem: Problem,
-    /// Places of the unknowns that it depends on.
+    /// Indices of the unknowns that it depends on.
     pub(super) unknowns: Vec<usize>,
-    pub(super) series: Vec<Series>,
+    pub(super) series: Vec<ObservedSeries>,
     /// Outputs of a run that the series are compared with.
     pub(super) required: Requirements,
+    /// Work of its static solutions, steps times segments.
     rest_work: f64,
 }
 
-/// A measurement.
+/// Values of one measurement with their weights.
 #[derive(Debug)]
-pub(super) struct Series {
+pub(super) struct ObservedSeries {
     pub data: MeasuredData,
-    /// One over the standard deviation of every value.
+    /// Inverse of the standard deviation of every value.
     pub weights: Vec<f64>,
     pub loss: Loss,
 }
 
-/// What an experiment's problem does at one point.
-pub(crate) struct Run {
+/// Simulation of an experiment at one point.
+pub(crate) struct ExperimentRun {
     pub problem: Problem,
+    /// The motion; none if no measurement needs it.
     pub moving: Option<Trajectory>,
+    /// The equilibrium; none if no measurement needs it.
     pub resting: Option<Trajectory>,
 }
 
 impl ObservedExperiment {
-    /// `experiment` up to `horizon`, s, with one of `sigmas` for each of its measurements.
+    /// `experiment` up to `horizon`, s. The next of `sigmas` is the standard deviation of each of its measurements, in its
+    /// unit.
     pub fn new<'s>(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -57,7 +62,7 @@ impl ObservedExperiment {
         horizon: f64,
     ) -> Result<Self, Error> {
         let own = (0..unknowns.len()).filter(|i| unknowns[*i].is_of(experiment));
-        let mut comparison = Self {
+        let mut observed = Self {
             problem: experiment.problem.clone(),
             unknowns: own.collect(),
             series: Vec::new(),
@@ -66,14 +71,15 @@ impl ObservedExperiment {
         };
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
             let mut data = measurement.data.clone();
-            data.prepare(&comparison.problem, horizon);
-            data.require(&mut comparison.required);
+            data.prepare(&observed.problem, horizon);
+            data.require(&mut observed.required);
             let weights = measurement.sigmas(*sigma).into_iter().map(f64::recip).collect();
-            comparison.series.push(Series { data, weights, loss: measurement.loss() });
+            observed.series.push(ObservedSeries { data, weights, loss: measurement.loss() });
         }
-        nodes(&comparison.required.moving, &comparison.problem)?;
-        nodes(&comparison.required.resting, &comparison.problem)?;
-        Ok(comparison)
+        // Points that are not on the rod are reported here, not by the first simulation.
+        nodes(&observed.required.moving, &observed.problem)?;
+        nodes(&observed.required.resting, &observed.problem)?;
+        Ok(observed)
     }
 
     /// Number of residuals of each measurement.
@@ -91,21 +97,21 @@ impl ObservedExperiment {
         &self.required.modes
     }
 
-    /// Whether unknown `i` is one of its own.
-    pub fn has(&self, i: usize) -> bool {
+    /// Whether its residuals depend on unknown `i`.
+    pub fn depends_on(&self, i: usize) -> bool {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters that more than the recording depends on.
-    pub(super) fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
+    /// The parameters of its unknowns that change the rod, not only its recording.
+    pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_camera()).collect()
     }
 
-    /// Its problem at `x`, and how many steps its motion takes.
-    pub(super) fn made(
+    /// Its problem at `point`, and the number of time steps of its motion; zero without a measured motion.
+    pub(super) fn problem_and_steps(
         &self,
-        (unknowns, x): (&[Unknown], &[f64]),
+        ParameterPoint { unknowns, x }: ParameterPoint,
     ) -> Result<(Problem, usize), Error> {
         let own =
             self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
@@ -116,15 +122,14 @@ impl ObservedExperiment {
         let time = problem.time()?;
         let end = (self.required.last_recorded - problem.scene().camera.time_offset)
             .max(self.required.last_read);
-        let longest = FARTHEST * time.end.max(self.required.last_recorded);
+        let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);
         if end > longest {
-            // A search may try any clock: this one would take for ever.
             let words = "the time offset of the camera is longer than the motion";
             return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;
         if end > time.end * (1.0 + 1e-9) {
-            // Whole steps: a last one cut to the clock's offset would depend on it.
+            // Whole steps: a last step cut to the clock's offset would make the residuals depend on that cut.
             let end = steps as f64 * time.step_size();
             problem = problem.lasting(end);
         }
@@ -132,23 +137,22 @@ impl ObservedExperiment {
         Ok((problem, steps))
     }
 
-    /// What its problem does at `x`, with derivatives by the parameters of the unknowns if
-    /// `derived`. Motions last as long as their samples on the camera's clock. `count` receives the
-    /// work, of runs that fail too; `after` sees the motion at the start and after every step.
+    /// Simulates it at `point`, with derivatives by the parameters of the unknowns if `derived`. The motion lasts until its
+    /// last sample on the camera's clock. `count` receives the work, also that of a run that fails. `after` is called at
+    /// the start of the motion and after every step.
     pub fn run(
         &self,
-        (unknowns, x): (&[Unknown], &[f64]),
+        point: ParameterPoint,
         derived: bool,
         count: impl Fn(f64),
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
-    ) -> Result<Run, Error> {
-        let (problem, steps) = self.made((unknowns, x))?;
-        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
-
+    ) -> Result<ExperimentRun, Error> {
+        let (problem, steps) = self.problem_and_steps(point)?;
+        let parameters = if derived { self.motion_parameters(point.unknowns) } else { Vec::new() };
         let mut moving = None;
         if !self.required.moving.is_empty() {
             let mut trajectory =
-                Trajectory::new(&problem, &nodes(&self.required.moving, &problem)?, &wanted)?
+                Trajectory::new(&problem, &nodes(&self.required.moving, &problem)?, &parameters)?
                     .keep_axes(&edges(&self.required.beside, &problem)?);
             let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
@@ -156,32 +160,32 @@ impl ObservedExperiment {
             outcome?;
             moving = Some(trajectory);
         }
+        // Static solutions count as a fixed number of time steps.
         count(self.rest_work);
         let resting = match self.required.whole_rest {
             true => Some((0..problem.nodes()).collect()),
             false if self.required.is_at_rest() => Some(nodes(&self.required.resting, &problem)?),
             false => None,
         };
-        let resting = resting.map(|nodes| Trajectory::at_rest(&problem, &nodes, &wanted));
+        let resting = resting.map(|nodes| Trajectory::at_rest(&problem, &nodes, &parameters));
         let resting = resting.transpose()?;
-        Ok(Run { problem, moving, resting })
+        Ok(ExperimentRun { problem, moving, resting })
     }
 
-    /// What it does to every plain residual and to their derivatives by all unknowns if
-    /// `derived`.
-    pub fn compare(
+    /// The plain residuals of a run at `point`, and their Jacobian by all unknowns on their scales if `derived`, row by row.
+    pub fn residuals_and_jacobian(
         &self,
-        run: &Run,
-        (unknowns, x): (&[Unknown], &[f64]),
+        run: &ExperimentRun,
+        ParameterPoint { unknowns, x }: ParameterPoint,
         derived: bool,
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
-        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
+        let parameters = if derived { self.motion_parameters(unknowns) } else { Vec::new() };
         let natural_frequencies = match self.modes().is_empty() {
             true => Vec::new(),
-            false => run.problem.natural_frequencies(self.modes(), &wanted)?,
+            false => run.problem.natural_frequencies(self.modes(), &parameters)?,
         };
         let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
-        let simulated = Simulated {
+        let simulated = SimulatedOutput {
             moving: run.moving.as_ref().map(|motion| motion.record().read()),
             resting: run.resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
@@ -190,15 +194,16 @@ impl ObservedExperiment {
             mesh: &run.problem.scene().made_mesh(),
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
-        self.each_residual(&simulated, |r: f64, _| residuals.push(r))?;
+        self.for_each_residual(&simulated, |r: f64, _| residuals.push(r))?;
         if !derived {
             return Ok((residuals, Vec::new()));
         }
+        // One pass over the residuals in dual numbers for each unknown: a column of the Jacobian.
         let mut rows = vec![vec![0.0; unknowns.len()]; residuals.len()];
         for i in &self.unknowns {
             let unknown = &unknowns[*i];
             let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
-            let track = wanted.iter().position(|p| *p == unknown.parameter);
+            let track = parameters.iter().position(|p| *p == unknown.parameter);
             let slope = unknown.slope(unknown.from_scale(x[*i]));
             let rate = |t: &NaturalFrequency| track.map_or(0.0, |track| t.derivatives[track]);
             let frequencies: Vec<Dual64> = natural_frequencies
@@ -206,7 +211,7 @@ impl ObservedExperiment {
                 .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
                 .collect();
             let scene = run.problem.scene().over_parameters(seed);
-            let simulated = Simulated {
+            let simulated = SimulatedOutput {
                 moving: run.moving.as_ref().map(|motion| motion.record().along(track)),
                 resting: run.resting.as_ref().map(|rest| rest.record().along(track)),
                 frequencies: &frequencies,
@@ -215,7 +220,7 @@ impl ObservedExperiment {
                 mesh: &scene.made_mesh(),
             };
             let mut row = rows.iter_mut();
-            self.each_residual(&simulated, |r: Dual64, _| {
+            self.for_each_residual(&simulated, |r: Dual64, _| {
                 if let Some(row) = row.next() {
                     row[*i] = r.eps * slope;
                 }
@@ -224,17 +229,17 @@ impl ObservedExperiment {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every plain residual and its loss.
-    pub fn each_residual<D: Shown>(
+    /// Calls `each` with every plain residual, in units of sigma, and its loss.
+    pub fn for_each_residual<D: GaugeScalar>(
         &self,
-        simulated: &Simulated<D>,
+        simulated: &SimulatedOutput<D>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
         let mut frequencies = simulated.frequencies;
-        for Series { data, weights, loss } in &self.series {
+        for ObservedSeries { data, weights, loss } in &self.series {
             let (own, others) = frequencies.split_at(data.requirements().modes.len());
             frequencies = others;
-            let simulated = Simulated { frequencies: own, ..*simulated };
+            let simulated = SimulatedOutput { frequencies: own, ..*simulated };
             let mut weights = weights.iter().copied();
             data.differences(&simulated, &mut |difference| {
                 if let Some(weight) = weights.next() {
@@ -246,32 +251,27 @@ impl ObservedExperiment {
     }
 }
 
-/// Whether all steps of a motion were taken in halves.
-pub(super) fn in_halves(motion: &Trajectory) -> bool {
+/// Whether any step of a motion was halved: more steps were taken than the scene has. The recorded times are the start and
+/// the ends of the scene's steps.
+pub(super) fn has_halved_steps(motion: &Trajectory) -> bool {
     motion.record().taken.len() >= motion.times().len()
 }
 
-/// The nodes whose sums points are: others, where the rod has another length.
+/// The nodes that the positions of `points` depend on, ascending. A point at a node depends on its neighbors too, because
+/// it moves between nodes when the length of the rod changes.
 pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
-    let mut nodes = Vec::new();
+    let mut nodes = BTreeSet::new();
     for point in points {
-        // A point at a node slides to its neighbours when the rod gets longer.
         nodes.extend(problem.nodes_around(*point)?);
     }
-    Ok(ascending(nodes))
+    Ok(nodes.into_iter().collect())
 }
 
-/// The edges whose axes markers beside these points move with, likewise.
+/// The edges whose axes the markers beside `points` depend on, ascending.
 fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
-    let mut edges = Vec::new();
+    let mut edges = BTreeSet::new();
     for point in points {
         edges.extend(problem.edges_around(*point)?);
     }
-    Ok(ascending(edges))
-}
-
-fn ascending(mut places: Vec<usize>) -> Vec<usize> {
-    places.sort_unstable();
-    places.dedup();
-    places
+    Ok(edges.into_iter().collect())
 }

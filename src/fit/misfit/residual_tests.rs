@@ -1,8 +1,7 @@
-//! Whether what a fit leaves over looks like noise.
+//! Tests of residuals for being noise: whiteness, normality and the absence of a trend in time.
 //!
-//! Intervals and standard errors rest on residuals that are independent and normal. A wrong model,
-//! or a wrong minimum, leaves motion behind: neighbouring residuals resemble each other, or grow
-//! with time.
+//! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals
+//! that are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
@@ -11,20 +10,21 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
 use std::f64::consts::PI;
 
-/// A finding by chance once in a thousand series is not worth a warning more often.
-const DOUBT: f64 = 1e-3;
-/// Nor is one among all coordinates of a fit, by the test that is asked, more often than this.
-const DOUBT_OF_ALL: f64 = 0.02;
-/// Noise whose neighbours resemble each other is told from motion that is left by what is new in each value. White noise
-/// looks worse than this in 0.5 of 100 coordinates (two of 366 with the laboratories' own noise), and what little a wrong model leaves beside
-/// noise shows.
-const NEW: f64 = 5e-3;
-/// Waves are looked for among so many, the longest ones.
-const MOST_WAVES: usize = 500;
-/// Fewer values say nothing about their distribution.
-const FEWEST: usize = 12;
-/// Correlations are looked for up to this many samples apart.
-const LAGS: usize = 10;
+/// Level of significance of one coordinate: p-values below it are findings.
+const SIGNIFICANCE: f64 = 1e-3;
+/// Probability of a false finding among all coordinates of a fit, by one of the tests (Bonferroni's correction).
+const FAMILY_SIGNIFICANCE: f64 = 0.02;
+/// Smallest p-value of the innovations of AR(1) noise. Innovations of noise have a smaller one in 0.5 of 100 coordinates (two
+/// of 366 with the laboratories' own noise). Innovations of residual motion have a smaller one even where noise dominates.
+const LEAST_INNOVATION_P: f64 = 5e-3;
+/// Number of frequencies of the periodogram, the lowest ones.
+const MOST_FREQUENCIES: usize = 500;
+/// Fewest values that are tested.
+const FEWEST_VALUES: usize = 12;
+/// Largest lag of the autocorrelations, in samples.
+const LARGEST_LAG: usize = 10;
+/// Anderson-Darling statistic above which the formula of its p-value does not hold; the p-value is 0 there.
+const LARGEST_STATISTIC: f64 = 10.0;
 
 /// Tests of the residuals of one coordinate of one observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,7 @@ pub struct ResidualTests {
     /// significant.
     pub trend: f64,
     /// Level of significance of the tests: 1e-3, or less with many other coordinates.
-    #[serde(default = "usual_doubt")]
+    #[serde(default = "default_significance")]
     pub significance_level: f64,
     /// Result of the tests, as text.
     pub verdict: String,
@@ -63,51 +63,62 @@ pub struct ResidualTests {
     pub passed: bool,
 }
 
-/// What is no chance in one of so many coordinates.
+/// Level of significance of each of this many coordinates.
 pub(crate) fn significance_level(coordinates: usize) -> f64 {
-    DOUBT.min(DOUBT_OF_ALL / coordinates.max(1) as f64)
+    SIGNIFICANCE.min(FAMILY_SIGNIFICANCE / coordinates.max(1) as f64)
 }
 
-fn usual_doubt() -> f64 {
-    DOUBT
+/// Level of significance of stored reports without one.
+fn default_significance() -> f64 {
+    SIGNIFICANCE
+}
+
+/// Residuals of one coordinate in ascending order of their times.
+pub(crate) struct ResidualSeries<'a> {
+    /// Times, s, or arc lengths, m.
+    pub times: &'a [f64],
+    /// Plain residuals, in units of the noise.
+    pub residuals: &'a [f64],
+    /// Loss by which they were fitted.
+    pub loss: Loss,
+    /// Lag-1 correlation of the noise at the usual interval; 0 of white noise.
+    pub correlation: f64,
 }
 
 impl ResidualTests {
-    /// Tests residuals, in units of the noise, in the order of their times, whose neighbours correlate as
-    /// said; none for too few. What is less probable than `significance` is no chance.
+    /// Tests the residuals of the coordinate `axis` of an `observation`; none of fewer than twelve. P-values below
+    /// `significance` are findings.
     pub(crate) fn new(
-        (observation, axis): (String, &str),
-        (times, residuals): (&[f64], &[f64]),
-        loss: Loss,
-        correlation: f64,
+        observation: String,
+        axis: &str,
+        ResidualSeries { times, residuals, loss, correlation }: ResidualSeries,
         significance: f64,
     ) -> Option<Self> {
-        if residuals.len() < FEWEST {
+        if residuals.len() < FEWEST_VALUES {
             return None;
         }
-        // What the fit went by: outliers that count less may be where they like.
-        let felt: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
-        let whiteness = whiteness(&felt);
+        // Outliers that a robust loss down-weights influence neither the fit nor these tests.
+        let influences: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
+        let whiteness = whiteness(&influences);
         let spacing = usual_spacing(times);
         let correlation = if spacing.is_some() { correlation } else { 0.0 };
-        let memory = |correlation| Ar1Correlation::new(times, spacing.unwrap_or(1.0), correlation);
-        let noise = memory(correlation);
+        let ar1 = |correlation| Ar1Correlation::new(times, spacing.unwrap_or(1.0), correlation);
+        let noise = ar1(correlation);
         let effective_samples = noise.effective_sample_size();
-        let new = noise.whiten(&felt);
         let innovation_whiteness = match correlation > 0.0 {
-            true => newness(&new),
+            true => innovation_p_value(&noise.whiten(&influences)),
             false => whiteness,
         };
         let normality = normality(&noise.whiten(residuals));
-        let sizes: Vec<f64> = felt.iter().map(|r| r.abs()).collect();
-        // The squares of what resembles each other do so less.
-        let alike = memory(correlation * correlation).effective_sample_size();
-        // Two chances to find one.
-        let values = trend(times, &felt, effective_samples);
-        let trend = (2.0 * values.min(trend(times, &sizes, alike))).min(1.0);
-        let remembers = correlation > 0.0 && innovation_whiteness >= NEW;
+        let sizes: Vec<f64> = influences.iter().map(|r| r.abs()).collect();
+        // Squares of normal values have the square of their correlation.
+        let effective_sizes = ar1(correlation * correlation).effective_sample_size();
+        // Two tests have twice the probability of a false finding.
+        let values = trend(times, &influences, effective_samples);
+        let trend = (2.0 * values.min(trend(times, &sizes, effective_sizes))).min(1.0);
+        let is_ar1 = correlation > 0.0 && innovation_whiteness >= LEAST_INNOVATION_P;
         let mut wrong = Vec::new();
-        if whiteness < significance && !remembers {
+        if whiteness < significance && !is_ar1 {
             wrong.push(format!("the residuals are autocorrelated (p = {whiteness:.0e})"));
         }
         if normality < significance {
@@ -141,32 +152,28 @@ impl ResidualTests {
         })
     }
 
-    /// Whether the intervals can be believed: noise that is not normal hurts them little.
+    /// Whether the residuals are white or AR(1) noise without a trend. Intervals depend little on normality.
     pub fn is_noise(&self) -> bool {
-        (self.whiteness >= self.significance_level || self.remembers())
+        let is_ar1 = self.autocorrelation > 0.0 && self.innovation_whiteness >= LEAST_INNOVATION_P;
+        (self.whiteness >= self.significance_level || is_ar1)
             && self.trend >= self.significance_level
     }
-
-    /// Whether it is noise whose neighbours resemble each other.
-    pub(crate) fn remembers(&self) -> bool {
-        self.autocorrelation > 0.0 && self.innovation_whiteness >= NEW
-    }
 }
 
-/// How probable it is that white noise has correlations, or a wave, as large as the news of a memory have: the
-/// smaller of the two.
-pub(crate) fn newness(news: &[f64]) -> f64 {
-    whiteness(news).min(no_wave(news))
+/// p-value of innovations for being white noise: the smaller one of the tests for autocorrelation and for periodicity.
+pub(crate) fn innovation_p_value(innovations: &[f64]) -> f64 {
+    whiteness(innovations).min(periodicity_p_value(innovations))
 }
 
-/// Of the sum of squared autocorrelations, about zero: a fit has no mean of its own to remove.
+/// p-value of the Ljung-Box statistic, the weighted sum of squared autocorrelations, about zero: a fit has no mean to
+/// remove.
 ///
-/// Of many values that sum is distributed as chi-squared. Of few its tail is longer, and is that of F with as many
-/// degrees of freedom as [`tail`] says: simulated noise of 16 to 400 values lies beyond what is said to be one in a
-/// thousand 0.5 to 1.15 times in a thousand, by chi-squared up to 6.
+/// The statistic of many values is chi-squared. That of few values has a longer tail, which is close to that of F with
+/// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of one
+/// in a thousand 0.5 to 1.15 times in a thousand; the quantile of chi-squared up to 6 times.
 fn whiteness(r: &[f64]) -> f64 {
     let n = r.len();
-    let lags = LAGS.min(n / 4);
+    let lags = LARGEST_LAG.min(n / 4);
     let power: f64 = r.iter().map(|r| r * r).sum();
     if power == 0.0 {
         return 1.0;
@@ -176,42 +183,38 @@ fn whiteness(r: &[f64]) -> f64 {
         (product / power).powi(2) / (n - lag) as f64
     };
     let q = n as f64 * (n as f64 + 2.0) * (1..=lags).map(part).sum::<f64>();
-    let (lags, freedom) = (lags as f64, tail(n));
-    // The mean of the sum is the number of lags, whatever the number of values.
+    let (lags, freedom) = (lags as f64, tail_freedom(n));
+    // The mean of the statistic is the number of lags, whatever the number of values.
     let ratio = q / lags * freedom / (freedom - 2.0);
     FisherSnedecor::new(lags, freedom).map_or(1.0, |f| f.sf(ratio))
 }
 
-/// Degrees of freedom of the denominator that make the tail of `n` values.
-fn tail(n: usize) -> f64 {
+/// Degrees of freedom of the denominator of F for the statistic of `n` values: a fit to simulated noise.
+fn tail_freedom(n: usize) -> f64 {
     15.0 + 0.4 * n as f64
 }
 
+/// p-value of the Anderson-Darling test for a normal distribution with the mean and the variance of the sample.
 fn normality(r: &[f64]) -> f64 {
     let n = r.len() as f64;
     let mean = r.iter().sum::<f64>() / n;
     let variance = r.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let Ok(normal) = Normal::new(mean, variance.sqrt()) else { return 1.0 };
     match anderson_darling(r, &normal) {
-        // The formula for p ends there.
-        Ok((statistic, p)) => {
-            if statistic < 10.0 {
-                p.clamp(0.0, 1.0)
-            } else {
-                0.0
-            }
-        }
+        Ok((statistic, p)) if statistic < LARGEST_STATISTIC => p.clamp(0.0, 1.0),
+        Ok(_) => 0.0,
         Err(_) => 1.0,
     }
 }
 
-/// How probable a wave as high as the highest is in white noise (Fisher 1929), among the longest ones.
-fn no_wave(r: &[f64]) -> f64 {
+/// p-value of Fisher's test for periodicity (1929): the largest value of the periodogram over the sum of its lowest
+/// frequencies.
+fn periodicity_p_value(r: &[f64]) -> f64 {
     let n = r.len();
-    let count = ((n - 1) / 2).min(MOST_WAVES);
+    let count = ((n - 1) / 2).min(MOST_FREQUENCIES);
     let power = |k: usize| {
         let (sin, cos) = (2.0 * PI * k as f64 / n as f64).sin_cos();
-        // The powers of a number on the unit circle, one after the other.
+        // Sine and cosine at multiples of the angle by rotation: one evaluation per frequency.
         let ([mut re, mut im], [mut c, mut s]) = ([0.0; 2], [1.0, 0.0]);
         for value in r {
             (re, im) = (re + value * c, im + value * s);
@@ -225,11 +228,11 @@ fn no_wave(r: &[f64]) -> f64 {
         return 1.0;
     }
     let share = powers.iter().copied().fold(0.0, f64::max) / total;
-    // The first term of Fisher's sum, which bounds it and is all of it where it is small.
+    // The first term of Fisher's sum bounds it, and equals it for small p-values.
     (count as f64 * (1.0 - share).powi(count as i32 - 1)).min(1.0)
 }
 
-/// Of the slope over time, where the values tell as much as so many that are independent.
+/// p-value of the slope of `values` over `times` by Student's t, for an `effective` number of independent values.
 fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
     let n = values.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
@@ -255,37 +258,40 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, Exp1, StandardNormal};
 
+    /// Tests of residuals at times 0, 1, 2, .. with squared losses and white noise.
     fn tests(r: &[f64]) -> ResidualTests {
         let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
-        ResidualTests::new(("o".into(), "x"), (&times, r), Loss::Squares, 0.0, DOUBT).unwrap()
+        let series =
+            ResidualSeries { times: &times, residuals: r, loss: Loss::Squares, correlation: 0.0 };
+        ResidualTests::new("o".into(), "x", series, SIGNIFICANCE).unwrap()
     }
 
-    /// Chance is taken for more once in a thousand, for few values too.
+    /// A p-value below one in a thousand is found in one of a thousand samples of noise, few values included.
     #[test]
-    fn the_tail_of_noise_is_known() {
+    fn whiteness_of_noise_has_nominal_false_positive_rate() {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         for n in [16, 26, 51, 101, 201] {
             let mut rare = 0;
             for _ in 0..40_000 {
                 let r: Vec<f64> = (0..n).map(|_| StandardNormal.sample(&mut random)).collect();
-                rare += usize::from(whiteness(&r) < DOUBT);
+                rare += usize::from(whiteness(&r) < SIGNIFICANCE);
             }
             println!("{n} values: {rare} of 40,000 below one in a thousand");
-            // 40, and three standard deviations of that are 19.
+            // Expected: 40. Three standard deviations of the binomial count are 19.
             assert!((15..=65).contains(&rare), "{n}: {rare}");
         }
     }
 
-    /// Beside many coordinates one of them may look odd.
+    /// Bonferroni: 0.02 shared by 200 coordinates is 1e-4 each.
     #[test]
-    fn doubt_is_shared() {
-        assert_eq!(significance_level(2), DOUBT);
+    fn significance_level_of_many_coordinates_is_bonferroni_corrected() {
+        assert_eq!(significance_level(2), SIGNIFICANCE);
         assert_eq!(significance_level(200), 1e-4);
     }
 
-    /// For noise every p-value is uniform: a tenth of them below a tenth.
+    /// P-values of noise are uniform: a tenth of them is below 0.1.
     #[test]
-    fn noise_is_noise() {
+    fn p_values_of_noise_are_uniform() {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let runs = 3000;
         let mut below = [[0; 2]; 3];
@@ -298,13 +304,14 @@ mod tests {
             }
         }
         for [tenth, hundredth] in below {
-            // Three standard deviations of the counts are 50 and 16.
+            // Expected: 300 and 30. Three standard deviations of the binomial counts are 50 and 16.
             assert!((240..=360).contains(&tenth) && (10..=60).contains(&hundredth), "{below:?}");
         }
     }
 
+    /// A wave is not white, a drift and a growing spread are trends, and exponential values and an outlier are not normal.
     #[test]
-    fn what_is_not_noise_is_found() {
+    fn residuals_other_than_noise_are_detected() {
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
         let wave: Vec<f64> = (0..100).map(|k| 2.0 * (0.3 * k as f64).sin() + noise()).collect();
@@ -326,9 +333,9 @@ mod tests {
         StandardNormal.sample(random)
     }
 
-    /// Q of a series worked out by hand, and the tail of F, which two degrees of freedom make a power.
+    /// Q computed by hand, and the tail of F, which is a power for two degrees of freedom in the numerator.
     #[test]
-    fn ljung_box_by_hand() {
+    fn ljung_box_p_value_equals_hand_calculation() {
         let r = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         // Lags 1 and 2: autocorrelations -7/8 and 6/8; Q = 8*10*((7/8)^2/7 + (6/8)^2/6) = 16.25.
         let d = 15.0 + 0.4 * 8.0;

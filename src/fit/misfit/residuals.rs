@@ -1,14 +1,15 @@
-//! Residuals of a fit and their exact Jacobian, as any solver of argmin can use them.
+//! Residuals of a fit, their exact Jacobian and the gradient of the misfit, as an argmin problem.
 
 use crate::dynamics::Snapshot;
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run, in_halves};
-use crate::fit::misfit::work::Work;
-use crate::fit::unknown::Unknown;
+use crate::fit::measurement::loss::{Loss, WeightedLoss};
+use crate::fit::misfit::observed_experiment::{
+    ExperimentRun, ObservedExperiment, has_halved_steps,
+};
+use crate::fit::misfit::work::WorkCounter;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::half_sum_of_squares;
-use crate::numerics::scalar::Scalar;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
@@ -18,31 +19,36 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Residuals as a function of the unknowns on their [scales](Unknown::to_scale), logarithms of
 /// positive parameters: `(simulated - measured)/sigma` of all values, [robust](Loss::robust) where the
-/// loss is robust, and `(value - mean)/sigma` of what is known of the unknowns.
+/// loss is robust, and `(value - mean)/sigma` of the priors.
 ///
 /// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of
-/// squares), `Gradient` (of more than six unknowns, where the motion can be gone back over, at the cost of about two runs)
-/// and `Hessian` (exact, in second-order dual numbers). A simulation that
+/// squares), `Gradient` (by the adjoint of the motion at the cost of about two runs, for more than six unknowns of a
+/// reversible motion) and `Hessian` (exact, in second-order dual numbers). A simulation that
 /// fails is an error, never a made-up number.
 #[derive(Debug)]
 pub struct Residuals {
     unknowns: Vec<Unknown>,
-    comparisons: Vec<ObservedExperiment>,
-    /// Factors on the residuals, where any is not 1.
+    experiments: Vec<ObservedExperiment>,
+    /// Leverage weights: factors on the residuals; 1 where the list ends.
     leverage_weights: Vec<f64>,
+    /// Work of one simulation of all experiments, steps times segments.
     full_work: f64,
+    /// The last evaluation: solvers evaluate residuals and Jacobian at the same point.
     last: Mutex<Option<Evaluation>>,
-    work: Work,
+    work: WorkCounter,
 }
 
-/// Residuals, plain, and their Jacobian if it was asked for, at one point.
+/// Plain residuals at one point, and their Jacobian if it was computed.
 #[derive(Clone, Debug)]
-struct Evaluation {
-    x: Vec<f64>,
-    residuals: Vec<f64>,
-    jacobian: Option<Vec<Vec<f64>>>,
-    /// Whether steps were taken in halves.
-    halved: bool,
+pub(crate) struct Evaluation {
+    /// The unknowns on their scales.
+    pub x: Vec<f64>,
+    /// Residuals of the measurements and then of the priors, without robust loss and leverage weights.
+    pub residuals: Vec<f64>,
+    /// Derivatives of these residuals by the unknowns on their scales, row by row.
+    pub jacobian: Option<Vec<Vec<f64>>>,
+    /// Whether any time step was halved.
+    pub halved: bool,
 }
 
 impl Residuals {
@@ -56,40 +62,33 @@ impl Residuals {
         horizons: &[f64],
         full_work: f64,
     ) -> Result<Self, Error> {
+        // The sigmas of all measurements are consumed experiment by experiment.
         let mut sigmas = sigmas.iter();
         let pairs = experiments.iter().zip(horizons);
-        let compared =
+        let observed =
             pairs.map(|(e, horizon)| ObservedExperiment::new(e, unknowns, &mut sigmas, *horizon));
-        let comparisons = compared.collect::<Result<_, Error>>()?;
         Ok(Self {
+            experiments: observed.collect::<Result<_, Error>>()?,
             unknowns: unknowns.to_vec(),
-            comparisons,
             leverage_weights: Vec::new(),
             full_work,
             last: Mutex::default(),
-            work: Work::default(),
+            work: WorkCounter::default(),
         })
     }
 
-    /// Counts its work, steps times segments, in a shared counter.
-    pub(crate) fn counting(self, work: Work) -> Self {
+    /// With a shared counter of its work.
+    pub(crate) fn with_work_counter(self, work: WorkCounter) -> Self {
         Self { work, ..self }
     }
 
-    /// Takes the noise of every residual for larger, by the inverse of its weight; none for all
-    /// at 1.
+    /// With a factor on every residual: its noise is larger by the inverse. An empty list is 1 for all.
     pub(crate) fn with_leverage_weights(self, weights: &[f64]) -> Self {
         Self { leverage_weights: weights.to_vec(), ..self }
     }
 
-    /// Knows plain residuals and their Jacobian at `x` from before.
-    pub(crate) fn knowing(
-        self,
-        x: &[f64],
-        (residuals, jacobian): (Vec<f64>, Vec<Vec<f64>>),
-        halved: bool,
-    ) -> Self {
-        let known = Evaluation { x: x.to_vec(), residuals, jacobian: Some(jacobian), halved };
+    /// With a known evaluation at one point, which is not simulated again.
+    pub(crate) fn with_evaluation(self, known: Evaluation) -> Self {
         Self { last: Mutex::new(Some(known)), ..self }
     }
 
@@ -112,7 +111,8 @@ impl Residuals {
 
     /// Number of residuals.
     pub fn len(&self) -> usize {
-        self.counts().iter().sum::<usize>() + self.priors()
+        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
+        self.counts().iter().sum::<usize>() + priors
     }
 
     /// Whether there are no residuals.
@@ -120,39 +120,30 @@ impl Residuals {
         self.len() == 0
     }
 
-    /// Number of residuals of each measurement; those of the priors come after them.
+    /// Number of residuals of each measurement. Those of the priors follow after them.
     pub(crate) fn counts(&self) -> Vec<usize> {
-        self.comparisons.iter().flat_map(ObservedExperiment::counts).collect()
+        self.experiments.iter().flat_map(ObservedExperiment::counts).collect()
     }
 
-    fn priors(&self) -> usize {
-        self.unknowns.iter().filter(|u| u.prior.is_some()).count()
+    /// The loss and the leverage weight of every residual.
+    pub(crate) fn weighted_losses(&self) -> Vec<WeightedLoss> {
+        let own = self.experiments.iter().flat_map(ObservedExperiment::losses);
+        let losses = own.chain(std::iter::repeat(Loss::Squares)).take(self.len());
+        let pairs = losses.zip(self.leverage_weights());
+        pairs.map(|(loss, weight)| WeightedLoss { loss, weight }).collect()
     }
 
-    /// The loss of every residual.
-    pub(crate) fn losses(&self) -> Vec<Loss> {
-        let mut losses: Vec<Loss> =
-            self.comparisons.iter().flat_map(ObservedExperiment::losses).collect();
-        losses.resize(self.len(), Loss::Squares);
-        losses
-    }
-
-    /// The factor on every residual.
+    /// The leverage weight of every residual.
     pub(crate) fn leverage_weights(&self) -> Vec<f64> {
         let mut weights = self.leverage_weights.clone();
         weights.resize(self.len(), 1.0);
         weights
     }
 
-    /// Refuses a vector that has not one number per unknown.
+    /// Rejects a vector that has not one number per unknown.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
-        match x.len() == self.unknowns.len() {
-            true => Ok(()),
-            false => {
-                let allowed = format!("{}, one per unknown", self.unknowns.len());
-                Err(Error::invalid("x", format!("{} numbers", x.len()), allowed))
-            }
-        }
+        let (n, found) = (self.unknowns.len(), format!("{} numbers", x.len()));
+        ensure(x.len() == n, "x", found, format!("{n}, one per unknown"))
     }
 
     /// Residuals at `x`, which has a number per unknown.
@@ -161,7 +152,10 @@ impl Residuals {
     ///
     /// Another count of numbers, or a simulation that fails.
     pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
-        self.evaluate(x, false, |e| self.made_robust(&e.residuals))
+        let robust = |(r, loss): (&f64, WeightedLoss)| loss.robust(*r)[0];
+        self.evaluate(x, false, |e| {
+            e.residuals.iter().zip(self.weighted_losses()).map(robust).collect()
+        })
     }
 
     /// Rows of the Jacobian at `x`: the derivatives of each residual by the unknowns on their scales.
@@ -171,42 +165,37 @@ impl Residuals {
     /// Another count of numbers, or a simulation that fails.
     pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut rows = self.plain_jacobian(x)?;
-        let made = self.losses().into_iter().zip(self.leverage_weights());
-        for ((row, r), (loss, weight)) in rows.iter_mut().zip(self.plain(x)?).zip(made) {
-            if loss.is_robust() || weight != 1.0 {
-                let [_, slope] = loss.robust(weight * r);
-                row.iter_mut().for_each(|d| *d *= slope * weight);
-            }
+        let residuals = self.plain_residuals(x)?;
+        for ((row, r), loss) in rows.iter_mut().zip(residuals).zip(self.weighted_losses()) {
+            let [_, slope] = loss.robust(r);
+            row.iter_mut().for_each(|d| *d *= slope);
         }
         Ok(rows)
     }
 
-    /// Residuals at `x` as they are without a robust loss.
-    pub(crate) fn plain(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+    /// Residuals at `x` without robust loss and leverage weights.
+    pub(crate) fn plain_residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
 
-    /// Rows of the Jacobian at `x` as they are without a robust loss.
+    /// Rows of the Jacobian of the plain residuals at `x`.
     pub(crate) fn plain_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }
 
-    /// Whether the last simulation took steps in halves: which ones jumps with the unknowns, and the
-    /// misfit with it.
-    pub(crate) fn halved(&self) -> bool {
+    /// Whether the last simulation halved any time step. The set of halved steps depends on the unknowns, which makes the
+    /// misfit discontinuous.
+    pub(crate) fn has_halved_steps(&self) -> bool {
         self.last().as_ref().is_some_and(|e| e.halved)
     }
 
+    /// The locked last evaluation. A thread that panicked leaves a valid one.
     fn last(&self) -> MutexGuard<'_, Option<Evaluation>> {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn made_robust(&self, residuals: &[f64]) -> Vec<f64> {
-        let made = self.losses().into_iter().zip(self.leverage_weights());
-        residuals.iter().zip(made).map(|(r, (loss, weight))| loss.robust(weight * r)[0]).collect()
-    }
-
-    /// Evaluates unless the last evaluation was at the same point and has what is needed.
+    /// `read` of the evaluation at `x`, which is computed unless the last evaluation was at `x` and has the Jacobian if it is
+    /// needed.
     fn evaluate<T>(
         &self,
         x: &[f64],
@@ -216,7 +205,7 @@ impl Residuals {
         self.check_length(x)?;
         let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
         let known = self.last().take().filter(usable);
-        // Simulations share threads, which may want the lock meanwhile.
+        // The lock is released during the simulation: its threads may evaluate other residuals of this fit.
         let evaluation = match known {
             Some(evaluation) => evaluation,
             None => self.simulate(x, with_jacobian)?,
@@ -225,111 +214,112 @@ impl Residuals {
     }
 
     /// The experiments.
-    pub(crate) fn comparisons(&self) -> &[ObservedExperiment] {
-        &self.comparisons
+    pub(crate) fn experiments(&self) -> &[ObservedExperiment] {
+        &self.experiments
     }
 
-    /// What every experiment does at `x`.
-    pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<Run>, Error> {
-        self.each(|_, own| self.run(own, x, false, &mut |_, _| {}))
+    /// Simulations of all experiments at `x`.
+    pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<ExperimentRun>, Error> {
+        self.map_experiments(|k, _| self.run(k, x, false, &mut |_, _| {}))
     }
 
-    /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
-    pub(crate) fn run_seen(
+    /// Simulates experiment `k` at `x`, with derivatives if `derived`. `after` is called at the start of its motion and after
+    /// every step.
+    pub(crate) fn run(
         &self,
         k: usize,
         x: &[f64],
+        derived: bool,
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
-    ) -> Result<Run, Error> {
-        self.run(&self.comparisons[k], x, false, after)
+    ) -> Result<ExperimentRun, Error> {
+        self.experiments[k].run(self.point(x), derived, |work| self.work.add(work), after)
     }
 
-    /// What `of` makes of every experiment. Threads share them; the first error is that of the first
-    /// experiment that has one, however many threads there are.
-    fn each<T: Send>(
+    /// `map` of every experiment and its index, on several threads. The error is that of the first experiment that has
+    /// one, whatever the number of threads.
+    fn map_experiments<T: Send>(
         &self,
-        of: impl Fn(usize, &ObservedExperiment) -> Result<T, Error> + Sync,
+        map: impl Fn(usize, &ObservedExperiment) -> Result<T, Error> + Sync,
     ) -> Result<Vec<T>, Error> {
-        match &self.comparisons[..] {
-            [alone] => Ok(vec![of(0, alone)?]),
+        match &self.experiments[..] {
+            [alone] => Ok(vec![map(0, alone)?]),
             several => {
-                let all = several.par_iter().enumerate().map(|(k, own)| of(k, own));
+                let all = several.par_iter().enumerate().map(|(k, own)| map(k, own));
                 all.collect::<Vec<_>>().into_iter().collect()
             }
         }
     }
 
-    fn run(
-        &self,
-        comparison: &ObservedExperiment,
-        x: &[f64],
-        derived: bool,
-        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
-    ) -> Result<Run, Error> {
-        comparison.run((&self.unknowns, x), derived, |work| self.work.add(work), after)
+    /// The unknowns with their values `x`.
+    fn point<'a>(&'a self, x: &'a [f64]) -> ParameterPoint<'a> {
+        ParameterPoint { unknowns: &self.unknowns, x }
     }
 
+    /// The residual of every prior at `x` with its derivative, and the index of its unknown.
+    fn prior_residuals(&self, x: &[f64]) -> impl Iterator<Item = (usize, Dual64)> {
+        let seeded = self.unknowns.iter().zip(x).enumerate();
+        seeded.filter_map(|(i, (unknown, x))| {
+            Some((i, unknown.prior_residual(Dual64::new(*x, 1.0))?))
+        })
+    }
+
+    /// The evaluation at `x` by simulations of all experiments.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
-        let compared = self.each(|_, comparison| {
-            let run = self.run(comparison, x, with_jacobian, &mut |_, _| {})?;
-            let (own, by) = comparison.compare(&run, (&self.unknowns, x), with_jacobian)?;
-            Ok((own, by, run.moving.as_ref().is_some_and(in_halves)))
+        let parts = self.map_experiments(|k, experiment| {
+            let run = self.run(k, x, with_jacobian, &mut |_, _| {})?;
+            let own = experiment.residuals_and_jacobian(&run, self.point(x), with_jacobian)?;
+            Ok((own, run.moving.as_ref().is_some_and(has_halved_steps)))
         })?;
+        // Residuals in the order of the experiments, then those of the priors.
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut halved = false;
-        for (own, by, in_halves) in compared {
-            halved |= in_halves;
+        for ((own, own_rows), is_halved) in parts {
+            halved |= is_halved;
             residuals.extend(own);
-            rows.extend(by);
+            rows.extend(own_rows);
         }
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            let Some(prior_residual) = unknown.prior_residual(Dual64::new(x[i], 1.0)) else {
-                continue;
-            };
-            residuals.push(prior_residual.value());
+        for (i, prior) in self.prior_residuals(x) {
+            residuals.push(prior.re);
             if with_jacobian {
                 let mut row = vec![0.0; self.unknowns.len()];
-                row[i] = prior_residual.eps;
+                row[i] = prior.eps;
                 rows.push(row);
             }
         }
         let jacobian = with_jacobian.then_some(rows);
         Ok(Evaluation { x: x.to_vec(), residuals, jacobian, halved })
     }
-}
 
-impl Residuals {
-    /// Half the sum of the squares' gradient by many unknowns at once, where that is cheaper than the Jacobian and the
-    /// Jacobian is not known.
-    fn gradient_back(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
+    /// The gradient of half the sum of squares at `x` by the adjoint of the motions; none where the Jacobian is already
+    /// known or costs less.
+    fn adjoint_gradient(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();
-        if !self.comparisons.iter().all(ObservedExperiment::goes_back)
+        if !self.experiments.iter().all(ObservedExperiment::has_adjoint_gradient)
             || self.last().as_ref().is_some_and(is_known)
         {
             return Ok(None);
         }
         let weights = self.leverage_weights();
-        let counts: Vec<usize> = self.comparisons.iter().map(|c| c.counts().sum()).collect();
-        let parts = self.each(|k, comparison| {
+        let counts: Vec<usize> = self.experiments.iter().map(|c| c.counts().sum()).collect();
+        let parts = self.map_experiments(|k, experiment| {
             let first: usize = counts[..k].iter().sum();
             let weights = &weights[first..first + counts[k]];
-            comparison.reverse_gradient((&self.unknowns, x), weights, |work| self.work.add(work))
+            experiment.adjoint_gradient(self.point(x), weights, |work| self.work.add(work))
         })?;
         let (mut residuals, mut gradient) = (Vec::new(), vec![0.0; x.len()]);
         let mut halved = false;
-        for (own, by, in_halves) in parts {
-            halved |= in_halves;
-            residuals.extend(own);
-            gradient.iter_mut().zip(by).for_each(|(sum, by)| *sum += by);
+        for part in parts {
+            halved |= part.halved;
+            residuals.extend(part.residuals);
+            gradient.iter_mut().zip(part.gradient).for_each(|(sum, by)| *sum += by);
         }
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            if let Some(prior) = unknown.prior_residual(Dual64::new(x[i], 1.0)) {
-                residuals.push(prior.re);
-                gradient[i] += prior.re * prior.eps;
-            }
+        for (i, prior) in self.prior_residuals(x) {
+            residuals.push(prior.re);
+            gradient[i] += prior.re * prior.eps;
         }
+        // The residuals are kept: solvers evaluate the cost at the point of a gradient.
         let known = Evaluation { x: x.to_vec(), residuals, jacobian: None, halved };
         *self.last() = Some(known);
         Ok(Some(gradient))
@@ -364,7 +354,7 @@ impl Gradient for Residuals {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
-        if let Some(gradient) = self.gradient_back(x)? {
+        if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);
         }
         let rows = self.jacobian_at(x)?;

@@ -1,24 +1,29 @@
-//! The work that a fit has done.
+//! Counter of the work of a fit: time steps times segments, summed over all simulations.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Steps times segments of all simulations so far; clones count together.
+/// Steps times segments of all simulations so far. Clones share one counter.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Work(Arc<Mutex<f64>>);
+pub(crate) struct WorkCounter(Arc<Mutex<f64>>);
 
-impl Work {
-    /// Counts more.
+impl WorkCounter {
+    /// Adds `work`, steps times segments.
     pub fn add(&self, work: f64) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) += work;
+        *self.count() += work;
     }
 
-    /// All of it.
+    /// The sum so far, steps times segments.
     pub fn total(&self) -> f64 {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.count()
     }
 
-    /// All of it; what is counted from now on starts from zero.
+    /// The sum so far; resets the counter to zero.
     pub fn take(&self) -> f64 {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *self.count())
+    }
+
+    /// The locked counter. A thread that panicked leaves a valid sum.
+    fn count(&self) -> MutexGuard<'_, f64> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,4 +1,4 @@
-//! The uncertainty budget of an estimate and its sensitivities to inputs, as tables.
+//! Tables of the uncertainty budget of an estimate and of its sensitivities to inputs.
 
 use crate::fit::report::digits;
 use crate::fit::report::quoted::QuotedEstimate;
@@ -7,16 +7,16 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::summary::quantity::quantity;
 use crate::summary::{Summary, SummaryTable, TextColumn};
 
-/// Inputs of each parameter that are named, those with the largest sensitivities.
+/// Number of listed inputs of each parameter: those with the largest sensitivities.
 const NAMED: usize = 3;
 /// Significant digits of uncertainties.
 const DIGITS: usize = 2;
 
-/// Adds the budget of an estimate, where an input has a stated uncertainty, and the Monte Carlo check.
-pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
+/// Adds the budget of an estimate if an input has a stated uncertainty, and its Monte Carlo check.
+pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
     if let (Some(combined), Some(factor), true) =
-        (e.combined_std, e.coverage_factor, QuotedEstimate::of(e).is_expanded)
+        (e.combined_std, e.coverage_factor, QuotedEstimate::new(e).is_expanded)
     {
         let title = format!(
             "Uncertainty budget of {}: combined standard uncertainty {}, coverage factor {factor:.2}",
@@ -31,10 +31,9 @@ pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
             TextColumn::right("share"),
         ]);
         for line in &e.budget {
-            let of_input = |std: f64| quantity(std, &line.unit, DIGITS);
             table.row([
                 line.source.clone(),
-                line.std.map(of_input).unwrap_or_default(),
+                line.std.map(|std| quantity(std, &line.unit, DIGITS)).unwrap_or_default(),
                 line.relative_sensitivity.map(|by| format!("{by:+.2}")).unwrap_or_default(),
                 quantity(line.contribution, unit, DIGITS),
                 format!("{:.1} %", 100.0 * line.share),
@@ -55,7 +54,7 @@ pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// Adds the changes of the estimates for +1 % of the inputs that matter most, in columns.
+/// Adds the changes of the estimates for +1 % of the inputs with the largest sensitivities, in columns.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
     let is_alone = estimates.len() == 1;
     let mut rows: Vec<[String; 3]> = Vec::new();
@@ -71,6 +70,7 @@ pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) 
     if rows.is_empty() {
         return summary;
     }
+    // Columns are aligned by their widest cells.
     let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
     let [label_width, input_width, change_width] = [0, 1, 2].map(width);
     let gap = if is_alone { 0 } else { 2 };
@@ -82,7 +82,7 @@ pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) 
     summary.facts("Input sensitivities", lines)
 }
 
-/// A change in per cent, or in the unit of the parameter where that may be zero.
+/// The change of an estimate in per cent, or in the unit of the parameter if that may be zero.
 fn change(input: &InputSensitivity, e: &Estimate) -> String {
     match input.relative {
         Some(relative) => format!("{:+.2} %", 100.0 * relative),

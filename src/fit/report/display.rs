@@ -1,14 +1,15 @@
-//! The summary of a fit: the grade, the estimates, the warnings, then details by topic.
+//! The summary of a fit as text: the grade, the estimates, the warnings, then details by topic.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::quoted::quoted_estimates;
 use crate::fit::report::{FitReport, effects, uncertainty, validation};
 use crate::fit::uncertainty::grade::Grade;
+use crate::scene::Resolution;
 use crate::summary::quantity::{duration, number, quantity};
 use crate::summary::{Summary, Tone};
 use std::fmt::{self, Formatter};
 
-/// Meshes and steps that are named; several experiments may have as many.
+/// Largest number of listed combinations of mesh, step and scheme.
 const NAMED_RESOLUTIONS: usize = 3;
 /// Significant digits of residuals and noise.
 const DIGITS: usize = 4;
@@ -39,11 +40,11 @@ impl FitReport {
         };
         let mut summary =
             Summary::new(status, self.grade.tone()).with_code(Some(self.grade.code()));
-        // The reason for an unusable result is its verdict.
+        // The verdict of an unusable result already has its status.
         if self.status != "converged" && self.grade != Grade::NotUsable {
             summary = summary.note(&self.status);
         }
-        summary = validation::add(summary, self);
+        summary = validation::add_validation_error(summary, self);
         let estimates = quoted_estimates(&self.parameters, &[]);
         summary = summary.table("", estimate_table(&estimates, "estimate"));
         let combinations = self.determined_groups.iter().filter(|g| g.interval95.is_some());
@@ -52,21 +53,28 @@ impl FitReport {
             summary = summary.note(text);
         }
         summary = summary.warnings(&self.warnings);
-        summary = uncertainty::add(summary, self);
-        summary = effects::add(summary, self);
+        summary = uncertainty::add_uncertainty(summary, self);
+        summary = effects::add_omitted_effects(summary, self);
         self.add_cost(self.add_data(summary))
     }
 
-    /// The numerics, the use of the data, and how well the model explains them.
+    /// Mesh, step and scheme that the program chose, each with the number of experiments that have it if there are several.
+    fn resolution_texts(&self) -> Vec<String> {
+        let all: Vec<String> = self.resolution.iter().flatten().map(Resolution::words).collect();
+        let mut texts = Vec::new();
+        for (i, words) in all.iter().enumerate().filter(|(i, words)| !all[..*i].contains(words)) {
+            texts.push(match all[i..].iter().filter(|other| *other == words).count() {
+                1 => words.clone(),
+                count => format!("{words} ({count} experiments)"),
+            });
+        }
+        texts
+    }
+
+    /// Adds the numerics, left-out rows, robust losses, and errors of validation data and of recordings.
     fn add_data(&self, mut summary: Summary) -> Summary {
-        let chosen = self.chosen_in_words().into_iter().take(NAMED_RESOLUTIONS);
-        summary = summary.facts(
-            "Numerics",
-            chosen.map(|(words, count)| match count {
-                1 => words,
-                _ => format!("{words} ({count} experiments)"),
-            }),
-        );
+        let chosen = self.resolution_texts().into_iter().take(NAMED_RESOLUTIONS);
+        summary = summary.facts("Numerics", chosen);
         let dropped = self.dropped.iter().map(|d| format!("{}: {}", d.observation, d.rows));
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
@@ -76,14 +84,12 @@ impl FitReport {
             )
         });
         summary = summary.facts("Robust loss", losses);
-        // One alone is part of the result.
+        // The error of a single validation measurement is already part of the result.
         let several = self.predictions.iter().filter(|_| self.predictions.len() > 1);
         let predictions = several.map(|p| {
-            let shown = |x: f64| {
-                let (value, unit) = self.in_data_unit(x, &p.unit);
-                quantity(value, unit, DIGITS)
-            };
-            format!("{}: RMS error {}, {} expected", p.observation, shown(p.rms), shown(p.expected))
+            let [rms, expected] =
+                [p.rms, p.expected].map(|x| self.data_quantity(x, &p.unit, DIGITS));
+            format!("{}: RMS error {rms}, {expected} expected", p.observation)
         });
         summary = summary.facts("Validation data", predictions);
         match &self.recordings {
@@ -92,27 +98,24 @@ impl FitReport {
         }
     }
 
-    /// Residuals beside the noise, the search and the work.
+    /// Adds the residuals with the noise, the search and the work.
     fn add_cost(&self, mut summary: Summary) -> Summary {
         let pairs = self.sigma.iter().zip(&self.units);
-        let shown = |(s, unit): (&f64, &String)| {
-            let (s, unit) = self.in_data_unit(*s, unit);
-            quantity(s, unit, DIGITS)
-        };
-        let sigma: Vec<String> = pairs.map(shown).collect();
-        let alike = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
+        let sigma: Vec<String> =
+            pairs.map(|(s, unit)| self.data_quantity(*s, unit, DIGITS)).collect();
+        // Equal noises of several observations are listed once.
+        let grouped = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
             ..3 => same.join(", "),
             n => format!("{} ({n} observations)", same[0]),
         });
-        let sigma: Vec<String> = alike.collect();
-        // Positions come before frequencies.
+        let sigma: Vec<String> = grouped.collect();
+        // The RMS residual is that of positions, if there are any.
         let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
         let unit = unit.map_or("m", String::as_str);
-        let (rms, unit) = self.in_data_unit(self.residual_rms, unit);
-        let rms = quantity(rms, unit, DIGITS);
+        let rms = self.data_quantity(self.residual_rms, unit, DIGITS);
         summary =
             summary.fact("Residuals", format!("RMS {rms}; noise (sigma) {}", sigma.join(", ")));
-        summary = summary.facts("Noise estimate", self.noise_scale_in_words());
+        summary = summary.facts("Noise estimate", self.noise_scale_text());
         if !self.local_minima.summary.is_empty() {
             summary = summary.fact("Search", &self.local_minima.summary);
         }
@@ -121,8 +124,14 @@ impl FitReport {
         summary.fact("Cost", cost)
     }
 
-    /// The noise that differences of the samples show: its range over all coordinates, or why there is none.
-    fn noise_scale_in_words(&self) -> Option<String> {
+    /// A value with its unit, both those of the data files, with this number of significant digits.
+    pub(super) fn data_quantity(&self, value: f64, unit: &str, digits: usize) -> String {
+        let (value, unit) = self.in_data_unit(value, unit);
+        quantity(value, unit, digits)
+    }
+
+    /// The noise estimated from differences of the samples: its range over all coordinates, or the reason why there is none.
+    fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;
         let unit = &first.unit;

@@ -11,15 +11,15 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 /// Significant digits of sizes.
 const DIGITS: usize = 2;
 
-/// Adds both to the details of a fit.
-pub(super) fn add(summary: Summary, report: &FitReport) -> Summary {
+/// Adds the likely omitted effects and the table of undetected biases of a fit.
+pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summary {
     let likely = likely_omitted_effects(&report.score_tests).into_iter();
     let summary = summary
         .facts("Likely omitted effects", likely.map(|words| Code::OmittedEffect.behind(words)));
     add_undetected_bias(summary, &report.undetected_bias)
 }
 
-/// Adds a table of the effects with the largest biases above a standard error.
+/// Adds the table of the effects with the largest biases above a standard error.
 pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
     let is_alone = all.windows(2).all(|pair| pair[0].parameter == pair[1].parameter);
     let mut table = SummaryTable::new([
@@ -31,6 +31,7 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     for own in largest_biases(all) {
         for (k, bias) in own.iter().enumerate() {
             let effect = format!("{}, {}", bias.effect, signed(bias.size, &bias.unit, bias));
+            // An effect with biases of several parameters is named once.
             let (effect, test) = match k {
                 0 => (effect, bias.test.clone()),
                 _ => Default::default(),
@@ -47,8 +48,8 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 
-/// A size with a sign on both sides where the data do not determine it. A pure number, which scales a number of the scene, is
-/// in per cent.
+/// The size of an effect, or `+-` its magnitude if the data do not determine it. A size without unit is a relative change of an
+/// input, in per cent.
 fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     let size = |value: f64| match unit {
         "" => number(100.0 * value, DIGITS) + " %",
@@ -60,7 +61,7 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     }
 }
 
-/// The bias in per cent, or in the unit of the parameter where that may be zero.
+/// The bias in per cent, or in the unit of the parameter if that may be zero.
 fn size_of_bias(bias: &UndetectedBias) -> String {
     let sign = match (bias.estimate, bias.change < 0.0) {
         (None, _) => "+-",

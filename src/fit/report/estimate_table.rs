@@ -1,4 +1,4 @@
-//! The table of the estimates, with the interval that is to be quoted.
+//! The table of the estimates with their quoted intervals, and the contents of these intervals as text.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, interval_heading};
 use crate::fit::report::{FitReport, digits};
@@ -8,8 +8,7 @@ use crate::fit::uncertainty::warning_list::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 
-/// Estimates with standard errors, intervals and units. Where inputs have stated uncertainties the interval is the
-/// expanded one, and the statistical one follows on a line of its own.
+/// The table of estimates, standard errors, intervals and units. `value_heading` is the heading of the estimates.
 pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> SummaryTable {
     let mut table = SummaryTable::new([
         TextColumn::left("parameter"),
@@ -32,14 +31,15 @@ pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> Su
     table
 }
 
-/// Whether the interval is that of the differences between experiments.
+/// Whether the reported interval is that of the differences between experiments.
 fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
-/// The errors that the intervals contain, and the largest that they do not.
+/// The errors that the intervals contain, and the largest undetected biases, which they do not; none without intervals.
 pub(super) fn interval_content(report: &FitReport) -> Option<String> {
-    let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::of(e).is_expanded);
+    let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
+    // Undetected biases may exceed the interval, and are reported beside it.
     let bias = largest_biases(report);
     // Combinations of parameters are corrected where the program chose mesh or step.
     let has_combination = report.determined_groups.iter().any(|g| g.interval95.is_some());
@@ -65,7 +65,7 @@ pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest bias of every parameter by an effect that the model omits, for the first parameters.
+/// The largest undetected bias of every parameter that exceeds its interval, as text; none without any.
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
@@ -75,7 +75,7 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     (!texts.is_empty()).then(|| format!("undetected bias, up to {}", texts.join(", ")))
 }
 
-/// Estimate, standard error and interval.
+/// The cells of estimate, standard error and interval.
 fn cells(row: &QuotedEstimate) -> [String; 3] {
     match (row.interval, row.value, row.std) {
         (Some(QuotedInterval::AtLeast(bound)), ..) => {
@@ -94,7 +94,7 @@ fn cells(row: &QuotedEstimate) -> [String; 3] {
     }
 }
 
-/// An error in per cent where it is relative, else in its unit.
+/// A relative error in per cent, or else the error in its unit.
 fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     match relative {
         Some(relative) => number(100.0 * relative, 2) + " %",
@@ -102,7 +102,7 @@ fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// An error in per cent of what is positive, else in the unit of the parameter.
+/// The error of an estimate in per cent of a positive value, or else in the unit of the parameter.
 pub(crate) fn relative_error(e: &Estimate, error: f64) -> String {
     let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
     error_text(error, positive.map(|value| error / value), e.name.unit())

@@ -1,10 +1,10 @@
-//! A fit in short, for comparisons of several fits.
+//! Summaries of fits for the comparison of several fits: grade, estimates and codes of warnings.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 
-/// A fit in short, for a comparison with others.
+/// Result of a fit in a comparison of several fits.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FitSummary {

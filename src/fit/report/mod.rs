@@ -1,4 +1,4 @@
-//! The result of a fit, as it is shown and written.
+//! The report of a fit: its result as data, as JSON and as text.
 
 pub(crate) mod budget;
 mod display;
@@ -25,6 +25,7 @@ use crate::fit::search::Search;
 use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::uncertainty::budget::entries::BudgetLine;
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::covariance::identifiability::UnidentifiableDirection;
 use crate::fit::uncertainty::discrepancy::findings::{
     ScoreTest, UndetectedBias, largest_biases, likely_omitted_effects,
@@ -144,7 +145,7 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The report of a fit to `experiments`, what they hold out included, that began at `since`.
+    /// The report of the outcome of a fit that began at `since`. `experiments` include the validation data.
     pub(crate) fn new(
         outcome: FitOutcome,
         search: &Search,
@@ -153,11 +154,8 @@ impl FitReport {
     ) -> Self {
         let FitOutcome { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
             outcome;
-        let n = search.unknowns.len();
-        let (correlation, singular_values, findings) = match assessment.covariance {
-            Some(c) => (c.correlation, c.singular_values, c.findings),
-            None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
-        };
+        let (correlation, singular_values, findings) =
+            covariance_parts(assessment.covariance, search.unknowns.len());
         let ReportedWarnings { texts: warnings, codes: warning_codes } = conclusion.warnings;
         Self {
             converged,
@@ -195,8 +193,9 @@ impl FitReport {
         }
     }
 
-    /// A value in the unit that the data were given in, with that unit: frequencies in Hz where all were given so.
+    /// A value in the unit of the data files, with that unit: frequencies in Hz if all were given in Hz.
     pub(crate) fn in_data_unit<'a>(&self, value: f64, unit: &'a str) -> (f64, &'a str) {
+        // Reports use Hz only if no measurement was given in rad/s.
         let is_frequency = unit == "rad/s";
         let is_given = |name: &str| self.data_units.iter().any(|own| own == name);
         match is_frequency && is_given("Hz") && !is_given("rad/s") {
@@ -205,12 +204,12 @@ impl FitReport {
         }
     }
 
-    /// The identified values, as [`Problem::with`](crate::Problem::with) takes them.
+    /// The identified parameters with their values, for [`Problem::with`](crate::Problem::with).
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// The values that one of several experiments takes.
+    /// The identified parameters of one experiment with their values.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
         let own = self.parameters.iter().filter(|e| match e.experiments.is_empty() {
@@ -242,24 +241,12 @@ impl FitReport {
         self.undetected_bias_texts()
     }
 
-    /// In words what was chosen of mesh, step and scheme, and by how many experiments.
-    fn chosen_in_words(&self) -> Vec<(String, usize)> {
-        let mut all: Vec<(String, usize)> = Vec::new();
-        for words in self.resolution.iter().flatten().map(Resolution::words) {
-            match all.iter_mut().find(|(other, _)| *other == words) {
-                Some((_, count)) => *count += 1,
-                None => all.push((words, 1)),
-            }
-        }
-        all
-    }
-
-    /// The estimate of a parameter, if it was asked for.
+    /// The estimate of a parameter; none if it was not identified.
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Grade and values in a line, as a table of several fits has them.
+    /// Grade and estimates in one line, for a list of several fits.
     pub fn in_a_line(&self) -> String {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
@@ -280,27 +267,38 @@ impl FitReport {
         format!("{:<22}  {}", self.grade.code(), values.join("; ")).trim_end().into()
     }
 
-    /// Whether the fit converged, was not stopped, every parameter is identified, and the values
-    /// mean something.
+    /// Whether the grade is usable: the fit converged, was not stopped, and every parameter is identified.
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
 }
 
-/// What was chosen, if anything was.
+/// Correlations, singular values and unidentifiable directions of a covariance of `n` parameters. Without one the correlations
+/// are unknown.
+pub(crate) fn covariance_parts(
+    covariance: Option<Covariance>,
+    n: usize,
+) -> (Vec<Vec<Option<f64>>>, Vec<f64>, Vec<UnidentifiableDirection>) {
+    match covariance {
+        Some(c) => (c.correlation, c.singular_values, c.findings),
+        None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
+    }
+}
+
+/// Mesh, step and scheme that the program chose, one per experiment; an empty list if it chose none.
 pub(crate) fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
     let chosen = |e: &Experiment| e.problem.resolution().copied().filter(|r| r.chosen.any());
     let all: Vec<_> = experiments.iter().map(chosen).collect();
     if all.iter().any(Option::is_some) { all } else { Vec::new() }
 }
 
-/// Rows of the files that are not looked at.
+/// Numbers of left-out rows of each measurement that has any.
 fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     let all = all(experiments).filter(|(_, m)| m.dropped() != Dropped::default());
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
 }
 
-/// A value with two digits more than its error is large, at most what a double holds.
+/// A value with two significant digits more than its error requires, at most those of a double.
 pub(crate) fn digits(value: f64, error: f64) -> String {
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
     let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };

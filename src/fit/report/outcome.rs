@@ -1,14 +1,14 @@
-//! The ways in which a fit ends.
+//! Outcomes of a fit: assessed, stopped by the user, or rejected without a search.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::report::plot_data::PlotData;
-use crate::fit::report::recorded_motion::recorded;
-use crate::fit::report::replay::{add_motion, still};
+use crate::fit::report::recorded_motion::recording_plots;
+use crate::fit::report::replay::{add_motion, static_plots};
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::search::journal::Stage;
+use crate::fit::search::journal::SearchStage;
 use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::FitAssessment;
@@ -18,7 +18,7 @@ use crate::fit::uncertainty::noise::residual_noise::residual_rms;
 use crate::fit::uncertainty::resampling::cluster_jackknife::compares_experiments;
 use crate::fit::uncertainty::warning_list::{ReportedWarnings, Severity};
 
-/// All that a report says of a result.
+/// The content of a report.
 pub(crate) struct FitOutcome {
     pub converged: bool,
     pub interrupted: bool,
@@ -29,20 +29,21 @@ pub(crate) struct FitOutcome {
 }
 
 impl FitOutcome {
-    /// With an optimum and what it is worth; `kept` says whether plots are wanted. `experiments` have what was
-    /// held out too.
+    /// The outcome of an assessed optimum. `experiments` include the validation data; `keeps_plots` is whether the report has
+    /// data of plots.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,
         experiments: &[Experiment],
-        kept: bool,
+        keeps_plots: bool,
     ) -> Self {
+        // Plots may add a warning, so that warnings are concluded last.
         let mut warnings = std::mem::take(&mut assessment.warnings);
-        let plot_data = kept.then(|| {
-            let still = still(search, Some(optimum), &assessment.sigma);
+        let plot_data = keeps_plots.then(|| {
+            let static_plots = static_plots(search, Some(optimum), &assessment.sigma);
             let profiles = std::mem::take(&mut assessment.profiles);
-            let recordings = recorded(experiments, search, &optimum.x);
-            let mut plots = PlotData { profiles, recordings, ..still };
+            let recordings = recording_plots(experiments, search, &optimum.x);
+            let mut plots = PlotData { profiles, recordings, ..static_plots };
             if let Err(error) = add_motion(search, &optimum.x, &mut plots) {
                 let words = format!("no shapes of the rod: {error}");
                 warnings.add(Severity::Note, Code::NoShapes, words);
@@ -68,23 +69,23 @@ impl FitOutcome {
         }
     }
 
-    /// Told to stop on the way: the best values so far, without errors; an error where there are none.
-    pub fn unfinished(search: &Search, kept: bool) -> Result<Self, Error> {
+    /// The outcome of a search that the user stopped: the best values so far, without errors. It is an error if nothing was
+    /// simulated yet.
+    pub fn unfinished(search: &Search, keeps_plots: bool) -> Result<Self, Error> {
         let best = search.journal.best().ok_or(Error::Interrupted)?;
-        let (stage, whole) = (best.stage, best.stage == Stage::Full);
+        let (stage, is_whole) = (best.stage, best.stage == SearchStage::Full);
         let optimum = Optimum {
             x: best.x,
             cost: best.cost,
             residuals: best.residuals,
-            jacobian: Vec::new(),
             counts: best.counts,
-            converged: false,
             status: "interrupted".into(),
-            halved: false,
+            ..Optimum::default()
         };
+        // Residuals of a part of the records still estimate the noise.
         let sigma = search.estimated_sigmas(&optimum);
-        let known = search.unknowns.iter().zip(&optimum.x);
-        let estimates = known.map(|(u, x)| Estimate::without_error(u, Some(u.from_scale(*x))));
+        let pairs = search.unknowns.iter().zip(&optimum.x);
+        let estimates = pairs.map(|(u, x)| Estimate::without_error(u, Some(u.from_scale(*x))));
         Ok(Self {
             converged: false,
             interrupted: true,
@@ -98,7 +99,8 @@ impl FitOutcome {
                 warnings: Default::default(),
             },
             local_minima: search.local_minima(None),
-            plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
+            plot_data: keeps_plots
+                .then(|| static_plots(search, is_whole.then_some(&optimum), &sigma)),
             assessment: FitAssessment {
                 estimates: estimates.collect(),
                 residual_rms: residual_rms(Fitted { search, optimum: &optimum }),
@@ -108,29 +110,28 @@ impl FitOutcome {
         })
     }
 
-    /// Of recordings that a search would be wasted on, as `words` say: what is left is all that moves in
-    /// them.
-    pub fn unsearched(search: &Search, words: &str, kept: bool) -> Self {
-        let left: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
+    /// The outcome of recordings that cannot be fitted for a `reason`. The residuals are the whole observed motion.
+    pub fn unsearched(search: &Search, reason: &str, keeps_plots: bool) -> Self {
+        let sizes: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
         let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));
         Self {
             converged: false,
             interrupted: false,
             conclusion: Conclusion {
                 grade: Grade::NotUsable,
-                status: format!("unusable: {words}"),
-                verdict: words.into(),
+                status: format!("unusable: {reason}"),
+                verdict: reason.into(),
                 warnings: ReportedWarnings {
-                    texts: vec![Code::NoMotion.behind(words)],
+                    texts: vec![Code::NoMotion.behind(reason)],
                     codes: vec![Code::NoMotion],
                 },
             },
             local_minima: search.local_minima(None),
-            plot_data: kept.then(|| still(search, None, &search.sigmas)),
+            plot_data: keeps_plots.then(|| static_plots(search, None, &search.sigmas)),
             assessment: FitAssessment {
                 estimates: estimates.collect(),
-                residual_rms: left.iter().copied().fold(0.0, f64::max),
-                sigma: left,
+                residual_rms: sizes.iter().copied().fold(0.0, f64::max),
+                sigma: sizes,
                 ..FitAssessment::default()
             },
         }

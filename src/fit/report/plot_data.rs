@@ -1,7 +1,6 @@
-//! What the numbers of a fit rest on, for a page or for plots of one's own.
+//! Data of the plots of a fit, for the page of `rodfit fit --report` or for other programs.
 //!
-//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) asks for it; it costs one simulation and is
-//! what `rodfit fit --report` draws.
+//! They are kept by [`Fit::keep_plot_data`](super::Fit::keep_plot_data), at the cost of one simulation.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;
@@ -80,10 +79,10 @@ pub struct Series {
 }
 
 impl Series {
-    /// Simulated less observed, in units of sigma.
+    /// Simulated less observed values, in units of sigma.
     pub fn residuals(&self) -> Vec<f64> {
         let pairs = self.simulated.iter().zip(&self.observed);
-        pairs.map(|(simulated, seen)| (simulated - seen) / self.sigma).collect()
+        pairs.map(|(simulated, observed)| (simulated - observed) / self.sigma).collect()
     }
 }
 

@@ -1,5 +1,5 @@
-//! The interval of an estimate that is to be quoted. It is the model of the table of estimates, which the terminal and the
-//! pages render: the expanded interval where inputs have stated uncertainties, else the statistical one.
+//! Estimates with their quoted intervals, for the tables of the terminal and the pages. The quoted interval is the expanded
+//! one if inputs have stated uncertainties, else the statistical one.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -14,14 +14,14 @@ pub(crate) enum QuotedInterval {
     AtMost(f64),
 }
 
-/// A row of the table of estimates. None of its numbers is there where the parameter is not identifiable.
+/// A row of the table of estimates. A parameter that is not identifiable has no numbers.
 pub(crate) struct QuotedEstimate {
     pub label: String,
     pub unit: String,
     pub value: Option<f64>,
     /// Standard error, or combined standard uncertainty.
     pub std: Option<f64>,
-    /// The same as a fraction of a value that is positive.
+    /// The same as a fraction of a positive value; none of other values.
     pub relative: Option<f64>,
     pub interval: Option<QuotedInterval>,
     /// Whether the interval is the expanded one.
@@ -31,17 +31,21 @@ pub(crate) struct QuotedEstimate {
 }
 
 impl QuotedEstimate {
-    /// With the interval that is to be quoted.
-    pub fn of(e: &Estimate) -> Self {
+    /// The estimate with its quoted interval.
+    pub fn new(e: &Estimate) -> Self {
         let has_inputs = e.budget.iter().any(|line| line.std.is_some());
         match e.expanded95.zip(e.combined_std).filter(|_| has_inputs) {
-            Some((ends, std)) => Self { is_expanded: true, ..Self::new(e, Some(std), Some(ends)) },
-            None => Self::new(e, e.std_error, e.interval95),
+            Some((ends, std)) => {
+                Self { is_expanded: true, ..Self::with_interval(e, Some(std), Some(ends)) }
+            }
+            None => Self::with_interval(e, e.std_error, e.interval95),
         }
     }
 
-    fn new(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
+    /// The estimate with this standard error and the ends of its interval, unless the interval is one-sided.
+    fn with_interval(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
         let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
+        // A bound replaces the interval of a parameter that the data bound from one side only.
         let interval = match (e.lower95, e.upper95, ends) {
             (Some(lower), ..) => Some(QuotedInterval::AtLeast(lower)),
             (_, Some(upper), _) => Some(QuotedInterval::AtMost(upper)),
@@ -59,8 +63,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// A combination of parameters that are not identifiable by themselves; none for ratios to the density.
-    fn of_combination(group: &DeterminedGroup) -> Option<Self> {
+    /// A combination of parameters that are not identifiable by themselves; none of ratios to the density.
+    fn from_combination(group: &DeterminedGroup) -> Option<Self> {
         Some(Self {
             label: group.name.clone(),
             unit: group.unit.clone(),
@@ -73,7 +77,7 @@ impl QuotedEstimate {
         })
     }
 
-    /// The number that determines the unit in which the row is shown.
+    /// The number by which the page chooses the unit of the row: the bound or the estimate.
     #[cfg(feature = "page")]
     pub fn size(&self) -> f64 {
         match (self.interval, self.value.filter(|value| *value != 0.0)) {
@@ -85,15 +89,17 @@ impl QuotedEstimate {
     }
 }
 
-/// The rows of the table of estimates. The statistical part of an expanded interval has a row of its own.
+/// The rows of the table of estimates: parameters, each followed by the statistical part of an expanded interval, then
+/// combinations of parameters.
 pub(crate) fn quoted_estimates(
     parameters: &[Estimate],
     groups: &[DeterminedGroup],
 ) -> Vec<QuotedEstimate> {
     let mut rows = Vec::new();
     for e in parameters {
-        let quoted = QuotedEstimate::of(e);
-        let part = QuotedEstimate::new(e, e.std_error, e.interval95);
+        let quoted = QuotedEstimate::new(e);
+        let part = QuotedEstimate::with_interval(e, e.std_error, e.interval95);
+        // The statistical part follows only where it differs from the quoted interval.
         let has_part = quoted.is_expanded && e.std_error.is_some() && e.interval95.is_some();
         rows.push(quoted);
         rows.extend(has_part.then(|| QuotedEstimate {
@@ -102,7 +108,7 @@ pub(crate) fn quoted_estimates(
             ..part
         }));
     }
-    rows.extend(groups.iter().filter_map(QuotedEstimate::of_combination));
+    rows.extend(groups.iter().filter_map(QuotedEstimate::from_combination));
     rows
 }
 

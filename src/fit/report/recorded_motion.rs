@@ -1,5 +1,5 @@
-//! How rods go along with the recordings that lead their ends, for [plots](super::PlotData): at a dozen
-//! moments, and how far off they are by how long they go on their own, and by how fast the markers are.
+//! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData): shapes at a dozen
+//! times, mean errors of free runs by their duration, and mean errors of the free markers by their speed.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -8,23 +8,25 @@ use crate::fit::uncertainty::discrepancy::free_run::{
     FreeRun, MarkerError, START_FRAMES, driven_experiments,
 };
 use crate::problem::Problem;
+use crate::scene::track::Marker;
 use crate::scene::{Point, Track};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Most places of nodes in time that a simulation may keep: above, it keeps those of nodes with markers only.
-const MOST_PLACES: usize = 2_000_000;
-/// Moments of a recording that are kept.
-const MOMENTS: usize = 12;
-/// How long rods go on their own, s.
-const LENGTHS: [f64; 9] = [0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 25.0, 50.0];
-/// A recording may be shorter than a length by this part of it.
-const SHORTER: f64 = 0.02;
-/// Most windows of a length in one recording.
+/// Largest number of nodes times steps of which the positions are recorded. In longer simulations they are recorded of
+/// nodes with markers only.
+const MOST_POSITIONS: usize = 2_000_000;
+/// Number of snapshots of a recording.
+const SNAPSHOTS: usize = 12;
+/// Durations of free runs, s.
+const DURATIONS: [f64; 9] = [0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 25.0, 50.0];
+/// Tolerance of the duration of a whole recording, as a fraction.
+const DURATION_TOLERANCE: f64 = 0.02;
+/// Largest number of windows of one duration in a recording.
 const WINDOWS: usize = 8;
-/// About as many ranges of speeds.
-const SPEEDS: f64 = 8.0;
-/// The last of them begins below this part of all markers.
+/// About the number of ranges of speeds.
+const SPEED_RANGES: f64 = 8.0;
+/// Fraction of all samples that are slower than the start of the last range.
 const SLOWER: f64 = 0.99;
 
 /// Comparison of simulations with recordings that drive the ends.
@@ -111,116 +113,143 @@ pub struct RecordedSnapshot {
     pub error: f64,
 }
 
-/// What one recording adds.
-struct One {
+/// Comparison of one recording.
+struct RecordingComparison {
     motion: RecordedMotion,
-    /// Length, and the mean error of each window or nothing where it failed.
-    windows: Vec<(f64, Option<f64>)>,
-    /// Speed and error of the free markers.
-    speeds: Vec<(f64, f64)>,
+    windows: Vec<FreeRunWindow>,
+    speeds: Vec<SampleError>,
 }
 
-/// Of all experiments whose ends are driven by a recording, at `x`; none where there are none. Those that cannot
-/// be simulated are left out: the report names them.
-pub(crate) fn recorded(
+/// A free run in a window of a recording.
+struct FreeRunWindow {
+    /// Duration, s.
+    duration: f64,
+    /// Mean error, m; none if the simulation failed.
+    error: Option<f64>,
+}
+
+/// A free marker in one frame.
+struct SampleError {
+    /// Recorded speed, m/s.
+    speed: f64,
+    /// Distance per coordinate between simulation and recording, m.
+    error: f64,
+}
+
+/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; none
+/// without such experiments. Those that cannot be simulated are left out; the report has their errors.
+pub(crate) fn recording_plots(
     experiments: &[Experiment],
     search: &Search,
     x: &[f64],
 ) -> Option<RecordingPlots> {
-    let driven = driven_experiments(experiments);
-    let one = |experiment: &&Experiment| one(experiment, search, x).ok();
-    let all: Vec<One> = driven.par_iter().filter_map(one).collect();
+    let compare = |experiment: &&Experiment| compare_recording(experiment, search, x).ok();
+    let all: Vec<RecordingComparison> =
+        driven_experiments(experiments).par_iter().filter_map(compare).collect();
     if all.is_empty() {
         return None;
     }
-    let (windows, speeds) = (windows(&all), speeds(&all));
+    let (windows, speeds) = (window_errors(&all), speed_errors(&all));
     Some(RecordingPlots { windows, speeds, motions: all.into_iter().map(|o| o.motion).collect() })
 }
 
-fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error> {
+/// The comparison of one recording: over its whole duration, and in windows of shorter durations.
+fn compare_recording(
+    experiment: &Experiment,
+    search: &Search,
+    x: &[f64],
+) -> Result<RecordingComparison, Error> {
     let problem = search.problem_at(x, experiment)?;
-    let all = problem.nodes() * problem.time()?.steps() <= MOST_PLACES;
-    let followed = FreeRun::new(&problem, all, search)?;
-    let mean_error = followed.mean_error();
+    let has_all_nodes = problem.nodes() * problem.time()?.steps() <= MOST_POSITIONS;
+    let free_run = FreeRun::new(&problem, has_all_nodes, search)?;
+    let mean_error = free_run.mean_error();
     let mut windows = Vec::new();
-    for length in LENGTHS.into_iter().filter(|l| *l <= followed.end * (1.0 + SHORTER)) {
-        let errors = match length >= followed.end * (1.0 - SHORTER) {
+    let longest = free_run.end * (1.0 + DURATION_TOLERANCE);
+    for duration in DURATIONS.into_iter().filter(|duration| *duration <= longest) {
+        let errors = match duration >= free_run.end * (1.0 - DURATION_TOLERANCE) {
             true => vec![Some(mean_error)],
-            false => in_windows(&problem, &followed.track, length, search),
+            false => errors_in_windows(&problem, &free_run.track, duration, search),
         };
-        windows.extend(errors.into_iter().map(|error| (length, error)));
+        windows.extend(errors.into_iter().map(|error| FreeRunWindow { duration, error }));
     }
     let motion = RecordedMotion {
         experiment: experiment.name.clone(),
         held_out: experiment.measurements.iter().all(|m| m.held_out()),
         mean_error,
-        snapshots: snapshots(&followed)?,
+        snapshots: snapshots(&free_run)?,
     };
-    Ok(One { motion, windows, speeds: by_speed(&problem, &followed) })
+    Ok(RecordingComparison { motion, windows, speeds: sample_errors(&problem, &free_run) })
 }
 
-/// The mean errors in windows of a length, each of which starts like a recording. Where a marker is not seen
-/// at its start, or jumps there, there is no window.
-fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) -> Vec<Option<f64>> {
+/// The mean errors, m, of free runs in windows of a `duration`, s; none of a failed run. Each run starts from the first
+/// frames of its window. Windows with a missing marker or a glitch in these frames are left out.
+fn errors_in_windows(
+    problem: &Problem,
+    track: &Track,
+    duration: f64,
+    search: &Search,
+) -> Vec<Option<f64>> {
     let times = track.times();
     let end_of =
-        |first: usize| times.partition_point(|t| *t <= times[first] + length * (1.0 + 1e-9));
-    let last = times.partition_point(|t| *t <= track.end() - length * (1.0 - 1e-9)).max(1) - 1;
-    let count = ((track.end() / length + 1e-9) as usize).clamp(1, WINDOWS);
+        |first: usize| times.partition_point(|t| *t <= times[first] + duration * (1.0 + 1e-9));
+    let last = times.partition_point(|t| *t <= track.end() - duration * (1.0 - 1e-9)).max(1) - 1;
+    let count = ((track.end() / duration + 1e-9) as usize).clamp(1, WINDOWS);
     let mut errors = Vec::new();
     for k in 0..count {
         let first = last * k / (count - 1).max(1);
-        let starts = |m: &crate::scene::track::Marker| {
+        let has_start = |m: &Marker| {
             let mut frames = first..first + START_FRAMES;
             frames.all(|frame| m.seen[frame].is_some() && !track.is_spoiled(m, frame))
         };
-        if end_of(first) < first + START_FRAMES + 2 || !track.markers().iter().all(starts) {
+        if end_of(first) < first + START_FRAMES + 2 || !track.markers().iter().all(has_start) {
             continue;
         }
-        let followed = track.window(first..end_of(first)).ok().and_then(|window| {
+        // The free run is a scene of its own with the window as its recording.
+        let free_run = track.window(first..end_of(first)).ok().and_then(|window| {
             let mut scene = problem.scene().clone();
             scene.time.as_mut()?.end = window.end();
             scene.supports.path.as_mut()?.track = Some(window.into());
             let own = problem.with_scene(scene).ok()?;
             FreeRun::new(&own, false, search).ok()
         });
-        errors.push(followed.map(|followed| followed.mean_error()));
+        errors.push(free_run.map(|free_run| free_run.mean_error()));
     }
     errors
 }
 
-/// The rod at frames evenly spread over the time that is predicted.
-fn snapshots(followed: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
-    let FreeRun { track, run, end, .. } = followed;
+/// The rod and the markers at evenly spaced frames of the predicted time.
+fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
+    let FreeRun { track, run, end, .. } = free_run;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
+    // Mean error of all markers in each frame.
     let (mut sums, mut counts) = (vec![0.0; frames], vec![0.0_f64; frames]);
-    for compared in followed.errors() {
+    for compared in free_run.errors() {
         sums[compared.frame] += compared.error;
         counts[compared.frame] += 1.0;
     }
     let last = frames.saturating_sub(START_FRAMES + 1);
     let mut chosen: Vec<usize> =
-        (0..MOMENTS).map(|k| START_FRAMES + last * k / (MOMENTS - 1)).collect();
+        (0..SNAPSHOTS).map(|k| START_FRAMES + last * k / (SNAPSHOTS - 1)).collect();
     chosen.dedup();
-    let at = |frame: &usize| {
+    let snapshot = |frame: &usize| {
         let time = track.times()[*frame].min(*end);
-        let place = |i| run.at(Point::Node(i), time).map(|(x, _)| [x[0], x[1], x[2]]);
+        let position = |i| run.at(Point::Node(i), time).map(|(x, _)| [x[0], x[1], x[2]]);
         Ok(RecordedSnapshot {
             time,
-            nodes: followed.tracked.iter().copied().map(place).collect::<Result<_, Error>>()?,
+            nodes: free_run.tracked.iter().copied().map(position).collect::<Result<_, Error>>()?,
             markers: track.markers().iter().map(|m| m.seen[*frame]).collect(),
             error: sums[*frame] / counts[*frame].max(1.0),
         })
     };
-    chosen.iter().filter(|frame| **frame < frames).map(at).collect()
+    chosen.iter().filter(|frame| **frame < frames).map(snapshot).collect()
 }
 
-/// Speed, from the frames before and after, and error of every free marker; not where it jumps.
-fn by_speed(problem: &Problem, followed: &FreeRun) -> Vec<(f64, f64)> {
-    let (track, supports) = (&followed.track, &problem.scene().supports);
+/// Speed, from the frames before and after, and error of every free marker in every frame without a glitch.
+fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
+    let (track, supports) = (&free_run.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
     let free = path.free_markers([supports.start, supports.end]);
-    let compared = followed.errors().filter(|c| free.contains(&c.marker));
+    let compared = free_run.errors().filter(|c| free.contains(&c.marker));
     let with_speed = |c: MarkerError| {
         let marker = &track.markers()[c.marker];
         let (before, after) = (marker.seen[c.frame - 1]?, (*marker.seen.get(c.frame + 1)?)?);
@@ -229,53 +258,59 @@ fn by_speed(problem: &Problem, followed: &FreeRun) -> Vec<(f64, f64)> {
         }
         let time = track.times()[c.frame + 1] - track.times()[c.frame - 1];
         let squares = (0..3).map(|i| (after[i] - before[i]).powi(2)).sum::<f64>();
-        Some((squares.sqrt() / time, c.error))
+        Some(SampleError { speed: squares.sqrt() / time, error: c.error })
     };
     compared.filter_map(with_speed).collect()
 }
 
+/// The mean of errors with their number; none of no errors.
 fn mean(errors: impl Iterator<Item = f64>) -> Option<MeanError> {
     let (sum, count) = errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
     (count > 0).then(|| MeanError { mean: sum / count as f64, count })
 }
 
-fn windows(all: &[One]) -> Vec<WindowError> {
-    let of = |length: f64| {
+/// Mean errors of all free runs by their duration, of fitted and of validation recordings.
+fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
+    let of_duration = |length: f64| {
         let own = |held_out: bool| {
             let all = all.iter().filter(move |one| one.motion.held_out == held_out);
-            all.flat_map(|one| &one.windows).filter(move |w| w.0 == length).map(|w| w.1)
+            let windows = all.flat_map(|one| &one.windows);
+            windows.filter(move |w| w.duration == length).map(|w| w.error)
         };
         let failed = [true, false].map(|held_out| own(held_out).filter(Option::is_none).count());
         let (fitted, held_out) = (mean(own(false).flatten()), mean(own(true).flatten()));
         WindowError { length, fitted, held_out, failed: failed.iter().sum() }
     };
-    let some = |w: &WindowError| w.fitted.is_some() || w.held_out.is_some() || w.failed > 0;
-    LENGTHS.map(of).into_iter().filter(some).collect()
+    let has_runs = |w: &WindowError| w.fitted.is_some() || w.held_out.is_some() || w.failed > 0;
+    DURATIONS.map(of_duration).into_iter().filter(has_runs).collect()
 }
 
-fn speeds(all: &[One]) -> Vec<SpeedError> {
-    let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|(v, _)| *v).collect();
+/// Mean errors of the free markers by ranges of their speed, of fitted and of validation recordings.
+fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
+    let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|s| s.speed).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(fastest) = sorted.last().copied().filter(|v| *v > 0.0) else { return Vec::new() };
     let fast = sorted[((sorted.len() - 1) as f64 * SLOWER) as usize];
-    let step = round_step(if fast > 0.0 { fast } else { fastest } / SPEEDS);
+    // Ranges have round limits; the fastest samples share the last one.
+    let step = round_step(if fast > 0.0 { fast } else { fastest } / SPEED_RANGES);
     let ranges = ((fast / step).ceil() as usize).max(1);
-    let of = |k: usize| {
+    let of_range = |k: usize| {
         let low = step * k as f64;
-        // The last range takes all that is faster.
+        // The last range has no upper limit.
         let next = step * (k + 1) as f64;
         let high = if k + 1 == ranges { fastest.max(next) } else { next };
         let own = |held_out: bool| {
             let all = all.iter().filter(move |one| one.motion.held_out == held_out);
-            let within = move |v: &f64| *v >= low && (*v < high || k + 1 == ranges);
-            mean(all.flat_map(|one| &one.speeds).filter(move |(v, _)| within(v)).map(|(_, e)| *e))
+            let is_within = move |v: f64| v >= low && (v < high || k + 1 == ranges);
+            let samples = all.flat_map(|one| &one.speeds);
+            mean(samples.filter(move |s| is_within(s.speed)).map(|s| s.error))
         };
         SpeedError { speed: [low, high], fitted: own(false), held_out: own(true) }
     };
-    (0..ranges).map(of).collect()
+    (0..ranges).map(of_range).collect()
 }
 
-/// 1, 2, 2.5 or 5 times a power of ten, at least as large.
+/// The smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|n| n * power).find(|s| *s >= step).unwrap_or(step)

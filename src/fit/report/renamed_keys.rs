@@ -18,6 +18,7 @@ pub struct RenamedKey {
     pub current: &'static str,
 }
 
+/// A renamed key, for the table below.
 const fn key(within: &'static str, former: &'static str, current: &'static str) -> RenamedKey {
     RenamedKey { within, former, current }
 }
@@ -27,11 +28,11 @@ pub const RENAMED_KEYS: &[RenamedKey] = &[
     key("", "basins", "local_minima"),
     key("local_minima", "words", "summary"),
     key("list", "seen", "found_by"),
-    key("", "could_hide", "undetected_bias"),
+    key("", "could_hide", "undetected_bias"), // old name
     key("undetected_bias", "words", "effect"),
     key("undetected_bias", "plausible", "plausible_size"),
     key("undetected_bias", "visible", "residual_effect"),
-    key("undetected_bias", "tell", "test"),
+    key("undetected_bias", "tell", "test"), // old name
     key("score_tests", "words", "effect"),
     key("score_tests", "place", "rank"),
     key("score_tests", "sigmas", "z_score"),
@@ -69,10 +70,12 @@ pub fn with_current_names(report: &mut Value) {
     rename(report, "");
 }
 
+/// Replaces former keys and codes in a value whose key is `within`, and in all values that it contains.
 fn rename(value: &mut Value, within: &str) {
     match value {
         Value::Object(object) => {
             let renamed = std::mem::take(object).into_iter().map(|(name, mut value)| {
+                // The container identifies a key: the same name may have had several meanings.
                 let is_former = |key: &&RenamedKey| key.within == within && key.former == name;
                 let name = match RENAMED_KEYS.iter().find(is_former) {
                     Some(key) => key.current.to_string(),
@@ -93,7 +96,7 @@ fn rename(value: &mut Value, within: &str) {
     }
 }
 
-/// A message with the current code in brackets at its end, or a code alone; none if the code has its current name.
+/// A message that ends with a former code in brackets, or a former code alone, with the current code; none of other texts.
 fn with_current_code(text: &str, is_code: bool) -> Option<String> {
     let (message, name) = match is_code {
         true => ("", text),
@@ -108,15 +111,16 @@ mod tests {
     use super::*;
     use serde_json::json;
 
+    /// Keys are renamed by the key of their container only: `correlation` of the report itself stays.
     #[test]
     fn former_report_gets_current_names() {
         let mut report = json!({
             "basins": { "count": 1, "list": [{ "seen": "fit", "misfit": 0.1 }], "words": "one" },
-            "could_hide": [{ "words": "taper", "tell": "calliper", "size": 1.0 }],
+            "could_hide": [{ "words": "taper", "tell": "calliper", "size": 1.0 }], // old name
             "correlation": [[1.0]],
             "residual_tests": [{ "correlation": 0.5, "doubt": 0.001 }],
-            "warning_codes": ["could-hide", "at-bound"],
-            "warnings": ["words [could-hide]", "words [x]", "leap"],
+            "warning_codes": ["could-hide", "at-bound"], // old name
+            "warnings": ["words [could-hide]", "words [x]", "leap"], // old name
         });
         let current = json!({
             "local_minima": { "count": 1, "list": [{ "found_by": "fit", "misfit": 0.1 }], "summary": "one" },
@@ -132,6 +136,7 @@ mod tests {
         assert_eq!(report, current);
     }
 
+    /// The table of renamed keys in the changelog has a row for each.
     #[test]
     fn changelog_lists_every_renamed_key() {
         let changelog = include_str!("../../../CHANGELOG.md");

@@ -1,4 +1,4 @@
-//! The fitted model once more, for [plots](super::PlotData).
+//! The part of the [data of plots](super::PlotData) from the residuals of an optimum and from one simulation at it.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -7,25 +7,25 @@ use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::observed_experiment::Run;
+use crate::fit::misfit::observed_experiment::ExperimentRun;
 use crate::fit::report::plot_data::{
     Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
 use crate::fit::search::Search;
-use crate::fit::search::fitted::Fitted;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::SchemeParameter;
 
-/// Shapes of a moving rod that are kept.
+/// Number of shapes of a moving rod.
 const SHAPES: usize = 12;
-/// Points of the model's line.
+/// Number of intervals of the curve of a simulated coordinate over time.
 const CURVE: usize = 400;
 
-/// What was asked for, and what was seen and simulated at the `optimum`, if there is one. `sigma`
-/// is the noise that is reported.
-pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
+/// The data of plots without a simulation: search ranges, history, settings, and the series at the `optimum`, if there is one.
+/// `sigma` is the reported noise of each measurement, in its unit.
+pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
     let range = |unknown: &Unknown| SearchRange {
         name: unknown.parameter,
         start: unknown.start,
@@ -42,6 +42,7 @@ pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -
     }
 }
 
+/// The settings of the simulation of an experiment.
 fn settings(experiment: &Experiment) -> SimulationSettings {
     let measured = |measurement: &Measurement| Measured {
         label: experiment.label(measurement),
@@ -57,14 +58,13 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
         experiment: experiment.name.clone(),
         scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
         model: format!("{model}: {reason}"),
-        scheme: time.map(|time| match time.scheme.traits().parameter {
-            Some(SchemeParameter::Beta) => {
-                format!("{}, beta = {}", time.scheme.name(), time.beta)
+        scheme: time.map(|time| {
+            let name = time.scheme.name();
+            match time.scheme.traits().parameter {
+                Some(SchemeParameter::Beta) => format!("{name}, beta = {}", time.beta),
+                Some(SchemeParameter::RhoInf) => format!("{name}, rho_inf = {}", time.rho_inf),
+                None => name.to_string(),
             }
-            Some(SchemeParameter::RhoInf) => {
-                format!("{}, rho_inf = {}", time.scheme.name(), time.rho_inf)
-            }
-            None => time.scheme.name().to_string(),
         }),
         step: time.and_then(|time| time.step),
         end: time.map(|time| time.end),
@@ -75,40 +75,42 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
     }
 }
 
-/// Data and model, coordinate by coordinate; the model from its residuals.
+/// Data and model of all measurements, coordinate by coordinate. `sigma` is the reported noise of each measurement.
 fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     let mut all = Vec::new();
     for (own, sigma) in fitted.measured().zip(sigma) {
-        let of = (&own.experiment.name[..], &own.experiment.problem);
-        all.extend(compared(of, own.measurement, own.residuals, [own.sigma, *sigma]));
+        let MeasuredResiduals { experiment, measurement, residuals, .. } = own;
+        let own =
+            measurement_series(&experiment.problem, measurement, residuals, own.sigma, *sigma);
+        all.extend(own.into_iter().map(|s| Series { experiment: experiment.name.clone(), ..s }));
     }
     all
 }
 
-/// Data and model of a measurement, coordinate by coordinate; the model from its residuals, which are in units of the noise
-/// `weight`.
-pub(crate) fn compared(
-    (experiment, problem): (&str, &Problem),
+/// Data and model of a measurement, coordinate by coordinate. The model is computed from the `residuals`, which are in units
+/// of `residual_sigma`; `sigma` is the reported noise.
+pub(crate) fn measurement_series(
+    problem: &Problem,
     measurement: &Measurement,
     residuals: &[f64],
-    [weight, sigma]: [f64; 2],
+    residual_sigma: f64,
+    sigma: f64,
 ) -> Vec<Series> {
-    let seen = measurement.values_in_order();
-    let units = measurement.sigmas(weight);
+    let observed = measurement.values_in_order();
+    let sigmas = measurement.sigmas(residual_sigma);
     let unit = measurement.data_unit();
     let series = |coordinate: Coordinate| {
-        let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
+        let own = || coordinate.first_values(residuals.len());
+        let simulated = |k: usize| (observed[k] + residuals[k] * sigmas[k]) / unit.size;
         Series {
-            experiment: experiment.into(),
+            experiment: String::new(),
             label: measurement.label(),
             axis: coordinate.axis.into(),
             unit: unit.name.into(),
             abscissa: measurement.abscissa(),
-            abscissa_values: own().map(|(_, at)| *at).collect(),
-            observed: own().map(|(k, _)| seen[*k] / unit.size).collect(),
-            simulated: own()
-                .map(|(k, _)| (seen[*k] + residuals[*k] * units[*k]) / unit.size)
-                .collect(),
+            abscissa_values: own().map(|value| value.abscissa).collect(),
+            observed: own().map(|value| observed[value.index] / unit.size).collect(),
+            simulated: own().map(|value| simulated(value.index)).collect(),
             sigma: sigma / unit.size,
             curve: Vec::new(),
         }
@@ -116,85 +118,88 @@ pub(crate) fn compared(
     measurement.coordinates(problem).into_iter().map(series).collect()
 }
 
-/// Adds what one more simulation at `x` shows: the model's lines, and the rod's shapes at moments evenly
-/// spaced in time, or at rest. What was added before an error stays.
+/// Adds the results of a simulation at `x`, the unknowns on their scales: the curves of the model, and shapes of the rod
+/// at evenly spaced times, or at rest. Results before an error remain.
 pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
     let mut all = plots.series.iter_mut();
     for (k, experiment) in search.experiments.iter().enumerate() {
-        let mut moments: Vec<RodShape> = Vec::new();
-        let run = residuals.run_seen(k, x, &mut |problem, simulation| {
+        let mut moving: Vec<RodShape> = Vec::new();
+        // Shapes are taken at the first steps after evenly spaced times.
+        let run = residuals.run(k, x, false, &mut |problem, simulation| {
             let end = experiment.duration() - problem.scene().camera.time_offset;
-            let next = end * moments.len() as f64 / (SHAPES - 1) as f64;
+            let next = end * moving.len() as f64 / (SHAPES - 1) as f64;
             if simulation.time() >= next * (1.0 - 1e-9) {
-                moments.push(RodShape {
+                moving.push(RodShape {
                     experiment: experiment.name.clone(),
                     time: Some(simulation.time()),
                     nodes: (0..problem.nodes()).map(|i| simulation.position(i)).collect(),
                 });
             }
         })?;
+        // Plots are in recorded coordinates, like the data.
         let view = View::new(&run.problem, |_, value: f64| value);
-        for shape in &mut moments {
+        for shape in &mut moving {
             shape.nodes.iter_mut().for_each(|x| *x = view.recorded(*x));
         }
-        plots.shapes.extend(moments);
-        let resting = at_rest(experiment, &run, &view)?;
+        plots.shapes.extend(moving);
+        let resting = equilibrium_shape(experiment, &run, &view)?;
         for measurement in &experiment.measurements {
-            let lines = match (measurement.motion(), measurement.shape(), &resting) {
-                (Some(own), ..) => motion(own, &run, &view)?,
-                (_, Some(_), Some((arc_lengths, shape))) => [0, 1, 2].map(|c| {
-                    let points = arc_lengths.iter().zip(&shape.nodes);
+            let curves = match (measurement.motion(), measurement.shape(), &resting) {
+                (Some(own), ..) => motion_curves(own, &run, &view)?,
+                (_, Some(_), Some(shape)) => [0, 1, 2].map(|c| {
+                    let points = run.problem.arc_lengths().iter().zip(&shape.nodes);
                     points.map(|(s, x)| [*s, x[c]]).collect()
                 }),
-                _ => Lines::default(),
+                _ => CoordinateCurves::default(),
             };
             for coordinate in measurement.coordinates(&experiment.problem) {
                 let axis = ["x", "y", "z"].iter().position(|axis| *axis == coordinate.axis);
                 if let (Some(series), Some(c)) = (all.next(), axis) {
-                    series.curve = lines[c].clone();
+                    series.curve = curves[c].clone();
                 }
             }
         }
-        plots.shapes.extend(resting.map(|(_, shape)| shape));
+        plots.shapes.extend(resting);
     }
     Ok(())
 }
 
-type Lines = [Vec<[f64; 2]>; 3];
+/// Curves of x, y and z: pairs of abscissa and value.
+type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
-/// Where the point is over the clock of its recording.
-fn motion(own: &PointMotion, run: &Run, view: &View<f64>) -> Result<Lines, Error> {
-    let mut lines = Lines::default();
-    let Some(trajectory) = &run.moving else { return Ok(lines) };
+/// The simulated coordinates of a recorded point over the clock of its recording.
+fn motion_curves(
+    own: &PointMotion,
+    run: &ExperimentRun,
+    view: &View<f64>,
+) -> Result<CoordinateCurves, Error> {
+    let mut curves = CoordinateCurves::default();
+    let Some(trajectory) = &run.moving else { return Ok(curves) };
     let marker = run.problem.marker(own.point, own.offset)?;
     let times = own.samples.iter().map(|s| s.time);
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
         let clock = first + (last - first) * k as f64 / CURVE as f64;
-        let place = trajectory.record().read().marker(&marker, view.time(clock))?;
-        for (line, x) in lines.iter_mut().zip(view.recorded(place)) {
-            line.push([clock, x]);
+        let position = trajectory.record().read().marker(&marker, view.time(clock))?;
+        for (curve, x) in curves.iter_mut().zip(view.recorded(position)) {
+            curve.push([clock, x]);
         }
     }
-    Ok(lines)
+    Ok(curves)
 }
 
-/// Arc lengths of the nodes and the shape of the rod at rest, if it was looked at.
-fn at_rest(
+/// The recorded shape of the rod in equilibrium; none if no measurement requires it.
+fn equilibrium_shape(
     experiment: &Experiment,
-    run: &Run,
+    run: &ExperimentRun,
     view: &View<f64>,
-) -> Result<Option<(Vec<f64>, RodShape)>, Error> {
+) -> Result<Option<RodShape>, Error> {
     if run.resting.is_none() {
         return Ok(None);
     }
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
     let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
-    let shape = RodShape {
-        experiment: experiment.name.clone(),
-        time: None,
-        nodes: nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect(),
-    };
-    Ok(Some((run.problem.arc_lengths().to_vec(), shape)))
+    let nodes = nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect();
+    Ok(Some(RodShape { experiment: experiment.name.clone(), time: None, nodes }))
 }

@@ -1,4 +1,5 @@
-//! Errors of the estimates beside the statistical ones, by topic.
+//! Details of the uncertainty of the estimates: discretization errors, intervals by other methods, correlations, budgets and
+//! input sensitivities.
 
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
@@ -8,23 +9,19 @@ use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;
 
-/// Pairs of parameters whose correlation is listed, the strongest first.
+/// Number of listed correlations, the strongest first.
 const CORRELATIONS: usize = 6;
 
-/// Adds discretization errors, other intervals, correlations, budgets and input sensitivities.
-pub(super) fn add(mut summary: Summary, report: &FitReport) -> Summary {
+/// Adds discretization errors, intervals by other methods, correlations, budgets and input sensitivities.
+pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
-    for e in &report.parameters {
-        summary = add_intervals(summary, e);
-    }
+    summary = report.parameters.iter().fold(summary, add_intervals);
     summary = summary.facts("Correlation", correlations(report));
     // Combinations of parameters are in the table of estimates.
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
     let groups = groups.map(ToString::to_string);
     summary = summary.facts("Known without density", groups);
-    for e in &report.parameters {
-        summary = budget::add(summary, e);
-    }
+    summary = report.parameters.iter().fold(summary, budget::add_budget);
     budget::add_input_sensitivities(summary, &report.parameters)
 }
 
@@ -33,7 +30,7 @@ fn discretization(report: &FitReport) -> Vec<String> {
     let mut texts = Vec::new();
     for (e, error) in report.parameters.iter().zip(&report.discretization_error) {
         let Some(relative) = error.relative else { continue };
-        // Fractions of a value near zero mean nothing.
+        // The relative error of a parameter that may be zero is converted to its unit.
         let size = |part: f64| match (e.name.is_positive(), e.value) {
             (false, Some(value)) => {
                 format!("{:.1e} {}", part * value.abs(), e.name.unit()).trim_end().to_string()
@@ -98,6 +95,7 @@ fn correlations(report: &FitReport) -> Vec<String> {
             pairs.extend(value.map(|value| (value, j, i)));
         }
     }
+    // The strongest correlations matter most for the interpretation.
     pairs.sort_by_cached_key(|x| Reverse(total_order(x.0.abs())));
     let label = |k: usize| report.parameters[k].label();
     let named = pairs.iter().take(CORRELATIONS);

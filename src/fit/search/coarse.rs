@@ -1,74 +1,75 @@
-//! A coarse model of every experiment, cheap enough to be tried at thousands of values.
+//! Coarse models of the experiments: few edges and large time steps, for the many simulations of a scan.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::search::{Search, Task};
+use crate::fit::search::Search;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
-use crate::scene::Parameter;
-use crate::scene::{Clamp, Discretization, Scheme, Support};
+use crate::scene::{Clamp, Discretization, Parameter, Scheme, Support};
 
-/// Edges of the coarse model of a straight rod.
+/// Fewest edges of a coarse model.
 const COARSE_SEGMENTS: usize = 12;
-/// Largest turn per edge of the coarse model of a curved rod, rad: a coarser polygon is stiffer
-/// than the curve by more than the search forgives.
+/// Largest turning angle per edge of a curved rod, rad. A coarser polygon is too stiff for the modulus to be within the basin
+/// of the minimum.
 const COARSE_TURN: f64 = 0.2;
-/// The same where the elements are [corrected](Discretization) for the curve, a helix or an arc: its
-/// modulus is 0.1 % off with that, without it 30 %.
+/// The same for elements that are [corrected](Discretization) for the curvature of a helix or an arc: the modulus has an
+/// error of 0.1 % with the correction, and of 30 % without.
 const COARSE_CORRECTED_TURN: f64 = 1.0;
-/// The same for each mode up to the highest whose frequency was measured.
+/// Edges for each mode up to the highest measured one.
 const COARSE_PER_MODE: usize = 2;
-/// The experiments on coarse meshes with large steps.
-pub(crate) struct Coarse {
+
+/// The experiments on coarse meshes and with large steps.
+pub(crate) struct CoarseModel {
     experiments: Vec<Experiment>,
 }
 
-impl Coarse {
-    /// With so many steps in the first periods `first`, s.
+impl CoarseModel {
+    /// The coarse models of a search with this number of steps in the first period of each experiment, `first`, s.
     pub fn new(search: &Search, first: &[f64], steps: f64) -> Result<Self, Error> {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
                 search.unknowns.iter().filter(|u| u.is_of(experiment)).collect();
-            Ok::<_, Error>(experiment.posed_as(coarse(experiment, &unknowns, *first / steps)?))
+            Ok::<_, Error>(experiment.with_problem(coarse(experiment, &unknowns, *first / steps)?))
         };
         let experiments = search.experiments.iter().zip(first).map(coarse);
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// No coarser than the search's own.
-    pub fn as_it_is(search: &Search) -> Self {
+    /// The experiments of the search with their own meshes and steps.
+    pub fn from_full_model(search: &Search) -> Self {
         Self { experiments: search.experiments.to_vec() }
     }
 
-    /// The search's problem with the coarse experiments.
-    pub fn task<'a>(&'a self, search: &'a Search) -> Task<'a> {
-        Task { experiments: &self.experiments, ..search.task() }
+    /// A detached search of the coarse experiments.
+    pub fn search<'a>(&'a self, full: &Search<'a>) -> Search<'a> {
+        Search { experiments: &self.experiments, ..full.detached() }
     }
 
-    /// Walls at nodes make a rod half an edge too short, on the coarse mesh more than on the full
-    /// one; frequencies go with sqrt(E)/length^2.
-    pub fn correct(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
+    /// The point of the full model at the same frequencies as the point `x` of the coarse one. Walls at nodes make a rod half
+    /// an edge too short, which is more on the coarse mesh. Frequencies are proportional to `sqrt(E)/length^2`.
+    pub fn to_full_model(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
         for (x, unknown) in x.iter_mut().zip(search.unknowns) {
             let mut both = search.experiments.iter().zip(&self.experiments);
             let own = both.find(|(e, _)| unknown.is_of(e));
             if let Some((full, coarse)) = own
                 && unknown.parameter == Parameter::YoungsModulus
             {
-                *x += 4.0 * (free(&full.problem) / free(&coarse.problem)).ln();
+                let ratio = free_length_ratio(&full.problem) / free_length_ratio(&coarse.problem);
+                *x += 4.0 * ratio.ln();
             }
         }
         x
     }
 
-    /// What is [corrected](Self::correct) to `x`.
-    pub fn wrong(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
-        let corrected = self.correct(search, x.clone());
-        x.iter().zip(corrected).map(|(x, corrected)| 2.0 * x - corrected).collect()
+    /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`.
+    pub fn from_full_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
+        let full = self.to_full_model(search, x.clone());
+        x.iter().zip(full).map(|(x, full)| 2.0 * x - full).collect()
     }
 }
 
-/// The part of a rod's length that walls at nodes leave free.
-fn free(problem: &Problem) -> f64 {
+/// Free length of a rod with walls at nodes over its length: each wall takes half an edge.
+fn free_length_ratio(problem: &Problem) -> f64 {
     let supports = &problem.scene().supports;
     let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
     match supports.clamp {
@@ -77,29 +78,29 @@ fn free(problem: &Problem) -> f64 {
     }
 }
 
-/// The problem on a coarse mesh with steps of about `step`, s.
+/// The problem of an experiment on a coarse mesh with steps of about `step`, s.
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
-    let formula = scene.rod.shape.turning().is_some();
-    let most = match formula && scene.discretization() != Discretization::Paper {
+    let has_formula = scene.rod.shape.turning().is_some();
+    let largest_turn = match has_formula && scene.discretization() != Discretization::Paper {
         true => COARSE_CORRECTED_TURN,
         false => COARSE_TURN,
     };
-    let turns = problem.turning() / most;
+    let turns = problem.turning() / largest_turn;
     let modes = COARSE_PER_MODE * experiment.highest_mode();
     let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
-    // Markers along a rod stand at its nodes.
+    // Markers along a recorded rod are at its nodes, which stay.
     if coarse < problem.segments() && scene.supports.path.is_none() {
         scene = problem.remeshed(coarse);
     }
-    let good = scene.supports.largest_good_step();
+    let largest_step = scene.supports.largest_good_step();
     let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);
     if let Some(time) = &mut scene.time
         && beta_is_known
     {
-        let step = step.min(good).max(time.step_size());
-        // The scheme damps like (beta - 1/2) h.
+        let step = step.min(largest_step).max(time.step_size());
+        // The numerical damping is proportional to (beta - 1/2) h, which stays.
         time.beta = 0.5 + (time.beta - 0.5) * time.step_size() / step;
         if time.scheme.traits().stability_limit.is_some() {
             time.scheme = Scheme::default();
@@ -115,9 +116,9 @@ mod tests {
     use crate::fit::measurement::frequencies::Frequencies;
     use crate::scene::{Material, Scene, Section, Shape, Time};
 
-    /// Twelve edges have 44 modes: higher ones need more.
+    /// Twelve edges have 44 modes; higher ones need two edges per mode, at most those of the scene.
     #[test]
-    fn the_mesh_has_the_modes_that_were_measured() {
+    fn coarse_mesh_resolves_highest_measured_mode() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let section = Section::Circle { radius: 0.005 };
         let mut scene = Scene::new(150, shape, section, Material::new(1273.52, 1e8));

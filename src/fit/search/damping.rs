@@ -1,45 +1,43 @@
-//! Damping, which may be zero: the logarithm that the search works on has no effect there.
+//! Damping parameters near zero. The search identifies their logarithm, which has no effect on the motion there.
 
-use crate::error::Error;
+use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 
-/// A damping that wants to be this many times as large was left behind.
-const RAISED: f64 = 10.0;
+/// Factor between the value of a damping at the minimum of the parabola and at the optimum above which the search starts
+/// again there.
+const LEAST_RISE: f64 = 10.0;
 
-/// Whether an unknown is a damping, or drag.
+/// Whether an unknown is a damping or a drag, which may be zero.
 pub(crate) fn is_damping(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
 
 impl Search<'_> {
-    /// A damping that a search left at next to nothing, where its logarithm has no effect, may have to
-    /// go up: tries where the parabola on the parameter's own scale has its minimum.
-    pub fn raised(&self, optimum: Optimum) -> Result<Optimum, Error> {
-        let residuals = self.all_residuals()?;
-        let made: Vec<_> =
-            residuals.losses().into_iter().zip(residuals.leverage_weights()).collect();
+    /// The optimum from a start with larger damping, if that has a lower objective; else the same optimum. The start is the
+    /// minimum of the parabola of the objective over the damping itself, instead of its logarithm.
+    pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
+        let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();
         for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
-            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&made);
-            let (mut along, mut square) = (0.0, 0.0);
-            for ((row, r), (loss, weight)) in rows {
-                along += weight * row[j] * loss.influence(weight * r)[0];
-                square += (weight * row[j]).powi(2);
+            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&losses);
+            let (mut gradient, mut curvature) = (0.0, 0.0);
+            for ((row, r), loss) in rows {
+                gradient += row[j] * loss.influence(*r);
+                curvature += (loss.weight * row[j]).powi(2);
             }
-            let factor = 1.0 - along / square;
-            if factor.is_finite() && factor > RAISED {
+            let factor = 1.0 - gradient / curvature;
+            if factor.is_finite() && factor > LEAST_RISE {
                 start[j] += factor.ln();
             }
         }
-        if start == optimum.x {
-            return Ok(optimum);
+        if start != optimum.x
+            && let Some(raised) = none_on_failure(self.polish(&start))?
+            && raised.cost < optimum.cost
+        {
+            return Ok(raised);
         }
-        match self.polish(&start) {
-            Ok(higher) if higher.cost < optimum.cost => Ok(higher),
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            _ => Ok(optimum),
-        }
+        Ok(optimum)
     }
 }

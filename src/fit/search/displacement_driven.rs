@@ -1,93 +1,93 @@
-//! Fits of rods whose ends are led by a recording.
+//! Fits of rods whose ends are prescribed by a recording (displacement driven).
 //!
-//! Hands that lead a rod force its motion: no period can be slipped, as in a free vibration, and a start
-//! is as good as it was called. So a fit whose unknowns all have one goes from there, on the whole
-//! recordings. Without a start, Young's modulus alone is scanned over decades, all others where the scene
-//! has them.
+//! The recording forces the motion: no period can be missed, as in a free vibration. A fit whose unknowns all have a start
+//! therefore begins there with the whole recordings. Without a start, Young's modulus is scanned over decades, and all
+//! other unknowns start at their values in the scene.
 //!
-//! Where such a rod whips about, the least change of a parameter sends it elsewhere, and so does whatever
-//! the model lacks: values there have derivatives far beyond all others, would decide the fit, and say
-//! nothing. Their noise is taken for as many times larger as their derivatives are beyond ten medians. All
-//! unknowns count together, each by its part of what it does to all values: a curvature of the rod at one place
-//! moves the markers there far more than the others, which is no whip.
+//! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
+//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of the sum over
+//! the unknowns of its part of each unknown's effect on all values. Values whose leverage exceeds [`MAX_LEVERAGE`] medians
+//! have their noise increased to that leverage. The sum over the unknowns keeps local effects: a curvature of the rod at
+//! one place moves the markers there far more than the others without a whip.
 
 use crate::error::Error;
+use crate::fit::misfit::residuals::Evaluation;
 use crate::fit::search::Search;
-use crate::fit::search::coarse::Coarse;
+use crate::fit::search::coarse::CoarseModel;
 use crate::fit::search::fitted::MeasuredResiduals;
-use crate::fit::search::journal::Stage;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::journal::SearchStage;
+use crate::fit::search::optimum::{NO_START, Optimum, Tolerances};
 use crate::fit::search::scan::Candidate;
+use crate::fit::search::sensitivity_growth::are_alike;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
 use statrs::statistics::{Data, Median};
 
-/// Medians of a derivative's size from which on a value runs away.
+/// Largest leverage of a value with weight 1, over the median leverage.
 const MAX_LEVERAGE: f64 = 10.0;
-/// An unknown that changes all residuals together by less than this, in units of the noise, has no effect
-/// that could run away.
+/// Root of the sum of squares of an unknown's derivatives, in units of the noise, below which it does not count for the
+/// leverage.
 const NO_EFFECT: f64 = 0.1;
-/// How often that is looked at: at the start, and where the fit has gone.
-const LOOKS: usize = 3;
-/// Before it is looked at again: part of a standard error by which the minimum may be missed, and iterations. What they end
-/// with is only where the next ones begin.
-const NEARLY: f64 = 0.1;
-const BETWEEN: u64 = 12;
-/// Descents from a scan: its best minimum, and others with up to so many times its misfit.
+/// Number of times that the weights are computed: at the start, and after the fits with them.
+const WEIGHTINGS: usize = 3;
+/// Fits between two weightings: only their end matters, as the start of the next one.
+const BETWEEN_WEIGHTINGS: Tolerances = Tolerances { step: 1e-10, noise: 0.1, iterations: 12 };
+/// Largest ratio of two weights that are taken to be the same, as a logarithm.
+const SAME_WEIGHT: f64 = 0.2;
+/// Largest number of descents from a scan.
 const DESCENTS: usize = 2;
-const RIVAL: f64 = 1.5;
+/// Largest misfit of a start from a scan, over the lowest one.
+const COMPETITIVE: f64 = 1.5;
+
+/// An optimum with the leverage weights that it was found with.
+struct WeightedOptimum {
+    optimum: Optimum,
+    weights: Vec<f64>,
+}
 
 impl Search<'_> {
-    /// Whether recordings lead the ends of all rods that move.
+    /// Whether recordings prescribe the ends of all rods with a measured motion, and there is such a rod.
     pub fn is_displacement_driven(&self) -> bool {
         let mut moving = self.experiments.iter().filter(|e| e.moves()).peekable();
         moving.peek().is_some() && moving.all(|e| e.problem.scene().supports.path.is_some())
     }
 
-    /// The best of the starts on the whole recordings.
-    pub fn led(&mut self) -> Result<Optimum, Error> {
-        let mut best: Option<(Optimum, Vec<f64>)> = None;
+    /// The best optimum of all starts on the whole recordings. The search takes its leverage weights.
+    pub fn driven_optimum(&mut self) -> Result<Optimum, Error> {
+        // Each start has its own leverage weights, so that costs are compared with common ones.
+        let mut best: Option<WeightedOptimum> = None;
         let mut failure = None;
-        for start in self.led_starts()? {
-            match self.led_from(start) {
+        for start in self.driven_starts()? {
+            match self.fit_driven(start) {
                 Ok(optimum) => {
-                    let is_lower = |(other, weights): &(Optimum, Vec<f64>)| {
-                        self.cost_with(&optimum, weights) < self.cost_with(other, weights)
+                    let is_lower = |best: &WeightedOptimum| {
+                        self.cost_with(&optimum, &best.weights)
+                            < self.cost_with(&best.optimum, &best.weights)
                     };
                     if best.as_ref().is_none_or(is_lower) {
-                        best = Some((optimum, self.leverage_weights.clone()));
+                        let weights = self.leverage_weights.clone();
+                        best = Some(WeightedOptimum { optimum, weights });
                     }
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => failure = Some(error),
             }
         }
-        let nothing = || {
-            Error::Fit(
-                "no start value for the fit was found. Give a start or bounds for each \
-                                     parameter"
-                    .into(),
-            )
-        };
-        let (optimum, weights) = best.ok_or_else(|| match failure {
+        let best = best.ok_or_else(|| match failure {
             Some(error) => Error::Fit(format!(
-                "the scene cannot be simulated at the start values: {error}. Give \
-                                               another start"
+                "the scene cannot be simulated at the start values: {error}. Give another start"
             )),
-            None => nothing(),
+            None => Error::Fit(NO_START.into()),
         })?;
-        self.leverage_weights = weights;
-        Ok(optimum)
+        self.leverage_weights = best.weights;
+        Ok(best.optimum)
     }
 
     /// The objective at an optimum with the smaller one of two weights of each value: those of this search and
-    /// `weights`. Only with the same weights can two optima be compared.
+    /// `weights`. Two optima are comparable only with the same weights.
     fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
-        let weight = |k: usize| {
-            let of = |weights: &[f64]| weights.get(k).copied().unwrap_or(1.0);
-            of(weights).min(of(&self.leverage_weights))
-        };
+        let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0).min(self.leverage_weight(k));
         let mut cost = half_sum_of_squares(&optimum.residuals[optimum.counts.iter().sum()..]);
         for MeasuredResiduals { measurement, residuals, rows, .. } in self.measured(optimum) {
             let loss = measurement.loss();
@@ -97,77 +97,81 @@ impl Search<'_> {
         cost
     }
 
-    /// The given start, or the lowest points of a scan over Young's modulus.
-    fn led_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
-        let given = |u: &Unknown| Some(u.to_scale(self.led_start(u)?));
+    /// The given start, or the lowest minima of a scan over Young's modulus.
+    fn driven_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
+        // A start of all unknowns makes a scan unnecessary: the recording forces the motion.
+        let given = |u: &Unknown| Some(u.to_scale(self.driven_start(u)?));
         if let Some(start) = self.unknowns.iter().map(given).collect() {
             return Ok(vec![start]);
         }
         let first = self.first_periods(1.0);
-        let mut scanned = self.scan(&Coarse::as_it_is(self), &first, 1)?;
-        let lower = |k: usize, other: Option<&Candidate>| {
-            other.is_none_or(|other| scanned[k].cost <= other.cost)
+        let scanned = self.scan(&CoarseModel::from_full_model(self), &first, 1)?;
+        let cost = |k: Option<usize>| {
+            k.and_then(|k| scanned.get(k)).map_or(f64::INFINITY, |candidate| candidate.cost)
         };
-        let lowest: Vec<bool> = (0..scanned.len())
-            .map(|k| {
-                let before = k.checked_sub(1).and_then(|k| scanned.get(k));
-                lower(k, before) && lower(k, scanned.get(k + 1))
-            })
-            .collect();
-        let mut lowest = lowest.into_iter();
-        scanned.retain(|_| lowest.next() == Some(true));
-        scanned.sort_by_cached_key(|x| total_order(x.cost));
-        let least = scanned.first().map_or(0.0, |c| c.cost);
-        let rivals = scanned.into_iter().filter(|c| c.cost <= RIVAL * least).take(DESCENTS);
-        Ok(rivals.map(|c| c.x).collect())
+        let is_minimum = |k: &usize| {
+            cost(Some(*k)) <= cost(k.checked_sub(1)) && cost(Some(*k)) <= cost(Some(k + 1))
+        };
+        let mut minima: Vec<&Candidate> =
+            (0..scanned.len()).filter(is_minimum).map(|k| &scanned[k]).collect();
+        // Only minima of the scan with a competitive misfit descend: each descent costs many simulations.
+        minima.sort_by_cached_key(|x| total_order(x.cost));
+        let least = minima.first().map_or(0.0, |c| c.cost);
+        let competitive = minima.into_iter().filter(|c| c.cost <= COMPETITIVE * least);
+        Ok(competitive.take(DESCENTS).map(|c| c.x.clone()).collect())
     }
 
-    /// Where an unknown starts, in its unit; none where it is scanned.
-    pub(super) fn led_start(&self, unknown: &Unknown) -> Option<f64> {
+    /// The start of an unknown, in its unit: the given one, the mean of the prior, or the value of the scene; none of Young's
+    /// modulus without a given start, which is scanned.
+    pub(super) fn driven_start(&self, unknown: &Unknown) -> Option<f64> {
         let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
         if hint.is_some() || unknown.is_stiffness() {
             return hint;
         }
-        self.here(unknown)
+        self.scene_value(unknown)
     }
 
-    /// What the scene says of an unknown, in its unit, if a search can start there.
-    pub(super) fn here(&self, unknown: &Unknown) -> Option<f64> {
+    /// The value of an unknown in the first scene that has it, in its unit; none where a search cannot start there, as at the
+    /// logarithm of zero.
+    pub(super) fn scene_value(&self, unknown: &Unknown) -> Option<f64> {
         let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
-        let here = unknown.parameter.of(own.problem.scene())?;
-        // A logarithm cannot start at zero.
-        (here > 0.0 || !unknown.parameter.is_positive()).then_some(here)
+        let value = unknown.parameter.of(own.problem.scene())?;
+        (value > 0.0 || !unknown.parameter.is_positive()).then_some(value)
     }
 
-    /// Fits the whole recordings from a start.
-    fn led_from(&mut self, start: Vec<f64>) -> Result<Optimum, Error> {
+    /// Fits the whole recordings from a start, with the leverage weights of the optimum.
+    fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
-        let rows = residuals.plain_jacobian(&start)?;
-        let (mut x, mut there) = (start.clone(), (residuals.plain(&start)?, rows));
-        let mut halved = residuals.halved();
-        self.leverage_weights = weights_by_leverage(&there.1);
-        for _ in 1..LOOKS {
-            let known = self.all_residuals()?.knowing(&x, there, halved);
-            let near = self.optimize(known, &x, (1e-10, NEARLY, BETWEEN), Some(Stage::Full))?;
+        let jacobian = residuals.plain_jacobian(&x)?;
+        self.leverage_weights = weights_by_leverage(&jacobian);
+        let mut start = Evaluation {
+            residuals: residuals.plain_residuals(&x)?,
+            jacobian: Some(jacobian),
+            halved: residuals.has_halved_steps(),
+            x,
+        };
+        // Weights and optimum depend on each other: a fixed-point iteration from the weights at the start.
+        for _ in 1..WEIGHTINGS {
+            let from = start.x.clone();
+            let known = self.all_residuals()?.with_evaluation(start);
+            let near = self.optimize(known, &from, BETWEEN_WEIGHTINGS, Some(SearchStage::Full))?;
             let weights = weights_by_leverage(&near.jacobian);
-            let settled = same(&weights, &self.leverage_weights);
-            if !settled {
-                self.leverage_weights = weights;
-            }
-            (x, there, halved) = (near.x, (near.residuals, near.jacobian), near.halved);
-            if settled {
+            start = near.into_evaluation();
+            if are_alike(&weights, &self.leverage_weights, SAME_WEIGHT) {
                 break;
             }
+            self.leverage_weights = weights;
         }
-        let optimum = self.raised(self.polish_knowing(&x, there, halved)?)?;
+        let optimum = self.with_raised_damping(self.polish_from(start)?)?;
         self.add_minimum(&optimum);
         Ok(optimum)
     }
 }
 
-/// Factors on the residuals, from their derivatives; empty where none runs away.
+/// The leverage weight of every residual, by the rows of the Jacobian; empty where all are 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
+    // The leverage of a row: its part of the squared norm of each column, summed over the columns.
     let mut squares = vec![0.0; rows.len()];
     for j in 0..rows.first().map_or(0, Vec::len) {
         let effect = rows.iter().map(|row| row[j] * row[j]).sum::<f64>();
@@ -178,19 +182,14 @@ fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
             *square += row[j] * row[j] / effect;
         }
     }
-    let seen: Vec<f64> = squares.iter().map(|s| s.sqrt()).filter(|size| *size > 0.0).collect();
-    if seen.is_empty() {
+    let positive: Vec<f64> = squares.iter().map(|s| s.sqrt()).filter(|size| *size > 0.0).collect();
+    if positive.is_empty() {
         return Vec::new();
     }
-    let most = MAX_LEVERAGE * Data::new(seen).median();
+    // The median is independent of the rows of large leverage.
+    let most = MAX_LEVERAGE * Data::new(positive).median();
     let weights: Vec<f64> = squares.iter().map(|square| most / square.sqrt().max(most)).collect();
     if weights.iter().all(|t| *t == 1.0) { Vec::new() } else { weights }
-}
-
-/// Whether two sets of factors weigh alike.
-fn same(a: &[f64], b: &[f64]) -> bool {
-    let at = |t: &[f64], i: usize| t.get(i).copied().unwrap_or(1.0);
-    (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < 0.2)
 }
 
 #[cfg(test)]
@@ -198,20 +197,20 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// Derivatives by four unknowns, each of which moves the values of its own place by 1 and the others by `far`.
+    /// Derivatives by four unknowns. Each moves the values of its own place by 1 and the others by `far`.
     fn local(far: f64) -> Vec<Vec<f64>> {
         (0..400).map(|i| (0..4).map(|j| if i % 4 == j { 1.0 } else { far }).collect()).collect()
     }
 
-    /// What an unknown does to its own place is no whip, however little it does elsewhere.
+    /// Every value has the same leverage: the sum over the unknowns is 1 of 100 for each.
     #[test]
-    fn what_acts_on_one_place_does_not_run_away() {
+    fn local_effects_of_unknowns_keep_full_weight() {
         assert!(weights_by_leverage(&local(1e-3)).is_empty());
     }
 
-    /// Of values that change 50 times as much as usual a fifth of counts; unknowns without effect have no say.
+    /// Values with 50 times the median leverage have the weight 10/50. An unknown without effect changes nothing.
     #[test]
-    fn a_whip_counts_for_less() {
+    fn high_leverage_rows_are_down_weighted() {
         let mut rows = local(0.1);
         for row in &mut rows[..8] {
             row.iter_mut().for_each(|d| *d *= 50.0);

@@ -3,8 +3,9 @@
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
+use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::search::{Search, Task};
+use crate::fit::unknown::ParameterPoint;
 use crate::problem::Problem;
 use std::ops::Range;
 
@@ -23,6 +24,7 @@ pub(crate) struct MeasuredResiduals<'a> {
     pub measurement: &'a Measurement,
     /// Unit of the residuals, in the unit of the measurement.
     pub sigma: f64,
+    /// Plain residuals, in units of sigma.
     pub residuals: &'a [f64],
     /// Rows of the residuals among all.
     pub rows: Range<usize>,
@@ -57,31 +59,31 @@ impl Search<'_> {
         })
     }
 
-    /// The optimum with unknown `i` held at a value on its scale; the others start `from` there.
+    /// The optimum with unknown `i` held at `held` on its scale. The other unknowns start at `from`.
     pub fn optimum_with_held(&self, i: usize, held: f64, from: &[f64]) -> Result<Optimum, Error> {
         let mut start = from.to_vec();
         start[i] = held;
         self.optimum_with_all_held(&[i], &start)
     }
 
-    /// The optimum from a start with some unknowns held at their values there.
+    /// The optimum from a start with some unknowns held at their values there; without free unknowns the start itself.
     fn optimum_with_all_held(&self, held: &[usize], start: &[f64]) -> Result<Optimum, Error> {
+        // Equal bounds hold an unknown without changing the number of columns of the Jacobian.
         let mut unknowns = self.unknowns.to_vec();
         for i in held {
             let value = unknowns[*i].from_scale(start[*i]);
             unknowns[*i] = unknowns[*i].clone().bounds(value, value);
         }
-        let search = Task { unknowns: &unknowns, ..self.task() }.search();
-        // Without free unknowns this takes one run.
+        let search = Search { unknowns: &unknowns, ..self.detached() };
         let optimum = search.polish(start);
         self.work.add(search.work.total());
         optimum
     }
 
-    /// The problem of an experiment with the values of the unknowns at `x`.
+    /// The problem of an experiment with the values of the unknowns at `x`, on their scales.
     pub fn problem_at(&self, x: &[f64], experiment: &Experiment) -> Result<Problem, Error> {
-        let own = self.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
-        experiment.problem.with_fixed_layout(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
+        let point = ParameterPoint { unknowns: self.unknowns, x };
+        experiment.problem.with_fixed_layout(point.values_of(experiment))
     }
 }
 
@@ -91,8 +93,8 @@ impl<'a> Fitted<'a> {
         self.search.measured(self.optimum)
     }
 
-    /// The optimum again, with these unknowns held. A step along a direction that the data do not determine
-    /// may end at the limits of the step, and the search there, short of the optimum along the others.
+    /// The optimum with these unknowns held at their values, from the same point. A step along a direction that the data do
+    /// not determine may end at the limit of its length, so that the search stops short of the optimum along the others.
     pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
         let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
         self.search.follow(&self.optimum.x, &found.x, &found);

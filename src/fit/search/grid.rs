@@ -1,4 +1,5 @@
-//! The misfit over a grid of starts: its minima are where fits may end.
+//! The misfit of the coarse model over a grid of values: its minima, and lower bounds of the misfit of descents from its
+//! points.
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -21,17 +22,41 @@ pub struct Landscape {
     pub misfit: Vec<f64>,
 }
 
-/// Misfits of a grid of starts; infinite where the simulation failed.
+/// Misfits of the coarse model over all combinations of values.
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
-    /// Values of each unknown on its scale, ascending. The last unknown's vary fastest.
+pub(crate) struct ScanGrid {
+    /// Values of each unknown on its scale, ascending.
     pub axes: Vec<Vec<f64>>,
-    pub points: Vec<(Vec<f64>, f64)>,
+    /// All combinations of values; those of the last unknown vary fastest.
+    pub points: Vec<GridPoint>,
 }
 
-impl Grid {
+/// A point of the grid.
+#[derive(Clone, Debug)]
+pub(crate) struct GridPoint {
+    /// The unknowns on their scales.
+    pub x: Vec<f64>,
+    /// Misfit; infinite where the simulation failed.
+    pub misfit: f64,
+}
+
+/// A minimum of the grid.
+#[derive(Clone, Debug)]
+pub(crate) struct GridMinimum {
+    /// The unknowns on their scales.
+    pub x: Vec<f64>,
+    pub misfit: f64,
+    /// Distance to the next value of each unknown, the larger one of both sides; infinite for a single value.
+    pub spacing: Vec<f64>,
+}
+
+/// Fewest values of an unknown that show a basin.
+const FEWEST_VALUES: usize = 3;
+
+impl ScanGrid {
     /// The least misfit over each unknown that has several values.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
+        // One curve per scanned unknown: the misfit minimized over the grid of all others.
         let over = |(i, _): (usize, &Vec<f64>)| {
             let line = self.line(i);
             Landscape {
@@ -41,114 +66,117 @@ impl Grid {
                 misfit: line.into_iter().map(|(_, misfit)| misfit).collect(),
             }
         };
-        self.axes.iter().enumerate().filter(|(_, axis)| axis.len() > 2).map(over).collect()
+        let axes = self.axes.iter().enumerate();
+        axes.filter(|(_, axis)| axis.len() >= FEWEST_VALUES).map(over).collect()
     }
 
     /// The values of an unknown on its scale, each with the least misfit over all values of the others.
     pub fn line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let least = |x: &f64| {
-            let slice = self.points.iter().filter(|(point, _)| point[unknown] == *x);
-            slice.map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min)
+            let slice = self.points.iter().filter(|point| point.x[unknown] == *x);
+            slice.map(|point| point.misfit).fold(f64::INFINITY, f64::min)
         };
         let axis = self.axes.get(unknown).into_iter().flatten();
         axis.map(|x| (*x, least(x))).collect()
     }
 
-    /// Number of values of each unknown.
-    fn lengths(&self) -> Vec<usize> {
-        self.axes.iter().map(Vec::len).collect()
-    }
-
-    /// Where on each axis a point is.
-    fn place(&self, index: usize) -> Vec<usize> {
-        let mut rest = index;
-        let mut place = vec![0; self.axes.len()];
-        for (slot, axis) in place.iter_mut().zip(&self.axes).rev() {
-            (*slot, rest) = (rest % axis.len(), rest / axis.len());
+    /// The index of a point's value on each axis.
+    fn indices(&self, point: usize) -> Vec<usize> {
+        let mut rest = point;
+        let mut indices = vec![0; self.axes.len()];
+        for (index, axis) in indices.iter_mut().zip(&self.axes).rev() {
+            (*index, rest) = (rest % axis.len(), rest / axis.len());
         }
-        place
+        indices
     }
 
-    fn cost(&self, place: &[usize]) -> f64 {
-        let index = place.iter().zip(&self.axes).fold(0, |index, (i, axis)| index * axis.len() + i);
-        self.points[index].1
+    /// The misfit of the point with these indices on the axes.
+    fn misfit(&self, indices: &[usize]) -> f64 {
+        let pairs = indices.iter().zip(&self.axes);
+        self.points[pairs.fold(0, |point, (i, axis)| point * axis.len() + i)].misfit
     }
 
-    /// Whether a point is below all its neighbours, diagonal ones too; of equal ones the first.
-    fn is_lowest(&self, index: usize) -> bool {
-        let (here, cost) = (self.place(index), self.points[index].1);
-        neighbours(&here, &self.lengths()).iter().all(|there| {
-            let other = self.cost(there);
-            cost < other || cost == other && here < *there
+    /// Whether a point is below all its neighbors, diagonal ones included. Of equal ones it is the first.
+    fn is_lowest(&self, point: usize) -> bool {
+        let (own, misfit) = (self.indices(point), self.points[point].misfit);
+        self.neighbors(&own).iter().all(|other| {
+            let other_misfit = self.misfit(other);
+            misfit < other_misfit || misfit == other_misfit && own < *other
         })
     }
 
-    /// The least misfit that a descent from a point may end with. Infinite on a slope, which leads to
-    /// where a better point leads. In a hollow it may be lower than the point by eight times as much as
-    /// parabolas through the neighbours can be: hollows are sharper than those. Anything, where an
-    /// unknown has fewer than three values: the scan says nothing about it.
-    pub fn floor(&self, index: usize) -> f64 {
-        if self.axes.iter().any(|axis| axis.len() < 3) {
-            return f64::NEG_INFINITY;
-        }
-        if !self.is_lowest(index) {
-            return f64::INFINITY;
-        }
-        let (here, cost) = (self.place(index), self.points[index].1);
-        let rise = |(k, axis): (usize, &Vec<f64>)| {
-            let at = |i: usize| {
-                let mut there = here.clone();
-                there[k] = i;
-                self.cost(&there) - cost
+    /// Indices of all points one step away along one or several axes.
+    fn neighbors(&self, own: &[usize]) -> Vec<Vec<usize>> {
+        let mut all = vec![Vec::new()];
+        for (i, axis) in own.iter().zip(&self.axes) {
+            let range = i.saturating_sub(1)..=(i + 1).min(axis.len() - 1);
+            let longer = |head: &Vec<usize>| {
+                let head = head.clone();
+                range.clone().map(move |j| [&head[..], &[j]].concat())
             };
-            // At an end of the axis as if it went on alike.
-            let (low, high) =
-                (here[k].checked_sub(1), Some(here[k] + 1).filter(|i| *i < axis.len()));
-            at(low.or(high).unwrap_or(here[k])) + at(high.or(low).unwrap_or(here[k]))
-        };
-        cost - self.axes.iter().enumerate().map(rise).sum::<f64>()
+            all = all.iter().flat_map(longer).collect();
+        }
+        // The point itself is no neighbor.
+        all.retain(|other| other != own);
+        all
     }
 
-    /// Inner points below all their neighbours, diagonal ones too, with the grid's spacing there;
-    /// best first. The edges are slopes, not basins.
-    pub fn minima(&self) -> Vec<(Vec<f64>, f64, Vec<f64>)> {
-        let lengths = self.lengths();
-        let is_minimum = |index: usize| {
-            let inner = |(i, n): (&usize, &usize)| *n < 3 || (*i > 0 && i + 1 < *n);
-            self.place(index).iter().zip(&lengths).all(inner) && self.is_lowest(index)
-        };
-        let spacing = |index: usize| {
-            let spacing = |(axis, i): (&Vec<f64>, usize)| {
-                let gap = |j: usize| axis.get(j + 1).map_or(0.0, |next| next - axis[j]);
-                // A single value says nothing about where others are.
-                if axis.len() < 2 { f64::INFINITY } else { gap(i).max(gap(i.saturating_sub(1))) }
+    /// A lower bound of the misfit at which a descent from a point may end. It is infinite on a slope, from which a descent
+    /// leads into the basin of a better point. In a basin it is below the point by the sum of the rises to both sides: eight
+    /// times the largest drop of parabolas through the neighbors, because basins are sharper. It is minus infinity where an
+    /// unknown has too few values for a basin.
+    pub fn descent_bound(&self, point: usize) -> f64 {
+        if self.axes.iter().any(|axis| axis.len() < FEWEST_VALUES) {
+            return f64::NEG_INFINITY;
+        }
+        if !self.is_lowest(point) {
+            return f64::INFINITY;
+        }
+        let (own, misfit) = (self.indices(point), self.points[point].misfit);
+        let rise = |(k, axis): (usize, &Vec<f64>)| {
+            let at = |i: usize| {
+                let mut other = own.clone();
+                other[k] = i;
+                self.misfit(&other) - misfit
             };
-            self.axes.iter().zip(self.place(index)).map(spacing).collect()
+            // Beyond an end of the axis the misfit is taken to rise as on the other side.
+            let low = own[k].checked_sub(1);
+            let high = Some(own[k] + 1).filter(|i| *i < axis.len());
+            at(low.or(high).unwrap_or(own[k])) + at(high.or(low).unwrap_or(own[k]))
         };
-        let mut minima: Vec<_> = (0..self.points.len())
-            .filter(|index| self.points[*index].1.is_finite() && is_minimum(*index))
-            .map(|index| (self.points[index].0.clone(), self.points[index].1, spacing(index)))
-            .collect();
-        minima.sort_by_cached_key(|x| total_order(x.1));
+        misfit - self.axes.iter().enumerate().map(rise).sum::<f64>()
+    }
+
+    /// Inner points below all their neighbors, diagonal ones included, the lowest first. A point at an edge is on a slope.
+    pub fn minima(&self) -> Vec<GridMinimum> {
+        let is_minimum = |point: usize| {
+            let is_inner = |(i, axis): (&usize, &Vec<f64>)| {
+                axis.len() < FEWEST_VALUES || (*i > 0 && i + 1 < axis.len())
+            };
+            self.indices(point).iter().zip(&self.axes).all(is_inner) && self.is_lowest(point)
+        };
+        let spacing = |(axis, i): (&Vec<f64>, usize)| {
+            let gap = |j: usize| axis.get(j + 1).map_or(0.0, |next| next - axis[j]);
+            if axis.len() < 2 { f64::INFINITY } else { gap(i).max(gap(i.saturating_sub(1))) }
+        };
+        let minimum = |(index, point): (usize, &GridPoint)| GridMinimum {
+            x: point.x.clone(),
+            misfit: point.misfit,
+            spacing: self.axes.iter().zip(self.indices(index)).map(spacing).collect(),
+        };
+        let points = self.points.iter().enumerate();
+        let is_candidate =
+            |(i, point): &(usize, &GridPoint)| point.misfit.is_finite() && is_minimum(*i);
+        // Failed simulations have an infinite misfit and are no minima.
+        let mut minima: Vec<GridMinimum> = points.filter(is_candidate).map(minimum).collect();
+        minima.sort_by_cached_key(|minimum| total_order(minimum.misfit));
         minima
     }
 }
 
-/// All places one step away along some axes.
-fn neighbours(here: &[usize], lengths: &[usize]) -> Vec<Vec<usize>> {
-    let mut all = vec![Vec::new()];
-    for (i, n) in here.iter().zip(lengths) {
-        let range = i.saturating_sub(1)..=(i + 1).min(n - 1);
-        all =
-            all.iter().flat_map(|head| range.clone().map(|j| [&head[..], &[j]].concat())).collect();
-    }
-    all.retain(|there| there != here);
-    all
-}
-
 #[cfg(test)]
-impl Grid {
-    /// Two wells, at (1, 0.7) and (5, 0.7) of a grid with flat ground between.
+impl ScanGrid {
+    /// A grid with two basins, at (1, 0.7) and (5, 0.7), and a constant misfit between them.
     pub fn two_wells() -> Self {
         let axes = vec![(0..8).map(f64::from).collect(), vec![0.5, 0.6, 0.7, 0.8, 0.9]];
         let well = |x: f64, y: f64, a: f64| (x - a).powi(2) + 25.0 * (y - 0.7).powi(2);
@@ -156,7 +184,7 @@ impl Grid {
             let row: &Vec<f64> = &axes[1];
             row.iter().map(|y| {
                 let (deep, shallow) = (1.0 + well(*x, *y, 1.0), 3.0 + 0.5 * well(*x, *y, 5.0));
-                (vec![*x, *y], deep.min(shallow).min(5.0))
+                GridPoint { x: vec![*x, *y], misfit: deep.min(shallow).min(5.0) }
             })
         });
         Self { points: points.collect(), axes: axes.clone() }
@@ -167,37 +195,42 @@ impl Grid {
 mod tests {
     use super::*;
 
-    /// Wells of other grids, seen at whole numbers, are not below what is said of them.
+    /// The bound is below the minimum of a basin between two grid points, and infinite outside of basins.
     #[test]
-    fn descents_from_a_grid_end_above_their_floors() {
-        let grid = Grid::two_wells();
-        for (index, (x, cost)) in grid.points.iter().enumerate() {
+    fn descent_bound_is_below_minima_between_grid_points() {
+        let grid = ScanGrid::two_wells();
+        for (index, GridPoint { x, misfit }) in grid.points.iter().enumerate() {
             match x[..] == [1.0, 0.7] || x[..] == [5.0, 0.7] {
-                true => assert!(grid.floor(index) < *cost, "{x:?}"),
-                false => assert_eq!(grid.floor(index), f64::INFINITY, "{x:?}"),
+                true => assert!(grid.descent_bound(index) < *misfit, "{x:?}"),
+                false => assert_eq!(grid.descent_bound(index), f64::INFINITY, "{x:?}"),
             }
         }
-        // A well between two points, as narrow as the basins of a vibration are.
+        // A basin 1 - exp(-2 (x - place)^2), as narrow as those of a vibration; its minimum is 0.
         for (place, lowest) in [(2.5, 2), (2.8, 3), (3.0, 3)] {
             let axis: Vec<f64> = (0..8).map(f64::from).collect();
-            let misfit = |x: &f64| (vec![*x], 1.0 - (-2.0 * (x - place).powi(2)).exp());
-            let grid = Grid { points: axis.iter().map(misfit).collect(), axes: vec![axis] };
-            assert!(grid.floor(lowest) <= 0.0, "{place}: {}", grid.floor(lowest));
+            let point = |x: &f64| GridPoint {
+                x: vec![*x],
+                misfit: 1.0 - (-2.0 * (x - place).powi(2)).exp(),
+            };
+            let grid = ScanGrid { points: axis.iter().map(point).collect(), axes: vec![axis] };
+            let bound = grid.descent_bound(lowest);
+            assert!(bound <= 0.0, "{place}: {bound}");
         }
-        let one = Grid { axes: vec![vec![0.0]], points: vec![(vec![0.0], 1.0)] };
-        assert_eq!(one.floor(0), f64::NEG_INFINITY);
+        let point = GridPoint { x: vec![0.0], misfit: 1.0 };
+        let one = ScanGrid { axes: vec![vec![0.0]], points: vec![point] };
+        assert_eq!(one.descent_bound(0), f64::NEG_INFINITY);
     }
 
+    /// The two basins are minima. A slope has its lowest point at an edge, and a constant misfit has no minimum.
     #[test]
-    fn minima_of_a_grid_are_its_wells() {
-        let minima = Grid::two_wells().minima();
-        let places: Vec<&[f64]> = minima.iter().map(|(x, ..)| &x[..]).collect();
+    fn grid_minima_are_its_basins() {
+        let minima = ScanGrid::two_wells().minima();
+        let places: Vec<&[f64]> = minima.iter().map(|minimum| &minimum.x[..]).collect();
         assert_eq!(places, [&[1.0, 0.7][..], &[5.0, 0.7]]);
-        // Edges and flat ground are none.
-        let mut slope = Grid::two_wells();
-        slope.points.iter_mut().for_each(|(x, cost)| *cost = x[0] + x[1]);
+        let mut slope = ScanGrid::two_wells();
+        slope.points.iter_mut().for_each(|point| point.misfit = point.x[0] + point.x[1]);
         assert!(slope.minima().is_empty());
-        slope.points.iter_mut().for_each(|(_, cost)| *cost = 1.0);
+        slope.points.iter_mut().for_each(|point| point.misfit = 1.0);
         assert!(slope.minima().is_empty());
     }
 }

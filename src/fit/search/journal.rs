@@ -1,9 +1,9 @@
-//! What a search came across on its way to the optimum.
+//! The journal of a search: the history of evaluated points, the best point, the scan and the minima.
 
-use crate::fit::search::grid::{Grid, Landscape};
-use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima, values};
+use crate::fit::search::grid::{Landscape, ScanGrid};
+use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};
 use crate::fit::search::minimum::{Minimum, Squares};
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -33,16 +33,21 @@ impl Iterate {
     }
 }
 
-/// Parts of a search, in their order.
+/// Stages of a search, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub(crate) enum Stage {
+pub(crate) enum SearchStage {
+    /// Coarse model at the points of a grid, over the first period.
     Scan,
+    /// Descents of the coarse model.
     Coarse,
+    /// Descents of the full model over growing parts of the records.
     Growing,
+    /// Descents of the full model over the whole records.
     Full,
 }
 
-impl Stage {
+impl SearchStage {
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scan => "scan",
@@ -53,64 +58,71 @@ impl Stage {
     }
 }
 
-/// A point that was looked at.
+/// An evaluated point.
 #[derive(Clone, Debug)]
 pub(crate) struct Visit {
-    pub stage: Stage,
+    pub stage: SearchStage,
+    /// The unknowns on their scales.
     pub x: Vec<f64>,
+    /// Half the sum of the losses.
     pub cost: f64,
-    /// The residuals there, plain, without a robust loss: more of them the more of the record was
-    /// looked at.
+    /// Plain residuals: more of them for a larger part of the records.
     pub residuals: Vec<f64>,
-    /// How many each measurement has.
+    /// Number of residuals of each measurement.
     pub counts: Vec<usize>,
 }
 
-/// A visit as the history keeps it: without its residuals, in no weighting.
+/// An evaluated point in the history: sums of squares instead of residuals, without weights.
 #[derive(Debug)]
 struct JournalEntry {
-    stage: Stage,
+    stage: SearchStage,
     x: Vec<f64>,
     /// Work so far, steps times segments.
     work: f64,
+    /// Number of residuals.
     residuals: usize,
     squares: Squares,
 }
 
-/// The record of a search.
+/// The journal, shared by the threads of a search.
 #[derive(Debug, Default)]
-pub(crate) struct Journal(Mutex<Records>);
+pub(crate) struct Journal(Mutex<JournalRecords>);
 
+/// Content of the journal.
 #[derive(Debug, Default)]
-struct Records {
+struct JournalRecords {
     history: Vec<JournalEntry>,
-    /// Sigmas of the measurements that residuals are in units of now.
+    /// Sigmas of the measurements in whose units the residuals are at present.
     sigmas: Vec<f64>,
+    /// The best point of the last stage.
     best: Option<Visit>,
-    grid: Option<Grid>,
-    /// Where fits of the full model ended.
+    /// The last scan.
+    grid: Option<ScanGrid>,
+    /// Minima of the full model.
     minima: Vec<Minimum>,
-    /// How many meshes and steps there have been beside the first.
+    /// Number of changes of mesh and steps.
     numerics: usize,
 }
 
 impl Journal {
-    fn records(&self) -> MutexGuard<'_, Records> {
+    /// The locked content. A thread that panicked leaves a valid one.
+    fn records(&self) -> MutexGuard<'_, JournalRecords> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes a point, after this much work, steps times segments.
+    /// Records an evaluated point and the work so far, steps times segments.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
-        let noted = JournalEntry {
+        let entry = JournalEntry {
             stage: *stage,
             x: x.clone(),
             work,
             residuals: residuals.len(),
             squares: Squares::new(residuals, counts, &records.sigmas, *cost),
         };
-        records.history.push(noted);
+        records.history.push(entry);
+        // Costs are comparable for the same stage and the same part of the records.
         let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = records.best.as_ref().is_none_or(|b| {
             rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
@@ -120,24 +132,24 @@ impl Journal {
         }
     }
 
-    /// Notes a scan; only the last is kept.
-    pub fn scan(&self, grid: Grid) {
+    /// Records a scan in the place of the last one.
+    pub fn set_scan(&self, grid: ScanGrid) {
         self.records().grid = Some(grid);
     }
 
-    /// The number of another mesh and other steps.
+    /// Counts a change of mesh and steps, and returns its number from 1 on.
     pub fn add_numerics(&self) -> usize {
         let mut records = self.records();
         records.numerics += 1;
         records.numerics
     }
 
-    /// Records where a fit of the full model ended.
+    /// Records the end of a fit of the full model.
     pub fn add_minimum(&self, minimum: Minimum) {
         self.records().minima.push(minimum);
     }
 
-    /// Records what became of the minimum at `before` on another mesh or with other weights.
+    /// Replaces the minimum at `before` by the minimum to which it moved on another mesh or with other weights.
     pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
         let mut records = self.records();
         records.minima.retain(|other| distance(&other.x, before) > SAME);
@@ -149,54 +161,55 @@ impl Journal {
         self.records().minima.clone()
     }
 
-    /// The scan's least misfit over all others against an unknown, on its scale; empty if it was not scanned.
+    /// The values of an unknown in the scan, on its scale, each with the least misfit over all values of the others; empty
+    /// without a scan.
     pub fn scanned_line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let records = self.records();
         records.grid.as_ref().map_or(Vec::new(), |grid| grid.line(unknown))
     }
 
-    /// The values of an unknown that the scan had, on its scale; fewer than three if it was not scanned.
+    /// The values of an unknown in the scan, on its scale; empty without a scan.
     pub fn scanned_values(&self, unknown: usize) -> Vec<f64> {
         let records = self.records();
         let axis = records.grid.as_ref().and_then(|grid| grid.axes.get(unknown));
         axis.cloned().unwrap_or_default()
     }
 
-    /// Residuals are in units of these sigmas from now on: costs before and after this cannot be
-    /// compared.
+    /// Sets the sigmas in whose units later residuals are. The best point is dropped: costs with other sigmas are not
+    /// comparable.
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
         records.best = None;
         records.sigmas = sigmas.to_vec();
     }
 
-    /// The best point of the farthest stage.
+    /// The best point of the last stage.
     pub fn best(&self) -> Option<Visit> {
         self.records().best.clone()
     }
 
-    /// The iterates in the order of their work, in the parameters' units, all of them in the weighting of these `sigmas`.
-    /// `full_work` is the work of one full simulation: that of another mesh would make the work go back.
+    /// The history in the order of the work, with values in the units of the parameters and misfits with the weights of
+    /// `sigmas`. `full_work` is the work of one full simulation on the final mesh: with one unit for all, work ascends.
     pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64], full_work: f64) -> Vec<Iterate> {
-        let iterate = |noted: &JournalEntry| Iterate {
-            stage: noted.stage.name().into(),
-            simulations: noted.work / full_work,
-            misfit: noted.squares.misfit(sigmas),
-            residuals: noted.residuals,
-            values: values(unknowns, &noted.x),
+        let iterate = |entry: &JournalEntry| Iterate {
+            stage: entry.stage.name().into(),
+            simulations: entry.work / full_work,
+            misfit: entry.squares.misfit(sigmas),
+            residuals: entry.residuals,
+            values: ParameterPoint { unknowns, x: &entry.x }.values(),
         };
         let mut history: Vec<Iterate> = self.records().history.iter().map(iterate).collect();
-        // Threads share the counter.
+        // Threads that share the counter record their points in any order.
         history.sort_by_cached_key(|x| total_order(x.simulations));
         history
     }
 
-    /// The scan over each unknown that it had several values of.
+    /// The scan over each unknown that has several values in it.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
-    /// The minima that were found, of which `chosen` was taken; all objectives with the weights of these `sigmas`.
+    /// The local minima, of which `chosen` is the result. All objectives have the weights of `sigmas`.
     pub fn local_minima(
         &self,
         unknowns: &[Unknown],
@@ -204,14 +217,14 @@ impl Journal {
         chosen: Option<&Minimum>,
     ) -> LocalMinima {
         let records = self.records();
-        local_minima(unknowns, (&records.minima, sigmas), records.grid.as_ref(), chosen)
+        local_minima(unknowns, &records.minima, sigmas, records.grid.as_ref(), chosen)
     }
 }
 
 #[cfg(test)]
 impl Journal {
-    /// Forgets all minima.
-    pub fn forget_minima(&self) {
+    /// Removes all minima.
+    pub fn clear_minima(&self) {
         self.records().minima.clear();
     }
 }
@@ -221,8 +234,9 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
+    /// A point of the full model is better than any of the coarse model, and a larger part of the records than a smaller one.
     #[test]
-    fn the_best_is_that_of_the_farthest_stage() {
+    fn best_point_is_lowest_of_last_stage() {
         let journal = Journal::default();
         journal.reweight(&[1.0]);
         let visit = |stage, count, cost| Visit {
@@ -232,23 +246,23 @@ mod tests {
             residuals: vec![0.0; count],
             counts: vec![count],
         };
-        journal.visit(visit(Stage::Coarse, 1, 3.0), 0.1);
-        journal.visit(visit(Stage::Full, 2, 8.0), 1.0);
-        journal.visit(visit(Stage::Full, 2, 5.0), 2.0);
-        journal.visit(visit(Stage::Full, 2, 6.0), 3.0);
-        journal.visit(visit(Stage::Growing, 1, 1.0), 4.0);
+        journal.visit(visit(SearchStage::Coarse, 1, 3.0), 0.1);
+        journal.visit(visit(SearchStage::Full, 2, 8.0), 1.0);
+        journal.visit(visit(SearchStage::Full, 2, 5.0), 2.0);
+        journal.visit(visit(SearchStage::Full, 2, 6.0), 3.0);
+        journal.visit(visit(SearchStage::Growing, 1, 1.0), 4.0);
         assert_eq!(journal.best().map(|best| best.cost), Some(5.0));
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         assert_eq!(journal.history(&unknowns, &[1.0], 1.0).len(), 5);
     }
 
-    /// A coarse mesh has simulations of less work, and many of them; its iterates still come first.
+    /// Work is in units of the final mesh, so that the many small simulations of a coarse mesh come first.
     #[test]
     fn history_of_a_refined_mesh_has_ascending_work() {
         let journal = Journal::default();
         journal.reweight(&[1.0]);
         let visit = || Visit {
-            stage: Stage::Full,
+            stage: SearchStage::Full,
             x: vec![0.0],
             cost: 1.0,
             residuals: vec![1.0],
@@ -263,17 +277,17 @@ mod tests {
         assert_eq!((work[0], work[22]), (0.1, 5.0));
     }
 
-    /// The same place costs the same before and after the weights have changed.
+    /// A point has the same misfit whether it was recorded before or after the weights changed. With sigmas of 1 it is
+    /// (3^2 + 4^2 + 5^2 + 6^2)/2 = 43, the last square being that of a prior.
     #[test]
-    fn the_way_is_seen_in_one_weighting() {
+    fn history_misfits_have_one_weighting() {
         let journal = Journal::default();
         for sigmas in [[2.0, 1.0], [0.5, 4.0]] {
             journal.reweight(&sigmas);
             let residuals = vec![3.0 / sigmas[0], 4.0 / sigmas[1], 5.0 / sigmas[1], 6.0];
             let cost = 0.5 * residuals.iter().map(|r| r * r).sum::<f64>();
-            let visit =
-                Visit { stage: Stage::Full, x: vec![0.0], cost, residuals, counts: vec![1, 2] };
-            journal.visit(visit, 1.0);
+            let (stage, counts) = (SearchStage::Full, vec![1, 2]);
+            journal.visit(Visit { stage, x: vec![0.0], cost, residuals, counts }, 1.0);
         }
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         for (sigmas, cost) in [([1.0, 1.0], 43.0), ([0.1, 1.0], 0.5 * (900.0 + 41.0 + 36.0))] {

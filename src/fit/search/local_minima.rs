@@ -1,15 +1,18 @@
-//! The minima of the misfit that a search saw, told in words: the number found is worth no more than
-//! what it was preferred to.
+//! The report of the local minima that a search found: the chosen one, other minima of the full model, and minima of the scan
+//! that were not refined.
 
-use crate::fit::search::grid::Grid;
+use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 
-/// Minima of the scan that are listed; all are counted.
+/// Largest number of listed minima of the scan. The count includes all.
 const LISTED: usize = 20;
-/// Optima nearer than this on the unknowns' scales are one.
+/// Largest distance from a minimum of the scan to a minimum of the full model that was reached from it, over the spacing of
+/// the grid.
+const SAME_BASIN: f64 = 1.5;
+/// Largest distance of two points on the unknowns' scales that are the same optimum.
 pub(crate) const SAME: f64 = 1e-2;
 
 /// Local minima of the misfit that the search found.
@@ -58,20 +61,22 @@ pub enum MinimumSource {
     Scan,
 }
 
-/// The minima that were found, of which `chosen` was taken; all objectives with the weights of `sigmas`.
+/// The report of the `minima` of the full model and those of the scan, of which `chosen` is the result. All objectives have the
+/// weights of `sigmas`.
 pub(crate) fn local_minima(
     unknowns: &[Unknown],
-    (minima, sigmas): (&[Minimum], &[f64]),
-    grid: Option<&Grid>,
+    minima: &[Minimum],
+    sigmas: &[f64],
+    grid: Option<&ScanGrid>,
     chosen: Option<&Minimum>,
 ) -> LocalMinima {
     let misfit = |minimum: &Minimum| minimum.squares.misfit(sigmas);
     let mut minima: Vec<&Minimum> = minima.iter().collect();
     minima.sort_by_cached_key(|x| total_order(misfit(x)));
-    // New weights and other meshes move the chosen one a little.
+    // The chosen minimum comes first: other weights and meshes move it a little from the recorded one.
     let mut reached: Vec<&Minimum> = chosen.into_iter().collect();
     for minimum in minima {
-        // Lower on another mesh is not lower here, where the nearest ones have been followed.
+        // Objectives of other meshes are not comparable. The competing minima were followed to the final mesh.
         let is_lower_elsewhere = chosen
             .is_some_and(|own| own.numerics != minimum.numerics && misfit(minimum) < misfit(own));
         if !is_lower_elsewhere && reached.iter().all(|other| distance(&minimum.x, &other.x) > SAME)
@@ -79,51 +84,57 @@ pub(crate) fn local_minima(
             reached.push(minimum);
         }
     }
+    // Misfits are reported relative to the lowest one of the same model.
     let least = reached.iter().map(|minimum| misfit(minimum)).fold(f64::INFINITY, f64::min);
-    let basin = |(k, minimum): (usize, &&Minimum)| LocalMinimum {
+    let values = |x: &[f64]| ParameterPoint { unknowns, x }.values();
+    let fitted = |(k, minimum): (usize, &&Minimum)| LocalMinimum {
         found_by: MinimumSource::Fit,
-        values: values(unknowns, &minimum.x),
+        values: values(&minimum.x),
         misfit: misfit(minimum),
         relative: ratio(misfit(minimum), least),
         converged: minimum.converged,
         chosen: k == 0 && chosen.is_some(),
     };
-    let mut list: Vec<LocalMinimum> = reached.iter().enumerate().map(basin).collect();
+    let mut list: Vec<LocalMinimum> = reached.iter().enumerate().map(fitted).collect();
     let is_comparable = |other: &&Minimum| chosen.is_none_or(|own| own.numerics == other.numerics);
-    let comparable: Vec<bool> = reached.iter().map(is_comparable).collect();
-    let scanned = grid.map_or(Vec::new(), Grid::minima);
+    let next_is_comparable = reached.get(1).is_none_or(is_comparable);
+    // Minima of the scan near a minimum of the full model were refined to it.
+    let scanned = grid.map_or(Vec::new(), ScanGrid::minima);
     let points = grid.map_or(0, |grid| grid.points.len());
-    let least = scanned.first().map_or(0.0, |(_, cost, _)| *cost);
-    let unfollowed = scanned.iter().filter(|(x, _, spacing)| {
-        let at = |other: &&Minimum| {
-            x.iter().zip(&other.x).zip(spacing).all(|((x, y), h)| (x - y).abs() <= 1.5 * h)
+    let least = scanned.first().map_or(0.0, |minimum| minimum.misfit);
+    let is_unrefined = |own: &&GridMinimum| {
+        let is_near = |other: &&Minimum| {
+            let mut pairs = own.x.iter().zip(&other.x).zip(&own.spacing);
+            pairs.all(|((x, y), h)| (x - y).abs() <= SAME_BASIN * h)
         };
-        !reached.iter().any(at)
-    });
-    let unfollowed: Vec<LocalMinimum> = unfollowed
-        .map(|(x, cost, _)| LocalMinimum {
-            found_by: MinimumSource::Scan,
-            values: values(unknowns, x),
-            misfit: *cost,
-            relative: ratio(*cost, least),
-            converged: false,
-            chosen: false,
-        })
-        .collect();
-    let count = list.len() + unfollowed.len();
-    let summary = in_words(unknowns, (&list, &comparable), &unfollowed, points);
-    list.extend(unfollowed.into_iter().take(LISTED));
+        !reached.iter().any(is_near)
+    };
+    let unrefined = |own: &GridMinimum| LocalMinimum {
+        found_by: MinimumSource::Scan,
+        values: values(&own.x),
+        misfit: own.misfit,
+        relative: ratio(own.misfit, least),
+        converged: false,
+        chosen: false,
+    };
+    let unrefined: Vec<LocalMinimum> = scanned.iter().filter(is_unrefined).map(unrefined).collect();
+    let count = list.len() + unrefined.len();
+    let summary = summary(unknowns, &list, next_is_comparable, &unrefined, points);
+    list.extend(unrefined.into_iter().take(LISTED));
     LocalMinima { count, list, summary }
 }
 
-fn in_words(
+/// The selection as text: the number of minima, the next one after the chosen one, and the best unrefined minimum of a scan
+/// of this number of `points`. Empty without a chosen minimum.
+fn summary(
     unknowns: &[Unknown],
-    (fitted, comparable): (&[LocalMinimum], &[bool]),
+    fitted: &[LocalMinimum],
+    next_is_comparable: bool,
     scanned: &[LocalMinimum],
     points: usize,
 ) -> String {
-    let at = |basin: &LocalMinimum| {
-        let pairs = unknowns.iter().zip(&basin.values);
+    let at = |minimum: &LocalMinimum| {
+        let pairs = unknowns.iter().zip(&minimum.values);
         let words = pairs.map(|(unknown, value)| {
             format!("{unknown} = {} {}", four_digits(*value), unknown.parameter.unit())
         });
@@ -143,7 +154,7 @@ fn in_words(
     };
     if let Some(next) = fitted.get(1) {
         let ratio = times(next.misfit / chosen.misfit);
-        let numerics = if comparable[1] { "" } else { " on another mesh" };
+        let numerics = if next_is_comparable { "" } else { " on another mesh" };
         words += &format!("; the next, {}, has {ratio} times the misfit{numerics}", at(next));
     }
     if let Some(next) = scanned.first() {
@@ -156,6 +167,7 @@ fn in_words(
     words
 }
 
+/// A value with four significant digits.
 fn four_digits(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
@@ -167,12 +179,9 @@ fn four_digits(value: f64) -> String {
     }
 }
 
+/// A ratio as text: two decimals, or one digit and an exponent from 100 on.
 fn times(ratio: f64) -> String {
     if ratio < 100.0 { format!("{ratio:.2}") } else { format!("{ratio:.0e}") }
-}
-
-pub(crate) fn values(unknowns: &[Unknown], x: &[f64]) -> Vec<f64> {
-    unknowns.iter().zip(x).map(|(unknown, x)| unknown.from_scale(*x)).collect()
 }
 
 /// The largest difference between two points on the unknowns' scales.
@@ -180,8 +189,9 @@ pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-fn ratio(cost: f64, least: f64) -> f64 {
-    if cost == least { 1.0 } else { cost / least }
+/// The ratio of two misfits; 1 of two zeros.
+fn ratio(misfit: f64, least: f64) -> f64 {
+    if misfit == least { 1.0 } else { misfit / least }
 }
 
 #[cfg(test)]
@@ -189,32 +199,34 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
+    /// Of three fits two end in one minimum. The scan's minimum at (1, 0.7) was refined, that at (5, 0.7) was not.
     #[test]
-    fn what_was_followed_counts_once() {
+    fn refined_minima_are_counted_once() {
         let unknowns = [Parameter::YoungsModulus, Parameter::Beta].map(Unknown::new);
         let minima = [([1.2, 0.71], 4.0), ([1.2005, 0.71], 4.1), ([2.9, 0.71], 8.0)]
-            .map(|(x, cost)| Minimum::at(&x, cost));
-        let grid = Grid::two_wells();
-        let found = (&minima[..], &[1.0][..]);
-        let basins = local_minima(&unknowns, found, Some(&grid), Some(&minima[0]));
-        assert_eq!((basins.count, basins.list.len()), (3, 3), "{basins:?}");
-        let seen: Vec<_> = basins.list.iter().map(|b| (b.found_by, b.chosen, b.relative)).collect();
+            .map(|(x, cost)| Minimum::with_cost(&x, cost));
+        let grid = ScanGrid::two_wells();
+        let found = local_minima(&unknowns, &minima, &[1.0], Some(&grid), Some(&minima[0]));
+        assert_eq!((found.count, found.list.len()), (3, 3), "{found:?}");
+        let listed: Vec<_> =
+            found.list.iter().map(|b| (b.found_by, b.chosen, b.relative)).collect();
         assert_eq!(
-            seen,
+            listed,
             [
                 (MinimumSource::Fit, true, 1.0),
                 (MinimumSource::Fit, false, 2.0),
                 (MinimumSource::Scan, false, 3.0)
             ]
         );
-        assert!(basins.summary.contains("3 local minima") && basins.summary.contains("2.00 times"));
+        assert!(found.summary.contains("3 local minima") && found.summary.contains("2.00 times"));
         let landscape = grid.landscape(&unknowns);
         assert_eq!((landscape.len(), landscape[0].misfit[1]), (2, 1.0));
     }
 
+    /// A search that was stopped before its first minimum reports none.
     #[test]
-    fn nothing_seen_nothing_said() {
-        let empty = local_minima(&[Unknown::new(Parameter::Beta)], (&[], &[]), None, None);
+    fn summary_without_minima_is_empty() {
+        let empty = local_minima(&[Unknown::new(Parameter::Beta)], &[], &[], None, None);
         assert_eq!((empty.count, empty.summary.as_str()), (0, ""));
     }
 }

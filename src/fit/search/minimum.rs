@@ -1,21 +1,21 @@
-//! Minima that fits of the full model ended in, and whether their objectives can be compared.
+//! Minima of the full model, with objectives that can be computed for any weights.
 //!
-//! Two objectives can be compared only on the same mesh, with the same steps and the same weights. Each minimum
-//! therefore keeps the numerics that it was found with, and its sums of squares in the units of the measurements:
-//! the objective follows for any weights.
+//! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each minimum
+//! therefore has the number of its numerics, and its sums of squares in the units of the measurements.
 
 /// Sums of squared residuals without the weights of the measurements.
 #[derive(Clone, Debug)]
 pub(crate) struct Squares {
     /// Sum of squares of each measurement, in its unit squared.
     measurements: Vec<f64>,
+    /// Sum of squares of the residuals of the priors.
     priors: f64,
-    /// Sum of the losses over the sum of the squares, as the weights at that time had it.
+    /// Sum of the losses over the sum of the squares, with the weights of the fit.
     robust: f64,
 }
 
 impl Squares {
-    /// Of plain residuals in units of `sigmas`, `counts` of each measurement and then those of the priors; `cost` is
+    /// The sums of plain residuals in units of `sigmas`: `counts` of each measurement, then those of the priors. `cost` is
     /// half the sum of their losses.
     pub fn new(residuals: &[f64], counts: &[usize], sigmas: &[f64], cost: f64) -> Self {
         let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
@@ -31,7 +31,7 @@ impl Squares {
         Self { measurements, priors: square(rest), robust }
     }
 
-    /// Half the sum of the losses in a weighting; of robust losses as their own weighting had it.
+    /// Half the sum of the losses with the weights of `sigmas`. The ratio of robust losses to squares is that of the fit.
     pub fn misfit(&self, sigmas: &[f64]) -> f64 {
         let pairs = self.measurements.iter().zip(sigmas);
         let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
@@ -39,26 +39,26 @@ impl Squares {
     }
 }
 
-/// A minimum in which a fit of the full model to the whole records ended.
+/// The end of a fit of the full model to the whole records.
 #[derive(Clone, Debug)]
 pub(crate) struct Minimum {
     /// The unknowns on their scales.
     pub x: Vec<f64>,
     pub squares: Squares,
     pub converged: bool,
-    /// Number of the mesh and the steps that it was found with.
+    /// Number of its mesh and steps.
     pub numerics: usize,
 }
 
 #[cfg(test)]
 impl Minimum {
-    /// A converged minimum of one measurement with unit weight.
-    pub fn at(x: &[f64], cost: f64) -> Self {
+    /// A converged minimum at `x` with this cost of one measurement with unit weight.
+    pub fn with_cost(x: &[f64], cost: f64) -> Self {
         let squares = Squares::new(&[(2.0 * cost).sqrt()], &[1], &[1.0], cost);
         Self { x: x.to_vec(), squares, converged: true, numerics: 0 }
     }
 
-    /// With an objective that is so many times as large.
+    /// With its objective multiplied by a factor.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.squares.robust *= factor;
         self

@@ -1,50 +1,50 @@
-//! Minima found on the way that may be lower than the chosen one.
+//! Comparison of the chosen minimum with other recorded minima, which may be lower on the final mesh.
 //!
-//! A search begins on a coarse mesh and with preliminary weights, and ends with others. The order of two minima may
-//! change with them. So the minima whose recorded objective is near the chosen one's are followed once more, on the
-//! final mesh and with the final weights, and the lowest is taken.
+//! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and the
+//! weights. So the minima whose recorded objective is near that of the chosen one are fitted again, on the
+//! final mesh and with the final weights.
 
-use crate::error::Error;
+use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
-use crate::fit::search::local_minima::{SAME, distance, values};
+use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::search::optimum::Optimum;
-use crate::fit::unknown::Unknown;
+use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 
-/// Minima of other meshes with an objective up to this many times the chosen one's are followed: another mesh changes
+/// Largest recorded objective of a competing minimum of another mesh, over that of the chosen minimum. Another mesh changes
 /// an objective by some tens of per cent.
 const NEAR_OBJECTIVE: f64 = 1.5;
-/// So many are followed at most, the lowest first.
+/// Largest number of minima that are fitted again, the lowest first.
 const MOST_FOLLOWED: usize = 3;
 /// Twice the difference of two objectives, in units of the variance of the noise, that the noise explains: the
 /// threshold of a likelihood ratio at two standard deviations.
 const EXPLAINED_BY_NOISE: f64 = 4.0;
 
-/// What following the other minima has found.
+/// Result of the comparison.
 pub(crate) struct MinimumComparison<'a> {
-    /// The search, which no longer follows an objective that hardly changes.
+    /// The search, with an optimizer that ends where the objective hardly changes.
     pub search: Search<'a>,
-    /// A lower minimum than the chosen one.
+    /// The lowest minimum, if it is lower than the chosen one.
     pub lower: Option<Optimum>,
-    /// Where the objective is clearly lower, though the optimizer did not converge there.
+    /// A point with a clearly lower objective at which the optimizer did not converge.
     pub unreached: Option<Vec<f64>>,
 }
 
 impl<'a> Search<'a> {
-    /// Records where a fit of the full model to the whole records ended.
+    /// Records the end of a fit of the full model to the whole records.
     pub fn add_minimum(&self, optimum: &Optimum) {
         self.journal.add_minimum(self.minimum(optimum));
     }
 
-    /// An end of a fit as the journal records it.
+    /// The record of an optimum in the journal.
     pub fn minimum(&self, optimum: &Optimum) -> Minimum {
         let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
         let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
         Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
-    /// Follows the minima that may be lower than `optimum`, where the noise has this variance.
+    /// Fits the minima again that may be lower than `optimum`. `variance` is that of the noise of the residuals.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,
@@ -53,19 +53,18 @@ impl<'a> Search<'a> {
         let search = Self { ends_crawling: true, ..self.clone() };
         let mut comparison =
             MinimumComparison { lower: None, unreached: None, search: search.clone() };
+        // Minima that lead to an end already reached are skipped.
         let mut ends = vec![optimum.x.clone()];
-        for rival in self.rivals(optimum) {
-            if ends.iter().any(|end| distance(end, &rival.x) <= SAME) {
+        for other in self.competing_minima(optimum) {
+            if ends.iter().any(|end| distance(end, &other.x) <= SAME) {
                 continue;
             }
-            let found = match search.polish(&rival.x).and_then(|end| search.raised(end)) {
-                Ok(found) => found,
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                // What cannot be simulated on this mesh is no better.
-                Err(_) => continue,
-            };
-            self.journal.move_minimum(&rival.x, self.minimum(&found));
+            let found = search.polish(&other.x).and_then(|end| search.with_raised_damping(end));
+            // A minimum that cannot be simulated on this mesh does not compete.
+            let Some(found) = none_on_failure(found)? else { continue };
+            self.journal.move_minimum(&other.x, self.minimum(&found));
             ends.push(found.x.clone());
+            // A lower converged minimum replaces the chosen one; a clearly lower point without convergence is a warning.
             let least = comparison.lower.as_ref().unwrap_or(optimum).cost;
             let clearly = 2.0 * (least - found.cost) > EXPLAINED_BY_NOISE * variance;
             let is_other = distance(&found.x, &optimum.x) > SAME;
@@ -78,8 +77,8 @@ impl<'a> Search<'a> {
         Ok(comparison)
     }
 
-    /// Records what became of the minimum at `before`, expected at `expected` on this search's mesh: the same minimum,
-    /// or another one.
+    /// Records the optimum `found` from the minimum at `before`, which is expected at `expected` on the mesh of this search.
+    /// Near the expected point it replaces that minimum; elsewhere it is another one.
     pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
         let moved = SAME.max(0.5 * distance(before, expected));
         match distance(&found.x, expected) <= moved {
@@ -89,18 +88,19 @@ impl<'a> Search<'a> {
     }
 
     /// The recorded minima whose objective is near or below that of `optimum`, the lowest first.
-    fn rivals(&self, optimum: &Optimum) -> Vec<Minimum> {
+    fn competing_minima(&self, optimum: &Optimum) -> Vec<Minimum> {
         let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
-        let mut rivals = self.journal.minima();
-        rivals.retain(|minimum| {
+        let mut minima = self.journal.minima();
+        minima.retain(|minimum| {
             let factor = if minimum.numerics == self.numerics { 1.0 } else { NEAR_OBJECTIVE };
             distance(&minimum.x, &optimum.x) > SAME && misfit(minimum) < factor * optimum.cost
         });
-        rivals.sort_by_cached_key(|x| total_order(misfit(x)));
+        minima.sort_by_cached_key(|x| total_order(misfit(x)));
+        // Several fits may have ended in one minimum, of which the lowest record is kept.
         let mut apart: Vec<Minimum> = Vec::new();
-        for rival in rivals {
-            if apart.iter().all(|other| distance(&other.x, &rival.x) > SAME) {
-                apart.push(rival);
+        for minimum in minima {
+            if apart.iter().all(|other| distance(&other.x, &minimum.x) > SAME) {
+                apart.push(minimum);
             }
         }
         apart.truncate(MOST_FOLLOWED);
@@ -108,12 +108,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// That the objective is lower where the optimizer did not converge.
-pub(crate) fn better_elsewhere(unknowns: &[Unknown], x: &[f64]) -> String {
+/// The warning that the objective is lower at `x`, where the optimizer did not converge.
+pub(crate) fn unreached_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
     let value = |(unknown, value): (&Unknown, f64)| {
         format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()
     };
-    let values: Vec<String> = unknowns.iter().zip(values(unknowns, x)).map(value).collect();
+    let values = unknowns.iter().zip(ParameterPoint { unknowns, x }.values());
+    let values: Vec<String> = values.map(value).collect();
     format!(
         "{} has a lower misfit, but the search did not converge there. The estimates are not the optimum. Give a \
          start or bounds near it, or shorten the record",
@@ -129,7 +130,7 @@ mod tests {
     use crate::fit::measurement::motion::Observation;
     use crate::scene::{Material, Parameter, Point, Scene, Section, Shape, Time};
 
-    /// A rod that swings several times, with its modulus to be found.
+    /// Observations of the tip of a rod that swings several times; its modulus is 1e8 Pa.
     fn experiments() -> [Experiment; 1] {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let section = Section::Circle { radius: 0.005 };
@@ -145,10 +146,10 @@ mod tests {
         [Experiment::new("", &problem).observe(Observation::new(samples.collect()).sigma(1e-3))]
     }
 
-    /// A minimum of a coarser mesh is followed whether it was lower there or higher by a third, and taken if it is lower
-    /// here. What is not near in its objective, or leads to the same minimum, is left.
+    /// A minimum of a coarser mesh is fitted again if its objective there was lower or up to 1.5 times as high, and chosen if
+    /// it is lower here. A minimum with 1.6 times the objective, or near the chosen one, is not.
     #[test]
-    fn lower_minimum_of_another_mesh_is_taken() {
+    fn lower_minimum_of_another_mesh_is_chosen() {
         let experiments = experiments();
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         let search = Search::new(&experiments, &unknowns, None, 1e-2).unwrap();
@@ -156,18 +157,17 @@ mod tests {
         let local = search.polish(&[wrong]).unwrap();
         assert!(local.converged && distance(&local.x, &[right]) > 0.1, "{:?}", local.x);
         let found = |x: f64, factor: f64| {
-            let next = search.on(&experiments).unwrap();
-            let elsewhere = Minimum { numerics: next.numerics + 1, ..Minimum::at(&[x], 1.0) };
-            let mut there = next.minimum(&local);
-            there.x.clone_from(&elsewhere.x);
-            there.numerics = elsewhere.numerics;
-            next.journal.add_minimum(there.scaled(factor));
+            let next = search.with_experiments(&experiments).unwrap();
+            let mut other = next.minimum(&local).scaled(factor);
+            other.x = vec![x];
+            other.numerics = next.numerics + 1;
+            next.journal.add_minimum(other);
             let lower = next.compare_minima(&local, 1.0).unwrap().lower;
-            next.journal.forget_minima();
+            next.journal.clear_minima();
             lower
         };
         for factor in [0.5, 1.3] {
-            let lower = found(right + 0.02, factor).expect("the minimum of the truth");
+            let lower = found(right + 0.02, factor).expect("the minimum at 1e8 Pa");
             assert!(distance(&lower.x, &[right]) < 1e-4 && lower.cost < 1e-3 * local.cost);
         }
         assert!(found(right + 0.02, 1.6).is_none());

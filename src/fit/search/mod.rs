@@ -1,5 +1,8 @@
-//! What every stage of a search works with: the problem with its weights, and the counters and
-//! listeners that all stages share.
+//! The search for the optimum: from a scan of a coarse model over descents from its minima to the Levenberg-Marquardt
+//! method on the full model.
+//!
+//! [`Search`] is the state that all stages share: the experiments with their weights, the unknowns, the counter of the work
+//! and the journal of evaluated points.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -24,97 +27,90 @@ use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::misfit::work::Work;
+use crate::fit::misfit::work::WorkCounter;
 use crate::fit::search::journal::{Journal, Visit};
 use crate::fit::unknown::Unknown;
 use std::sync::Arc;
 
-/// Told what the search does: stage, and how many simulations' worth of work is done.
+/// Receives the stage of a fit, and its work so far in full simulations.
 pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
-/// What every stage needs.
+/// Samples that the first horizon of a search has at least: a constant and a part for each unknown.
+const FIRST_SAMPLES: usize = 8;
+const FIRST_SAMPLES_PER_UNKNOWN: usize = 4;
+
+/// State of a search that all its stages share.
 #[derive(Clone)]
 pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
-    /// One per measurement, in its unit.
+    /// Standard deviation of each measurement, in its unit.
     pub sigmas: Vec<f64>,
-    /// Leverage weights: factors on all residuals of the whole records, below 1 where a value [runs away](led) or
-    /// [sensitivities grow exponentially](sensitivity_growth); empty where all are 1.
+    /// Leverage weights: factors on all residuals of the whole records, below 1 at a
+    /// [high leverage](displacement_driven) and where [sensitivities grow exponentially](sensitivity_growth); empty where
+    /// all are 1.
     pub leverage_weights: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
     pub full_work: f64,
-    pub work: Work,
+    pub work: WorkCounter,
     pub progress: Option<Progress>,
-    /// What it comes across.
+    /// Evaluated points and minima.
     pub journal: Arc<Journal>,
-    /// Whether the set-up looks wrong: where nothing fits at first, nothing else will.
+    /// Whether the data precheck found a likely error of the set-up: no finer scan is worth its cost.
     pub suspicious: bool,
-    /// Whether an optimum that mostly explains the motion ends the search though it leaves more than noise, as mesh and
-    /// step are too coarse yet to tell.
+    /// Whether the search ends at the first optimum that explains most of the motion, because mesh and step are still too
+    /// coarse for residuals at the level of the noise.
     pub stops_at_first_fit: bool,
-    /// Part of a standard error by which the minimum may be missed.
+    /// Tolerance of the minimum, in standard errors.
     pub tolerance: f64,
-    /// Number of the mesh and the steps: objectives can be compared where it is the same.
+    /// Number of the mesh and the steps. Objectives are comparable where it is the same.
     pub numerics: usize,
-    /// Whether a search that gains next to nothing over several steps has converged.
+    /// Whether the optimizer converges after several steps that hardly lower the objective.
     pub ends_crawling: bool,
 }
 
-/// What threads share of a search.
-#[derive(Clone, Copy)]
-pub(crate) struct Task<'a> {
-    pub experiments: &'a [Experiment],
-    pub sigmas: &'a [f64],
-    pub leverage_weights: &'a [f64],
-    pub unknowns: &'a [Unknown],
-    pub full_work: f64,
-    pub tolerance: f64,
-}
-
-impl<'a> Task<'a> {
-    /// A silent search that counts its own work.
-    pub fn search(self) -> Search<'a> {
-        Search {
-            experiments: self.experiments,
-            sigmas: self.sigmas.to_vec(),
-            leverage_weights: self.leverage_weights.to_vec(),
-            unknowns: self.unknowns,
-            full_work: self.full_work,
-            work: Work::default(),
-            progress: None,
-            journal: Arc::default(),
-            suspicious: false,
-            stops_at_first_fit: false,
-            tolerance: self.tolerance,
-            numerics: 0,
-            ends_crawling: false,
-        }
-    }
-}
-
 impl<'a> Search<'a> {
-    /// A search that begins.
+    /// A search that begins, with the preliminary sigmas.
     pub fn new(
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
         progress: Option<Progress>,
         tolerance: f64,
     ) -> Result<Self, Error> {
-        let (sigmas, full_work) = (first_sigmas(experiments), full_work(experiments)?);
-        let task = Task {
+        Ok(Self {
             experiments,
-            sigmas: &[],
-            leverage_weights: &[],
+            sigmas: first_sigmas(experiments),
+            leverage_weights: Vec::new(),
             unknowns,
-            full_work,
+            full_work: full_work(experiments)?,
+            work: WorkCounter::default(),
+            progress,
+            journal: Arc::default(),
+            suspicious: false,
+            stops_at_first_fit: false,
             tolerance,
-        };
-        Ok(Self { sigmas, progress, ..task.search() })
+            numerics: 0,
+            ends_crawling: false,
+        })
     }
 
-    /// The search goes on with the same experiments on other meshes or in other steps.
-    pub fn on<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
+    /// A search of the same problem with its own counter of the work and its own journal, without progress reports. Threads
+    /// run such searches side by side.
+    pub fn detached(&self) -> Self {
+        Self {
+            work: WorkCounter::default(),
+            progress: None,
+            journal: Arc::default(),
+            suspicious: false,
+            stops_at_first_fit: false,
+            numerics: 0,
+            ends_crawling: false,
+            ..self.clone()
+        }
+    }
+
+    /// The search continued with the same experiments on other meshes or in other steps.
+    pub fn with_experiments<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
     where
         'a: 'b,
     {
@@ -127,32 +123,20 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// What other searches of the same problem need.
-    pub fn task(&self) -> Task<'_> {
-        Task {
-            experiments: self.experiments,
-            sigmas: &self.sigmas,
-            leverage_weights: &self.leverage_weights,
-            unknowns: self.unknowns,
-            full_work: self.full_work,
-            tolerance: self.tolerance,
-        }
-    }
-
     /// Work so far, in full simulations.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
 
-    /// Ends of the records, s.
+    /// Ends of the records, s, one per experiment.
     pub fn durations(&self) -> Vec<f64> {
         self.experiments.iter().map(Experiment::duration).collect()
     }
 
-    /// About the first period of every experiment, s, with enough samples to tell the unknowns;
-    /// zero without motion.
+    /// About the first period of every experiment times `stretch`, s, and at least the time of enough samples to determine
+    /// the unknowns; zero without motion.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
-        let enough = 8 + 4 * self.unknowns.len();
+        let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
         let first = |experiment: &Experiment| {
             let least = |part: &dyn Fn(&PointMotion) -> f64| {
@@ -164,20 +148,20 @@ impl<'a> Search<'a> {
         self.experiments.iter().map(first).collect()
     }
 
-    /// Tells the progress.
+    /// Reports the stage and the work so far.
     pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
             progress(stage, self.simulations());
         }
     }
 
-    /// Whether the fit shall stop.
+    /// Whether the user stopped the fit.
     pub fn is_stopped(&self) -> bool {
         self.experiments.iter().any(|e| e.problem.is_stopped())
     }
 
-    /// Notes a point.
-    pub fn note(&self, visit: Visit) {
+    /// Records an evaluated point.
+    pub fn record_visit(&self, visit: Visit) {
         self.journal.visit(visit, self.work.total());
     }
 
@@ -191,6 +175,6 @@ impl<'a> Search<'a> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
         let residuals =
             Residuals::new(self.experiments, sigmas, unknowns, horizons, self.full_work)?;
-        Ok(residuals.counting(self.work.clone()))
+        Ok(residuals.with_work_counter(self.work.clone()))
     }
 }

@@ -1,11 +1,11 @@
-//! Minima beside one that leaves more than white noise.
+//! Starts near a minimum whose residuals are more than white noise.
 //!
-//! Where stiffness moves a rod only a little, as that of a pendulum's arm, every value leaves little of the motion, and
-//! the grid of the scan is too coarse for the minima. A fit then ends in the wrong one, and explains the motion but
-//! for a hundredth. Its residuals are correlated: noise of the recording is not. So the full model is evaluated along
-//! each scanned unknown, more finely than the scan does, and the minima on these lines are starts.
+//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it, and
+//! the grid of the scan is too coarse for the minima. A fit then ends in a wrong minimum with residuals of about 1 % of
+//! the motion, which are correlated. So the objective of the full model is evaluated along
+//! each scanned unknown, more finely than by the scan. The minima on these lines are starts.
 
-use crate::error::Error;
+use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::optimum::Optimum;
@@ -13,47 +13,58 @@ use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
 use rayon::prelude::*;
 
-/// Distance of the points on a line, on the scale of logarithms: a quarter of the scan's.
+/// Distance of the points on a line, on the logarithmic scale: a quarter of that of the scan.
 const SPACING: f64 = 0.18;
-/// Points to each side of the minimum: a factor of four.
+/// Number of points to each side of the minimum: they span a factor of four.
 const POINTS: i32 = 8;
-/// Length of the records that is compared, in first periods. Over longer ones the minima along a stiffness are
+/// Horizon of the objective, in first periods. Over longer horizons the minima along a stiffness are
 /// narrower than the spacing.
 pub(crate) const PERIODS: f64 = 4.0;
-/// Points with more than this many times the objective of the minimum are no starts.
+/// Largest objective of a start over that of the minimum.
 const HIGHEST: f64 = 4.0;
-/// So many lines are followed, and so many starts taken.
+/// Largest number of lines.
 const MOST_LINES: usize = 3;
+/// Largest number of starts.
 const MOST_STARTS: usize = 3;
 
+/// A point on a line with its objective.
+struct LinePoint {
+    x: Vec<f64>,
+    objective: f64,
+}
+
 impl Search<'_> {
-    /// Starts beside a minimum: minima of the objective along the scanned unknowns, the lowest first.
-    pub fn neighbors(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
+    /// Starts near an optimum: minima of the objective along the scanned unknowns, the lowest first.
+    pub fn neighboring_starts(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
             first.iter().zip(self.durations()).map(|(t, end)| end.min(PERIODS * t)).collect();
-        let mut starts = Vec::new();
+        let mut starts: Vec<LinePoint> = Vec::new();
         let lines: Vec<usize> = (0..self.unknowns.len()).filter(|j| self.is_scanned(*j)).collect();
-        let here = self.objectives(&horizons, std::slice::from_ref(&optimum.x))?;
+        let highest = HIGHEST * self.objectives(&horizons, vec![optimum.x.clone()])?[0].objective;
         for j in lines.into_iter().take(MOST_LINES) {
-            let points = self.line(optimum, j);
-            let objectives = self.objectives(&horizons, &points)?;
-            let at = |i: usize| objectives.get(i).copied().unwrap_or(f64::INFINITY);
-            let lowest = (0..points.len()).filter(|i| {
-                let below = i.checked_sub(1).map_or(f64::INFINITY, at);
-                at(*i) < below && at(*i) < at(i + 1) && at(*i) < HIGHEST * here[0]
-            });
-            // The valley of the minimum itself leads nowhere else.
-            let is_other = |i: &usize| (points[*i][j] - optimum.x[j]).abs() > 0.5 * SPACING;
-            starts.extend(lowest.filter(is_other).map(|i| (points[i].clone(), at(i))));
+            let points = self.objectives(&horizons, self.line(optimum, j))?;
+            let at = |i: Option<usize>| {
+                i.and_then(|i| points.get(i)).map_or(f64::INFINITY, |point| point.objective)
+            };
+            let is_minimum: Vec<bool> = (0..points.len())
+                .map(|i| {
+                    let own = points[i].objective;
+                    own < at(i.checked_sub(1)) && own < at(Some(i + 1)) && own < highest
+                })
+                .collect();
+            // The basin of the optimum itself is known.
+            let is_other = |point: &LinePoint| (point.x[j] - optimum.x[j]).abs() > 0.5 * SPACING;
+            let minima = points.into_iter().zip(is_minimum).filter(|(_, is_minimum)| *is_minimum);
+            starts.extend(minima.map(|(point, _)| point).filter(is_other));
         }
-        starts.sort_by_cached_key(|x| total_order(x.1));
+        starts.sort_by_cached_key(|point| total_order(point.objective));
         starts.truncate(MOST_STARTS);
-        Ok(starts.into_iter().map(|(x, _)| x).collect())
+        Ok(starts.into_iter().map(|point| point.x).collect())
     }
 
-    /// Whether an unknown is a logarithm of which the scan had several values. The objective has one minimum along a
-    /// damping.
+    /// Whether the scan had several values of an unknown, and the objective may have several minima along it: along a
+    /// damping it has one.
     fn is_scanned(&self, j: usize) -> bool {
         let unknown = &self.unknowns[j];
         unknown.parameter.is_positive()
@@ -61,7 +72,7 @@ impl Search<'_> {
             && self.journal.scanned_values(j).len() > 2
     }
 
-    /// Points along an unknown through an optimum, in order.
+    /// Points within the bounds on a line through an optimum along unknown `j`, in ascending order.
     fn line(&self, optimum: &Optimum, j: usize) -> Vec<Vec<f64>> {
         let [low, high] = self.unknowns[j].scaled_bounds();
         let values = (-POINTS..=POINTS).map(|k| optimum.x[j] + SPACING * f64::from(k));
@@ -74,24 +85,15 @@ impl Search<'_> {
         values.map(point).collect()
     }
 
-    /// The objective of the full model at some points up to `horizons`, s; infinite where it cannot be simulated.
-    fn objectives(&self, horizons: &[f64], points: &[Vec<f64>]) -> Result<Vec<f64>, Error> {
-        let task = self.task();
-        let objective = |x: &Vec<f64>| {
-            let search = task.search();
-            let found = search.residuals(horizons).and_then(|residuals| residuals.residuals(x));
-            (found.map(|residuals| half_sum_of_squares(&residuals)), search.work.total())
+    /// The objective of the full model up to `horizons`, s, at some points; infinite where the simulation fails.
+    fn objectives(&self, horizons: &[f64], points: Vec<Vec<f64>>) -> Result<Vec<LinePoint>, Error> {
+        let residuals = self.residuals(horizons)?;
+        let evaluate = |x: Vec<f64>| {
+            let found = none_on_failure(residuals.residuals(&x))?;
+            let objective =
+                found.map_or(f64::INFINITY, |residuals| half_sum_of_squares(&residuals));
+            Ok(LinePoint { x, objective })
         };
-        let found: Vec<_> = points.par_iter().map(objective).collect();
-        let mut objectives = Vec::with_capacity(points.len());
-        for (objective, work) in found {
-            self.work.add(work);
-            match objective {
-                Ok(objective) => objectives.push(objective),
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(_) => objectives.push(f64::INFINITY),
-            }
-        }
-        Ok(objectives)
+        points.into_par_iter().map(evaluate).collect()
     }
 }

@@ -1,10 +1,10 @@
-//! One run of the optimiser, and where it ended.
+//! Runs of the Levenberg-Marquardt optimizer, and the optimum at which a run ends.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::residuals::Residuals;
-use crate::fit::misfit::work::Work;
-use crate::fit::search::journal::{Journal, Stage, Visit};
+use crate::fit::measurement::loss::WeightedLoss;
+use crate::fit::misfit::residuals::{Evaluation, Residuals};
+use crate::fit::misfit::work::WorkCounter;
+use crate::fit::search::journal::{Journal, SearchStage, Visit};
 use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::TOLERANCE;
@@ -14,95 +14,119 @@ use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, KV, State, TerminationReason};
 use std::sync::Arc;
 
-/// A factor of a hundred is as far as the data at one value tell about another.
+/// Largest step of a logarithm: a factor of a hundred. The linear model does not hold over larger factors.
 const LONGEST_LOG_STEP: f64 = 4.6;
-/// Part of a standard error below which the last step is taken without another simulation.
+/// Size of the last step, in standard errors, below which it is taken without another simulation.
 const LAST_STEP: f64 = 0.05;
-/// Steps in a row that gain next to nothing after which a fit ends whose objective is rough: of a cable whose parts
-/// slip on each other, or of a minimum that is compared with another.
+/// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable is rough,
+/// whose parts slip on each other.
 const PATIENCE: usize = 3;
+/// Step tolerance and largest number of iterations of a fit of the full model to the whole records.
+const FULL_STEP: f64 = 1e-10;
+const FULL_ITERATIONS: u64 = 60;
+/// The message of a fit none of whose starts led to an optimum.
+pub(crate) const NO_START: &str =
+    "no start value for the fit was found. Give a start or bounds for each parameter";
 
-/// Where an optimisation ended.
-#[derive(Clone, Debug)]
+/// Stopping criteria of the optimizer.
+#[derive(Clone, Copy)]
+pub(crate) struct Tolerances {
+    /// Largest Gauss-Newton step that ends it, on the scales of the unknowns.
+    pub step: f64,
+    /// Change of the model by that step that ends it, over the standard deviation of the residuals.
+    pub noise: f64,
+    /// Largest number of iterations.
+    pub iterations: u64,
+}
+
+/// The end of a run of the optimizer.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Optimum {
+    /// The unknowns on their scales.
     pub x: Vec<f64>,
     /// Half the sum of the losses.
     pub cost: f64,
-    /// Residuals of all measurements and then of the priors, plain, without a robust loss.
+    /// Plain residuals of all measurements and then of the priors, without robust loss and leverage weights.
     pub residuals: Vec<f64>,
     /// Derivatives of those residuals by the unknowns on their scales.
     pub jacobian: Vec<Vec<f64>>,
-    /// Residuals of each measurement.
+    /// Number of residuals of each measurement.
     pub counts: Vec<usize>,
     pub converged: bool,
+    /// Reason of the end, as text.
     pub status: String,
-    /// Whether time steps were taken in halves at the end.
+    /// Whether any time step was halved at this point.
     pub halved: bool,
 }
 
+impl Optimum {
+    /// The residuals and the Jacobian at this point, as the start of another run.
+    pub fn into_evaluation(self) -> Evaluation {
+        let Self { x, residuals, jacobian, halved, .. } = self;
+        Evaluation { x, residuals, jacobian: Some(jacobian), halved }
+    }
+}
+
 impl Search<'_> {
-    /// Fits the full model to the whole record.
+    /// Fits the full model to the whole records from a start.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
 
-    /// Fits the full model again, from an optimum that had the sigmas `before`: what it does there is
-    /// known, in other units.
+    /// Fits the full model from an optimum with the sigmas `before`. Its residuals and Jacobian are converted to the units of
+    /// the present sigmas instead of being simulated again.
     pub fn polish_reweighted(&self, known: &Optimum, before: &[f64]) -> Result<Optimum, Error> {
+        // Residuals and derivatives are proportional to the inverse of their sigma; those of priors stay.
         let units = before.iter().zip(&self.sigmas).zip(&known.counts);
-        let mut units: Vec<f64> = units
-            .flat_map(|((before, now), count)| std::iter::repeat_n(before / now, *count))
-            .collect();
-        units.resize(known.residuals.len(), 1.0);
-        let residuals = known.residuals.iter().zip(&units).map(|(r, unit)| r * unit).collect();
-        let row = |(row, unit): (&Vec<f64>, &f64)| row.iter().map(|d| d * unit).collect();
-        let jacobian = known.jacobian.iter().zip(&units).map(row).collect();
-        self.polish_knowing(&known.x, (residuals, jacobian), known.halved)
+        let units = units.flat_map(|((old, new), count)| std::iter::repeat_n(old / new, *count));
+        let mut start = known.clone();
+        for ((r, row), unit) in start.residuals.iter_mut().zip(&mut start.jacobian).zip(units) {
+            *r *= unit;
+            row.iter_mut().for_each(|d| *d *= unit);
+        }
+        self.polish_from(start.into_evaluation())
     }
 
-    /// Fits the full model to the whole record from where its plain residuals and their Jacobian are known.
-    pub fn polish_knowing(
-        &self,
-        start: &[f64],
-        there: (Vec<f64>, Vec<Vec<f64>>),
-        halved: bool,
-    ) -> Result<Optimum, Error> {
-        self.finish(self.all_residuals()?.knowing(start, there, halved), start)
+    /// Fits the full model to the whole records from a known evaluation, without simulating it again.
+    pub fn polish_from(&self, start: Evaluation) -> Result<Optimum, Error> {
+        let x = start.x.clone();
+        self.finish(self.all_residuals()?.with_evaluation(start), &x)
     }
 
+    /// Fits the `residuals` of the whole records from a start. An optimum without residuals above rounding has converged.
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
-        let tolerances = (1e-10, self.tolerance, 60);
-        let mut optimum = self.optimize(residuals, start, tolerances, Some(Stage::Full))?;
-        // What leaves nothing but rounding errors has nothing to gain from another step.
+        let tolerances =
+            Tolerances { step: FULL_STEP, noise: self.tolerance, iterations: FULL_ITERATIONS };
+        let mut optimum = self.optimize(residuals, start, tolerances, Some(SearchStage::Full))?;
+        // Without noise the convergence criteria of the optimizer are below the rounding errors of the cost.
         optimum.converged |= self.is_rounding(&optimum);
         Ok(optimum)
     }
 
-    /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes
-    /// each of them as of this stage.
+    /// Minimizes half the sum of squares of `residuals` from a start. Iterates are recorded as of `stage`, or not at all
+    /// without one.
     pub fn optimize(
         &self,
         residuals: Residuals,
         start: &[f64],
-        (step_tolerance, noise_tolerance, iterations): (f64, f64, u64),
-        stage: Option<Stage>,
+        tolerances: Tolerances,
+        stage: Option<SearchStage>,
     ) -> Result<Optimum, Error> {
-        let (counts, losses) = (residuals.counts(), residuals.losses());
-        let weights = residuals.leverage_weights();
+        let (counts, losses) = (residuals.counts(), residuals.weighted_losses());
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let longest = |u: &Unknown| match u.parameter.is_positive() {
             true => LONGEST_LOG_STEP,
             false => f64::INFINITY,
         };
+        // Steps of logarithms are limited, because the linear model does not hold over large factors.
         let solver = LevenbergMarquardt::new(bounds)
             .longest_steps(self.unknowns.iter().map(longest).collect())
-            .step_tolerance(step_tolerance)
-            .noise_tolerance(noise_tolerance)
+            .step_tolerance(tolerances.step)
+            .noise_tolerance(tolerances.noise)
             .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
-            .patience(if self.is_displacement_driven() || self.ends_crawling {
-                PATIENCE
-            } else {
-                usize::MAX
+            .patience(match self.is_displacement_driven() || self.ends_crawling {
+                true => PATIENCE,
+                false => usize::MAX,
             });
         let observer = Observer {
             progress: self.progress.clone(),
@@ -112,30 +136,27 @@ impl Search<'_> {
             stage,
             counts: counts.clone(),
             losses: losses.clone(),
-            leverage_weights: weights.clone(),
         };
         let executor = Executor::new(residuals, solver)
-            .configure(|state| state.param(start.to_vec()).max_iters(iterations))
+            .configure(|state| state.param(start.to_vec()).max_iters(tolerances.iterations))
             .add_observer(observer, ObserverMode::Always);
         let mut result = executor.run().map_err(|error| match error.downcast::<Error>() {
             Ok(error) => error,
             Err(error) => Error::Fit(error.to_string()),
         })?;
-        let halved = result.problem.take_problem().is_some_and(|residuals| residuals.halved());
+        // The residuals of the last iterate are those of the result, with its halved steps.
+        let halved = result.problem.take_problem().is_some_and(|r| r.has_halved_steps());
         let lost = || Error::Fit("the optimiser lost its state".into());
         let state: &mut LeastSquaresState = &mut result.state;
         let reason = state.get_termination_reason().cloned();
         let cost = state.get_cost();
         let mut residuals = state.take_residuals().ok_or_else(lost)?;
         let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
-        let made = losses.into_iter().zip(weights);
-        for ((r, row), (loss, weight)) in residuals.iter_mut().zip(&mut jacobian).zip(made) {
-            if loss.is_robust() || weight != 1.0 {
-                let weighed = loss.plain(*r);
-                let [_, slope] = loss.robust(weighed);
-                *r = weighed / weight;
-                row.iter_mut().for_each(|d| *d /= slope * weight);
-            }
+        // The analyses of the optimum need plain residuals: the robust loss is inverted.
+        for ((r, row), loss) in residuals.iter_mut().zip(&mut jacobian).zip(losses) {
+            *r = loss.plain(*r);
+            let [_, slope] = loss.robust(*r);
+            row.iter_mut().for_each(|d| *d /= slope);
         }
         Ok(Optimum {
             x: state.take_param().or_else(|| state.take_best_param()).ok_or_else(lost)?,
@@ -149,34 +170,32 @@ impl Search<'_> {
         })
     }
 
-    /// The minima of the misfit that were seen, of which `chosen` was taken.
+    /// The local minima of the misfit, of which `chosen` is the result.
     pub fn local_minima(&self, chosen: Option<&Optimum>) -> LocalMinima {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
         self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
     }
 }
 
-/// Passes the optimiser's iterations on.
+/// Records the iterates of the optimizer in the journal, and reports the progress.
 struct Observer {
     progress: Option<Progress>,
-    work: Work,
+    work: WorkCounter,
     full_work: f64,
     journal: Arc<Journal>,
-    /// None: not worth noting.
-    stage: Option<Stage>,
+    /// The stage of the iterates; none if they are not recorded.
+    stage: Option<SearchStage>,
     counts: Vec<usize>,
-    losses: Vec<Loss>,
-    leverage_weights: Vec<f64>,
+    losses: Vec<WeightedLoss>,
 }
 
 impl Observer {
-    fn note(&self, state: &LeastSquaresState) {
+    /// Records an iterate.
+    fn record(&self, state: &LeastSquaresState) {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
         {
-            let made = self.losses.iter().zip(&self.leverage_weights);
-            let residuals =
-                robust.iter().zip(made).map(|(r, (loss, weight))| loss.plain(*r) / weight);
+            let residuals = robust.iter().zip(&self.losses).map(|(r, loss)| loss.plain(*r));
             let visit = Visit {
                 stage,
                 x: x.clone(),
@@ -196,7 +215,7 @@ impl Observe<LeastSquaresState> for Observer {
         state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        self.note(state);
+        self.record(state);
         Ok(())
     }
 
@@ -205,7 +224,7 @@ impl Observe<LeastSquaresState> for Observer {
         state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        self.note(state);
+        self.record(state);
         if let Some(progress) = &self.progress {
             let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
             let stage = format!("iteration {iteration}, misfit {misfit:.6e}");

@@ -1,16 +1,15 @@
-//! The scan: the coarse model's misfit over a grid of values, of which no basin that matters may slip
-//! through. Over the first period the misfit has few minima, and wide ones.
+//! The scan: the misfit of the coarse model over a grid of values of the unknowns, fine enough for the basins of all relevant
+//! minima. Over the first period the misfit has few minima, with wide basins.
 //!
-//! Threads share the points; what they find is gone through in the order of the grid, so that neither
-//! the results nor the history depend on their number.
+//! Threads share the points. The results are processed in the order of the grid, so that neither the results nor the history
+//! depend on the number of threads.
 
 use crate::error::Error;
-use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::search::coarse::Coarse;
-use crate::fit::search::grid::Grid;
-use crate::fit::search::journal::{Stage, Visit};
-use crate::fit::search::{Search, Task};
+use crate::fit::search::Search;
+use crate::fit::search::coarse::CoarseModel;
+use crate::fit::search::grid::{GridPoint, ScanGrid};
+use crate::fit::search::journal::{SearchStage, Visit};
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_sum_of_squares;
 use crate::problem::Problem;
@@ -18,119 +17,146 @@ use crate::scene::Parameter;
 use crate::scene::number::Candidates;
 use rayon::prelude::*;
 
-/// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
+/// Shear modulus over Young's modulus in the scan where both are unknown: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
-/// Points of the scan at most; with more unknowns, each is tried at fewer values.
+/// Largest number of points of the scan. With more unknowns each has fewer values.
 const MOST_POINTS: usize = 6000;
-/// Points between two reports of progress; and of them, those that a thread takes at a time.
+/// Number of points between two reports of progress.
 const BATCH: usize = 16;
+/// Number of points that a thread takes at a time.
 const SHARE: usize = 2;
+/// Range of the values about a hint: factors to both sides, and values per decade, of Young's modulus and of other positive
+/// parameters.
+const MODULUS_RANGE: [f64; 2] = [1e-3, 1e3];
+const MODULUS_PER_DECADE: f64 = 3.0;
+const HINT_RANGE: f64 = 30.0;
+const HINT_PER_DECADE: f64 = 1.4;
+/// Number of values of Young's modulus that count as one of another unknown when lists are thinned: the misfit has most
+/// minima over Young's modulus.
+const MODULUS_SHARE: usize = 8;
 
 /// A point on the unknowns' scales from which the coarse model may descend.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub x: Vec<f64>,
-    /// The misfit there.
+    /// The misfit at this point.
     pub cost: f64,
-    /// The least misfit that a descent from there may end with.
-    pub floor: f64,
+    /// A lower bound of the misfit at which a descent from this point may end.
+    pub bound: f64,
 }
 
-/// What a thread finds at a point: the misfit and the residuals, and the work that took.
-struct Look {
+/// A point of the scan, evaluated by a thread.
+struct ScannedPoint {
+    /// Misfit and plain residuals.
     found: Result<(f64, Vec<f64>), Error>,
+    /// Steps times segments.
     work: f64,
-    /// Whether the full model found it.
-    in_full: bool,
+    /// Whether the full model was evaluated instead of the coarse one.
+    is_full: bool,
 }
 
-/// Looks at some points up to the horizons `first`, s: by the coarse model, and where the starts that were given are one
-/// that it cannot take, by the full one.
-fn look([coarse, full]: [Task; 2], first: &[f64], points: &[Vec<f64>]) -> Result<Vec<Look>, Error> {
-    let search = coarse.search();
-    let residuals = search.residuals(first)?;
-    let look = |x: &Vec<f64>| {
+/// Evaluates the coarse model at some points up to the horizons `first`, s. Where it fails at the given start, the full model
+/// is evaluated instead.
+fn evaluate_points(
+    coarse: &Search,
+    full: &Search,
+    first: &[f64],
+    points: &[Vec<f64>],
+) -> Result<Vec<ScannedPoint>, Error> {
+    let coarse = coarse.detached();
+    let residuals = coarse.residuals(first)?;
+    let evaluate = |x: &Vec<f64>| {
         let found = misfit(&residuals, x);
-        let work = search.work.take();
+        let work = coarse.work.take();
         match found {
-            Err(error) if !matches!(error, Error::Interrupted) && starts_at(full.unknowns, x) => {
-                let search = full.search();
+            Err(error) if !matches!(error, Error::Interrupted) && is_start(full.unknowns, x) => {
+                let search = full.detached();
                 let found = search.residuals(first).and_then(|residuals| misfit(&residuals, x));
-                Look { found, work: work + search.work.take(), in_full: true }
+                ScannedPoint { found, work: work + search.work.take(), is_full: true }
             }
-            found => Look { found, work, in_full: false },
+            found => ScannedPoint { found, work, is_full: false },
         }
     };
-    Ok(points.iter().map(look).collect())
+    Ok(points.iter().map(evaluate).collect())
 }
 
-/// The misfit and the residuals behind it.
+/// The misfit at `x`, and the plain residuals.
 fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
-    Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain(x)?))
+    Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain_residuals(x)?))
 }
 
-/// Whether a point is at the starts that were given, if any were.
-fn starts_at(unknowns: &[Unknown], x: &[f64]) -> bool {
+/// Whether a point is at all given starts, and there is one.
+fn is_start(unknowns: &[Unknown], x: &[f64]) -> bool {
     let starts = || unknowns.iter().zip(x).filter_map(|(u, x)| Some((u.to_scale(u.start?), x)));
     starts().next().is_some() && starts().all(|(start, x)| (start - x).abs() < 1e-9)
 }
 
 impl Search<'_> {
-    /// Misfit of every combination of candidate values over the first period.
+    /// Evaluates the coarse model over the first periods `first`, s, at every combination of candidate values. With a
+    /// `refinement` above 1 there are additional values half-way. The candidates are all points that could be simulated.
     pub fn scan(
         &self,
-        coarse: &Coarse,
+        coarse: &CoarseModel,
         first: &[f64],
         refinement: usize,
     ) -> Result<Vec<Candidate>, Error> {
         let (axes, points) = self.grid(first, refinement);
-        let tasks = [coarse.task(self), self.task()];
-        let counts = tasks[0].search().residuals(first)?.counts();
-        let mut in_full = Vec::new();
-        let mut grid = Grid { axes, points: Vec::with_capacity(points.len()) };
+        let model = coarse.search(self);
+        let counts = model.residuals(first)?.counts();
+        let mut is_full = Vec::new();
+        let mut grid = ScanGrid { axes, points: Vec::with_capacity(points.len()) };
         let mut least = f64::INFINITY;
         let mut failure = None;
         for batch in points.chunks(BATCH) {
-            let looks: Vec<_> =
-                batch.par_chunks(SHARE).map(|share| look(tasks, first, share)).collect();
-            let looks = looks.into_iter().collect::<Result<Vec<_>, Error>>()?;
+            let shares = batch.par_chunks(SHARE);
+            let scanned: Vec<_> =
+                shares.map(|share| evaluate_points(&model, self, first, share)).collect();
+            let scanned = scanned.into_iter().collect::<Result<Vec<_>, Error>>()?;
             let mut stopped = false;
-            for (x, look) in batch.iter().zip(looks.into_iter().flatten()) {
-                self.work.add(look.work);
-                in_full.push(look.in_full);
+            for (x, point) in batch.iter().zip(scanned.into_iter().flatten()) {
+                self.work.add(point.work);
+                is_full.push(point.is_full);
                 let mut misfit = f64::INFINITY;
-                match look.found {
+                match point.found {
                     Ok((cost, residuals)) => {
                         misfit = cost;
+                        // Only new lowest points enter the history.
                         if cost < least {
                             least = cost;
-                            let right = |x| if look.in_full { x } else { coarse.correct(self, x) };
-                            let x = right(x.clone());
-                            let (stage, counts) = (Stage::Scan, counts.clone());
-                            self.note(Visit { stage, x, cost, residuals, counts });
+                            let x = match point.is_full {
+                                true => x.clone(),
+                                false => coarse.to_full_model(self, x.clone()),
+                            };
+                            let (stage, counts) = (SearchStage::Scan, counts.clone());
+                            self.record_visit(Visit { stage, x, cost, residuals, counts });
                         }
                     }
                     Err(Error::Interrupted) => stopped = true,
                     Err(error) => failure = Some(error),
                 }
-                grid.points.push((x.clone(), misfit));
+                grid.points.push(GridPoint { x: x.clone(), misfit });
             }
+            // The work of an interrupted batch counts; its points do not.
             if stopped {
                 return Err(Error::Interrupted);
             }
             self.report("scan");
         }
         let points = grid.points.iter().enumerate();
-        let scanned: Vec<Candidate> = points
-            .filter(|(_, (_, cost))| *cost < f64::INFINITY)
-            .map(|(i, (x, cost))| {
-                let as_coarse = |x| if in_full[i] { coarse.wrong(self, x) } else { x };
-                Candidate { x: as_coarse(x.clone()), cost: *cost, floor: grid.floor(i) }
-            })
-            .collect();
-        self.journal.scan(grid);
+        let simulated = points.filter(|(_, point)| point.misfit < f64::INFINITY);
+        let candidate = |(i, point): (usize, &GridPoint)| Candidate {
+            // Descents begin with the coarse model.
+            x: match is_full[i] {
+                true => coarse.from_full_point(self, point.x.clone()),
+                false => point.x.clone(),
+            },
+            cost: point.misfit,
+            bound: grid.descent_bound(i),
+        };
+        let candidates: Vec<Candidate> = simulated.map(candidate).collect();
+        self.journal.set_scan(grid);
         match failure {
-            _ if !scanned.is_empty() => Ok(scanned),
+            _ if !candidates.is_empty() => Ok(candidates),
             Some(error) => Err(Error::Fit(format!(
                 "no start value found: all trial simulations failed, the last one with: {error}. Check the scene, \
                  or give a start"
@@ -143,8 +169,7 @@ impl Search<'_> {
         }
     }
 
-    /// Candidate values of each unknown on its scale, and all their combinations, the last
-    /// unknown's values varying fastest.
+    /// Candidate values of each unknown on its scale, and all their combinations; the values of the last unknown vary fastest.
     fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
@@ -159,6 +184,7 @@ impl Search<'_> {
             values
         };
         let mut lists: Vec<Vec<f64>> = self.unknowns.iter().map(candidates).collect();
+        // The number of combinations is limited, because each costs a simulation.
         thin(&mut lists, self.unknowns);
         let scaled = |(unknown, values): (&Unknown, &Vec<f64>)| {
             values.iter().map(|v| unknown.to_scale(*v)).collect()
@@ -172,8 +198,13 @@ impl Search<'_> {
             };
             points = points.iter().flat_map(longer).collect();
         }
-        for (g, e) in self.tied_shear_moduli() {
-            let [low, high] = self.unknowns[g].scaled_bounds();
+        // A shear modulus of which nothing is known follows Young's modulus of the same rod.
+        let is_free = |u: &Unknown| {
+            u.parameter == Parameter::ShearModulus && u.start.is_none() && u.prior.is_none()
+        };
+        for (g, unknown) in self.unknowns.iter().enumerate().filter(|(_, u)| is_free(u)) {
+            let Some(e) = self.youngs_modulus_of_rod(unknown) else { continue };
+            let [low, high] = unknown.scaled_bounds();
             for point in &mut points {
                 point[g] = (point[e] + SHEAR_OF_YOUNGS.ln()).clamp(low, high);
             }
@@ -181,63 +212,46 @@ impl Search<'_> {
         (axes, points)
     }
 
-    /// Values of an unknown worth trying, as the first experiment that has it suggests.
+    /// Values of an unknown in the scan, in its unit: a range in the first experiment that has it, or one value of an unknown of
+    /// driven rods other than Young's modulus. `first` are the first periods, s.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
-        if self.is_displacement_driven() && !unknown.is_stiffness() {
-            return self
-                .led_start(unknown)
-                .map_or_else(|| self.middle(unknown, first), |start| vec![start]);
+        let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
+        if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
+            return vec![start];
         }
-        self.worth_trying(unknown, first)
-    }
-
-    /// The middle one of the values worth trying.
-    fn middle(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
-        let values = self.worth_trying(unknown, first);
-        values.get(values.len() / 2).copied().into_iter().collect()
-    }
-
-    fn worth_trying(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
-        let of = |held: bool| {
-            let own = move |(e, _): &(&Experiment, &f64)| {
-                unknown.is_of(e) && (held || !e.measurements.is_empty())
-            };
-            self.experiments.iter().zip(first).find(own)
+        let own = || self.experiments.iter().zip(first).filter(|(e, _)| unknown.is_of(e));
+        // Experiments of validation data have no records to derive a range from.
+        let measured = own().find(|(e, _)| !e.measurements.is_empty());
+        let Some((experiment, first)) = measured.or_else(|| own().next()) else {
+            return Vec::new();
         };
-        // What is held out shows nothing.
-        let own = of(false).or_else(|| of(true));
-        let Some((experiment, first)) = own else { return Vec::new() };
-        let with_modulus = self.youngs_modulus_beside(unknown).is_some();
+        let with_modulus = self.youngs_modulus_of_rod(unknown).is_some();
         let (duration, rise) = (experiment.duration(), 0.5 * first);
-        unknown.candidates(&experiment.problem, duration, rise, with_modulus)
+        let values = unknown.candidates(&experiment.problem, duration, rise, with_modulus);
+        match is_single {
+            true => values.get(values.len() / 2).copied().into_iter().collect(),
+            false => values,
+        }
     }
 
-    /// The unknown Young's modulus of the same rod as another unknown.
-    fn youngs_modulus_beside(&self, unknown: &Unknown) -> Option<usize> {
+    /// The index of the unknown Young's modulus of the same rod as another unknown.
+    fn youngs_modulus_of_rod(&self, unknown: &Unknown) -> Option<usize> {
         self.unknowns.iter().position(|u| {
             u.parameter == Parameter::YoungsModulus
                 && self.experiments.iter().any(|e| u.is_of(e) && unknown.is_of(e))
         })
     }
-
-    /// Unknown shear moduli of which nothing is known, with the Young's modulus beside each.
-    fn tied_shear_moduli(&self) -> Vec<(usize, usize)> {
-        let free = |u: &Unknown| {
-            u.parameter == Parameter::ShearModulus && u.start.is_none() && u.prior.is_none()
-        };
-        let shear = self.unknowns.iter().enumerate().filter(|(_, u)| free(u));
-        shear.filter_map(|(g, u)| Some((g, self.youngs_modulus_beside(u)?))).collect()
-    }
 }
 
 impl Unknown {
-    /// Whether it is what a rod's motion tells first, and a search looks for over decades.
+    /// Whether it is Young's modulus, which determines the period of the motion and is scanned over decades.
     pub(super) fn is_stiffness(&self) -> bool {
         self.parameter == Parameter::YoungsModulus
     }
 
-    /// Values worth trying before anything is known. A start is a hint: it may be far off.
-    /// `duration` and `rise` are the record's length and the time of its first swing, s.
+    /// Values in the scan, in the unit of the parameter: a range about the start or the mean of the prior, which may be far
+    /// from the optimum, or else the range of the parameter's kind. `duration` and `rise` are the length of the record and
+    /// the time of its first swing, s. Beside an unknown Young's modulus a modulus has one value, which follows it.
     fn candidates(
         &self,
         problem: &Problem,
@@ -250,15 +264,16 @@ impl Unknown {
             (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
         };
         let length = problem.length();
-        let here = self.start.or(self.parameter.of(problem.scene()));
         let hint = self.start.or(self.prior.map(|prior| prior.mean));
         let values = match (self.parameter.quantity().candidates, hint) {
-            (Candidates::Here, _) => here.into_iter().collect(),
-            (_, Some(value)) if self.parameter == Parameter::YoungsModulus => {
-                log_range(value * 1e-3, value * 1e3, 3.0)
+            (Candidates::Here, _) => {
+                self.start.or(self.parameter.of(problem.scene())).into_iter().collect()
+            }
+            (_, Some(value)) if self.is_stiffness() => {
+                log_range(value * MODULUS_RANGE[0], value * MODULUS_RANGE[1], MODULUS_PER_DECADE)
             }
             (_, Some(value)) if self.parameter.is_positive() => {
-                log_range(value / 30.0, value * 30.0, 1.4)
+                log_range(value / HINT_RANGE, value * HINT_RANGE, HINT_PER_DECADE)
             }
             (_, Some(value)) => vec![value],
             (Candidates::Decades(low, high, per_decade), None) => log_range(low, high, per_decade),
@@ -269,7 +284,6 @@ impl Unknown {
             }
             (Candidates::OfYoungsModulus(low, per_decade), None) => {
                 let e = problem.scene().material.youngs_modulus;
-                // Beside an unknown Young's modulus the scan ties it to that; one value will do.
                 if beside_youngs_modulus { vec![e] } else { log_range(low * e, e, per_decade) }
             }
             (Candidates::Rate(low, high, per_decade), None) => {
@@ -279,6 +293,7 @@ impl Unknown {
                 log_range(low * rise, high * rise, per_decade)
             }
         };
+        // Values outside of the bounds are left out; if none remains, the nearest bound is the only value.
         let [low, high] = self.scaled_bounds().map(|x| self.from_scale(x));
         let mut inside: Vec<f64> =
             values.iter().copied().filter(|v| *v > low && *v < high).collect();
@@ -290,13 +305,13 @@ impl Unknown {
     }
 }
 
-/// Halves the longest lists of values until their combinations are few enough; Young's modulus, over
-/// which the misfit has most minima, keeps its values longest.
+/// Halves the longest lists of values until they have at most [`MOST_POINTS`] combinations. Young's modulus keeps its values
+/// longest.
 fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
     let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
     while points(lists) > MOST_POINTS as f64 {
-        let weight = |i: usize| match unknowns[i].parameter == Parameter::YoungsModulus {
-            true => lists[i].len() / 8,
+        let weight = |i: usize| match unknowns[i].is_stiffness() {
+            true => lists[i].len() / MODULUS_SHARE,
             false => lists[i].len(),
         };
         let Some(longest) = (0..lists.len()).max_by_key(|i| weight(*i)) else { return };

@@ -16,60 +16,64 @@
 //! with the length `L` of the rod and about the first period `T`. Values after the second has begun to hold get the weight
 //! `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`.
 
-use crate::error::Error;
-use crate::fit::measurement::Measurement;
+use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
 use statrs::statistics::{Data, Median};
 
-/// Largest `|dx/d ln p|` over `L + v t` that is no exponential growth. A phase that goes with `p^k` has `k`, at most 2 for
+/// Largest `|dx/d ln p|` over `L + v t` of a vibration. A phase proportional to `p^k` has `k`, at most 2 for
 /// the length of a rod; shapes at rest have less.
 const MAX_PHASE_SENSITIVITY: f64 = 10.0;
-/// How many times as fast as in the first period sensitivities may grow: beats and large amplitudes make 2 to 3.
+/// Largest growth rate of the sensitivities of a vibration, over that in the first period. Beats and large amplitudes have
+/// 2 to 3.
 const MAX_LINEAR_GROWTH: f64 = 5.0;
 /// About a first period over the time in which a record reaches its first extreme.
 const PERIOD_OF_RISE: f64 = 2.0;
-/// The weights are computed at the optimum that they lead to, after so many fits at most.
+/// Largest number of fits after which the weights are those of the optimum to which they lead.
 const MOST_WEIGHTINGS: usize = 4;
-/// Weights that have changed by less than this factor have not changed.
+/// Largest ratio of two weights that are taken to be the same.
 const SAME_WEIGHT: f64 = 1.2;
 
 /// Exponential growth of the sensitivities in the motion of an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SensitivityGrowth {
-    /// The experiment.
+    /// Name of the experiment.
     pub experiment: String,
     /// The last time at which the sensitivities are those of a vibration, s.
     pub onset: f64,
-    /// The largest factor by which they exceed that.
+    /// The largest ratio of the sensitivities to those of a vibration.
     pub excess: f64,
-    /// How many values come later, of how many.
+    /// Number of recorded positions after the onset.
     pub later: usize,
+    /// Number of recorded positions.
     pub values: usize,
-    /// After which time the weight is below which value: the first entry has weight 1.
+    /// Weights from their times on, ascending; the first one is 1 from minus infinity on.
     weights: Vec<TimedWeight>,
 }
 
+/// A weight that holds from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TimedWeight {
+    /// s.
     time: f64,
     weight: f64,
 }
 
-/// The sensitivities of one recorded position: to every unknown, m by its scale.
+/// The sensitivities of one recorded position.
 struct SampleSensitivity {
+    /// s.
     time: f64,
+    /// `|dx/dp|` times the typical size of every unknown, m.
     by_unknown: Vec<f64>,
 }
 
 impl SensitivityGrowth {
-    /// The growth in an experiment, of whose measurements `rows` are the derivatives of the residuals on the scales of the
-    /// unknowns; none where there is none.
-    pub fn of(
+    /// The growth in an experiment; none if its sensitivities grow as those of a vibration. `rows` are the derivatives of its
+    /// residuals by the unknowns on their scales; `sigmas` has the standard deviation of each of its measurements.
+    pub fn new(
         experiment: &Experiment,
         unknowns: &[Unknown],
         sigmas: &[f64],
@@ -77,9 +81,9 @@ impl SensitivityGrowth {
     ) -> Option<Self> {
         let samples = samples(experiment, unknowns, sigmas, rows);
         let rises: Vec<f64> = experiment.records().map(|o| o.rise_time()).collect();
-        // A marker that hardly moves, or a record that begins late, does not decide.
+        // The median over the records: a marker that hardly moves has no meaningful rise time.
         let rise = if rises.is_empty() { return None } else { Data::new(rises).median() };
-        let speed = experiment.records().map(|o| largest_speed(&o)).fold(0.0, f64::max);
+        let speed = experiment.records().map(|o| o.largest_speed()).fold(0.0, f64::max);
         let (period, length) = (PERIOD_OF_RISE * rise, experiment.problem.length());
         let first = samples.iter().filter(|s| s.time > 0.0 && s.time <= period);
         let mut reference = vec![0.0_f64; unknowns.len()];
@@ -90,7 +94,8 @@ impl SensitivityGrowth {
         }
         let mut largest = vec![0.0_f64; unknowns.len()];
         let mut grows = vec![false; unknowns.len()];
-        // Growth over that of the first period, of every sample and unknown.
+        // First pass: growth rate over that of the first period, of every sample and unknown, and the unknowns whose
+        // sensitivities grow exponentially at any time.
         let mut growths = Vec::with_capacity(samples.len());
         for sample in &samples {
             let mut growth = vec![0.0; unknowns.len()];
@@ -106,6 +111,7 @@ impl SensitivityGrowth {
             }
             growths.push(growth);
         }
+        // Second pass: the weight falls whenever the growth rate reaches a new maximum.
         let mut excess = 1.0_f64;
         let mut weights = vec![TimedWeight { time: f64::NEG_INFINITY, weight: 1.0 }];
         let (mut onset, mut before) = (None, 0.0);
@@ -125,7 +131,7 @@ impl SensitivityGrowth {
         Some(Self { experiment, onset, excess, later, values, weights })
     }
 
-    /// The finding, its consequences for the values that come later, and an action.
+    /// The warning: the growth with its onset, the `consequence` for later values, and the recommended action.
     pub fn describe(&self, consequence: &str) -> String {
         let Self { experiment, onset, excess, .. } = self;
         let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
@@ -136,21 +142,21 @@ impl SensitivityGrowth {
         )
     }
 
-    /// The weight of a value at a time, s.
+    /// The weight of a value at `time`, s.
     fn weight(&self, time: f64) -> f64 {
         let after = self.weights.partition_point(|w| w.time <= time);
         self.weights[after.saturating_sub(1)].weight
     }
 }
 
-/// The length of `|dx/dp|` of every recorded position, in the order of their times.
+/// The sensitivities of all recorded positions of an experiment, in the order of their times.
 fn samples(
     experiment: &Experiment,
     unknowns: &[Unknown],
     sigmas: &[f64],
     rows: &[Vec<f64>],
 ) -> Vec<SampleSensitivity> {
-    let scales: Vec<f64> = unknowns.iter().map(|u| typical_size(u, experiment)).collect();
+    let scales: Vec<f64> = unknowns.iter().map(|u| u.typical_size(experiment)).collect();
     let mut samples = Vec::new();
     let mut rest = rows.iter();
     for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
@@ -165,40 +171,19 @@ fn samples(
                         *square += (sigma * d).powi(2);
                     }
                 }
-                let of = |(square, scale): (f64, &f64)| square.sqrt() * scale;
-                let by_unknown = squares.into_iter().zip(&scales).map(of).collect();
+                let pairs = squares.into_iter().zip(&scales);
+                let by_unknown = pairs.map(|(square, scale)| square.sqrt() * scale).collect();
                 samples.push(SampleSensitivity { time: sample.time, by_unknown });
             }
         }
+        // Rows of other measurements are skipped.
         own.for_each(drop);
     }
     samples.sort_by_cached_key(|x| total_order(x.time));
     samples
 }
 
-/// A change of an unknown on its scale that changes a motion by an amount of the size of the motion; none is 0.
-fn typical_size(unknown: &Unknown, experiment: &Experiment) -> f64 {
-    match unknown.parameter.unit() {
-        _ if unknown.parameter.is_positive() => 1.0,
-        "m" => experiment.problem.length(),
-        "s" => experiment.duration(),
-        "" | "rad" => 1.0,
-        _ => 0.0,
-    }
-}
-
-/// The largest speed from one sample to the next, m/s.
-fn largest_speed(motion: &PointMotion) -> f64 {
-    let speed = |pair: &[Sample]| {
-        let both = pair[0].position.iter().zip(pair[1].position);
-        let square = both.filter_map(|(a, b)| Some((b? - (*a)?).powi(2))).sum::<f64>();
-        let time = pair[1].time - pair[0].time;
-        if time > 0.0 { square.sqrt() / time } else { 0.0 }
-    };
-    motion.samples.windows(2).map(speed).fold(0.0, f64::max)
-}
-
-/// The growth in all experiments with motion, by the derivatives of all residuals.
+/// The growth in every experiment; none where there is none. `rows` are the derivatives of all residuals.
 pub(crate) fn growths(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -207,17 +192,17 @@ pub(crate) fn growths(
 ) -> Vec<Option<SensitivityGrowth>> {
     let (mut rows, mut sigmas) = (rows, sigmas);
     let of = |experiment: &Experiment| {
-        let values = experiment.measurements.iter().map(Measurement::values).sum::<usize>();
+        let values = experiment.measurements.iter().map(|m| m.data.values()).sum::<usize>();
         let (own, others) = rows.split_at(values.min(rows.len()));
         let (own_sigmas, other_sigmas) = sigmas.split_at(experiment.measurements.len());
         (rows, sigmas) = (others, other_sigmas);
-        SensitivityGrowth::of(experiment, unknowns, own_sigmas, own)
+        SensitivityGrowth::new(experiment, unknowns, own_sigmas, own)
     };
     experiments.iter().map(of).collect()
 }
 
-/// The weight of every value of the experiments, in the order of the residuals; empty where nothing grows.
-pub(crate) fn leverage_weights(
+/// The leverage weight of every value of the experiments, in the order of the residuals; empty where nothing grows.
+pub(crate) fn growth_weights(
     experiments: &[Experiment],
     growths: &[Option<SensitivityGrowth>],
 ) -> Vec<f64> {
@@ -240,12 +225,12 @@ pub(crate) fn leverage_weights(
 }
 
 impl Search<'_> {
-    /// The leverage weights where they are those of growing sensitivities; else none.
+    /// The leverage weights of growing sensitivities; empty where there are none, or the weights are those of leverages.
     pub fn growth_weights(&self) -> &[f64] {
         if self.is_displacement_driven() { &[] } else { &self.leverage_weights }
     }
 
-    /// The weight of residual `k` in sums over what growing sensitivities do not distort.
+    /// The weight of residual `k` by growing sensitivities.
     pub fn growth_weight(&self, k: usize) -> f64 {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
@@ -255,33 +240,31 @@ impl Search<'_> {
         growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
     }
 
-    /// The optimum with the leverage weights that belong to it, where sensitivities grow exponentially; the same
-    /// optimum where they do not.
-    pub fn with_leverage_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
+    /// The optimum with the leverage weights of the growing sensitivities at it; the same optimum without growth. The search
+    /// takes the weights.
+    pub fn with_growth_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         // Motions between recorded ends have leverage weights by the size of their derivatives.
         if self.is_displacement_driven() {
             return Ok(optimum);
         }
+        // Weights and optimum depend on each other: a fixed-point iteration.
         for _ in 0..MOST_WEIGHTINGS {
-            let weights = leverage_weights(self.experiments, &self.growths(&optimum));
-            if are_alike(&weights, &self.leverage_weights) {
+            let weights = growth_weights(self.experiments, &self.growths(&optimum));
+            if are_alike(&weights, &self.leverage_weights, SAME_WEIGHT.ln()) {
                 break;
             }
             self.leverage_weights = weights;
-            let known = (optimum.residuals.clone(), optimum.jacobian.clone());
-            match self.polish_knowing(&optimum.x, known, optimum.halved) {
-                Ok(weighted) => optimum = weighted,
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                // The optimum without the weights is the best there is.
-                Err(_) => break,
-            }
+            let start = optimum.clone().into_evaluation();
+            // If the weighted fit fails, the optimum without these weights remains.
+            let Some(weighted) = none_on_failure(self.polish_from(start))? else { break };
+            optimum = weighted;
         }
         Ok(optimum)
     }
 }
 
-/// Whether no weight differs by much.
-fn are_alike(a: &[f64], b: &[f64]) -> bool {
+/// Whether the logarithms of no two weights differ by as much as `tolerance`. Weights where a list ends are 1.
+pub(crate) fn are_alike(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     let at = |weights: &[f64], i: usize| weights.get(i).copied().unwrap_or(1.0);
-    (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < SAME_WEIGHT.ln())
+    (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < tolerance)
 }

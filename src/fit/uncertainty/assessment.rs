@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::search::data_precheck::Suspicion;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
@@ -81,7 +82,7 @@ pub(crate) struct AssessmentInputs<'a> {
     pub bias: Option<DiscretizationBias>,
     pub warnings: Warnings,
     /// Findings of the check before the search.
-    pub suspicions: &'a [(Code, String)],
+    pub suspicions: &'a [Suspicion],
     /// All experiments, those of the validation data included.
     pub experiments: &'a [Experiment],
 }
@@ -165,7 +166,7 @@ pub(crate) fn assess(
     prior_conflicts(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     if !search.has_acceptable_residuals(optimum) {
-        suspicions.iter().for_each(|(code, text)| warnings.add(Severity::Suspicion, *code, text));
+        suspicions.iter().for_each(|s| warnings.add(Severity::Suspicion, s.code, &s.text));
     }
 
     // Runs on other meshes, one with the derivatives by the inputs, and one of a coarse model, in parallel. Rounding errors are

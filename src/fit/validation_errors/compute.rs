@@ -1,15 +1,12 @@
-//! Simulations of the experiments, and their differences to the measurements.
+//! Simulations of the experiments with the values of their scenes, and the differences from the measurements.
 
-use crate::accuracy::Aim;
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::total_order;
-
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::report::plot_data::PlotData;
-use crate::fit::report::recorded_motion::recorded;
-use crate::fit::report::replay::{add_motion, still};
+use crate::fit::report::recorded_motion::recording_plots;
+use crate::fit::report::replay::{add_motion, static_plots};
 use crate::fit::report::resolutions;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -19,51 +16,58 @@ use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
+use crate::numerics::total_order;
 use rayon::prelude::*;
 
-/// Errors of one experiment, with its plots.
-struct Compared {
+/// Comparison of one experiment with its measurements.
+struct ExperimentComparison {
+    /// The experiment on the mesh of the simulation.
+    experiment: Experiment,
     errors: Vec<MeasurementError>,
     plots: Option<PlotData>,
-    warnings: Vec<(Code, String)>,
+    warnings: Vec<String>,
+    codes: Vec<Code>,
 }
 
-/// Compares every experiment with its measurements; `keeps_plots` asks for the series.
-pub(super) fn compared(
+/// Compares every experiment with its measurements; `keeps_plots` is whether the report has data of plots. The error is that
+/// of the first experiment if none can be simulated.
+pub(super) fn compare_all(
     experiments: &[Experiment],
     keeps_plots: bool,
 ) -> Result<ValidationReport, Error> {
-    let resolved: Vec<(&Experiment, Result<Experiment, Error>)> =
-        experiments.par_iter().map(|e| (e, prepared(e))).collect();
-    let run = |(experiment, resolved): (&Experiment, Result<Experiment, Error>)| {
-        let compared = resolved.and_then(|own| Ok((one(&own, keeps_plots)?, own)));
-        (experiment.name.clone(), compared)
-    };
-    let all: Vec<_> = resolved.into_par_iter().map(run).collect();
+    // 1. Meshes and steps first, then the simulations: the threads have tasks of similar size.
+    let prepared: Vec<Result<Experiment, Error>> =
+        experiments.par_iter().map(with_resolved_mesh).collect();
+    let run = |own: Result<Experiment, Error>| own.and_then(|own| compare(own, keeps_plots));
+    let all: Vec<Result<ExperimentComparison, Error>> = prepared.into_par_iter().map(run).collect();
+    // 2. The results in the order of the experiments.
     let (mut errors, mut failed, mut predicted) = (Vec::new(), Vec::new(), Vec::new());
-    let mut warnings: Vec<(Code, String)> = Vec::new();
+    let (mut warnings, mut warning_codes) = (Vec::new(), Vec::new());
     let mut plots = keeps_plots.then(PlotData::default);
     let mut first_error = None;
-    for (experiment, compared) in all {
+    for (Experiment { name, .. }, compared) in experiments.iter().zip(all) {
         match compared {
-            Ok((own, resolved)) => {
+            Ok(own) => {
                 errors.extend(own.errors);
-                let named = |(code, words): (Code, String)| match experiment.is_empty() {
-                    true => (code, words),
-                    false => (code, format!("{experiment}: {words}")),
-                };
-                warnings.extend(own.warnings.into_iter().map(named));
+                warning_codes.extend(&own.codes);
+                warnings.extend(own.warnings.into_iter().zip(own.codes).map(|(text, code)| {
+                    match name.is_empty() {
+                        true => code.behind(text),
+                        false => code.behind(format!("{name}: {text}")),
+                    }
+                }));
                 if let (Some(all), Some(own)) = (&mut plots, own.plots) {
                     all.series.extend(own.series);
                     all.shapes.extend(own.shapes);
                     all.settings.extend(own.settings);
                     all.version = own.version;
                 }
-                predicted.push(resolved);
+                predicted.push(own.experiment);
             }
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             Err(error) => {
-                failed.push(FailedPrediction { experiment, reason: error.to_string() });
+                let (experiment, reason) = (name.clone(), error.to_string());
+                failed.push(FailedPrediction { experiment, reason });
                 first_error.get_or_insert(error);
             }
         }
@@ -71,20 +75,17 @@ pub(super) fn compared(
     if let Some(error) = first_error.filter(|_| predicted.is_empty()) {
         return Err(error);
     }
+    // 3. The errors of recordings that prescribe the ends.
     let search = Search::new(&predicted, &[], None, TOLERANCE)?;
-    let nothing_fitted = optimum(Vec::new(), Vec::new());
+    let optimum = Optimum { converged: true, ..Optimum::default() };
     if let Some(plots) = &mut plots {
-        plots.recordings = recorded(&predicted, &search, &[]);
+        plots.recordings = recording_plots(&predicted, &search, &[]);
     }
-    let (warning_codes, warnings) =
-        warnings.into_iter().map(|(code, words)| (code, code.behind(words))).unzip();
+    let fitted = Fitted { search: &search, optimum: &optimum };
     Ok(ValidationReport {
         summary: summaries(&errors),
         errors,
-        recordings: RecordingErrors::new(
-            &predicted,
-            Fitted { search: &search, optimum: &nothing_fitted },
-        ),
+        recordings: RecordingErrors::new(&predicted, fitted),
         failed,
         resolution: resolutions(&predicted),
         warnings,
@@ -94,55 +95,43 @@ pub(super) fn compared(
     })
 }
 
-/// The experiment without coordinates that cannot differ, on the mesh and in the steps of a simulation of its scene where
-/// the scene leaves these open.
-fn prepared(experiment: &Experiment) -> Result<Experiment, Error> {
+/// The experiment without constant coordinates, and with the mesh and the step of a simulation of its scene where the scene
+/// leaves these open.
+fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     let experiment = without_constant_axes(experiment);
     let problem = &experiment.problem;
     if !problem.scene().chosen().any() {
         return Ok(experiment);
     }
-    let aim = match (experiment.moves(), experiment.highest_mode()) {
-        (true, _) => Aim::Motion,
-        (false, 0) => Aim::Rest,
-        (false, highest) => Aim::Modes(highest),
-    };
-    let accurate = problem.scene().reopened().problem_for(aim)?;
-    Ok(experiment.posed_as(problem.with_scene(accurate.scene().clone())?))
+    let accurate = problem.scene().reopened().problem_for(experiment.aim())?;
+    Ok(experiment.with_problem(problem.with_scene(accurate.scene().clone())?))
 }
 
-fn one(experiment: &Experiment, keeps_plots: bool) -> Result<Compared, Error> {
-    let alone = std::slice::from_ref(experiment);
-    let search = Search::new(alone, &[], None, TOLERANCE)?;
+/// The comparison of one experiment: its residuals without unknowns.
+fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentComparison, Error> {
+    let search = Search::new(std::slice::from_ref(&experiment), &[], None, TOLERANCE)?;
     let residuals = search.all_residuals()?;
-    let found = optimum(residuals.plain(&[])?, residuals.counts());
-    let errors = errors(&search, &found);
-    let mut warnings = experiment.problem.coded_warnings();
+    let found = Optimum {
+        residuals: residuals.plain_residuals(&[])?,
+        counts: residuals.counts(),
+        converged: true,
+        ..Optimum::default()
+    };
+    let errors = measurement_errors(&search, &found);
+    let (mut codes, mut warnings): (Vec<Code>, Vec<String>) =
+        experiment.problem.coded_warnings().into_iter().unzip();
     let plots = keeps_plots.then(|| {
-        let mut plots = still(&search, Some(&found), &noise(&search, &found));
+        let mut plots = static_plots(&search, Some(&found), &noise(&search, &found));
         if let Err(error) = add_motion(&search, &[], &mut plots) {
-            warnings.push((Code::NoShapes, format!("no shapes of the rod: {error}")));
+            codes.push(Code::NoShapes);
+            warnings.push(format!("no shapes of the rod: {error}"));
         }
         plots
     });
-    Ok(Compared { errors, plots, warnings })
+    Ok(ExperimentComparison { errors, plots, warnings, codes, experiment })
 }
 
-/// The state of a search that has no unknowns.
-fn optimum(residuals: Vec<f64>, counts: Vec<usize>) -> Optimum {
-    Optimum {
-        x: Vec::new(),
-        cost: 0.0,
-        residuals,
-        jacobian: Vec::new(),
-        counts,
-        converged: true,
-        status: String::new(),
-        halved: false,
-    }
-}
-
-/// The given sigma of every measurement, or its root mean square difference.
+/// The given sigma of every measurement, or its root mean square difference, in its unit.
 fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
     let rms = |MeasuredResiduals { measurement, sigma, residuals, .. }| {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
@@ -152,18 +141,23 @@ fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
     search.measured(found).map(rms).collect()
 }
 
-/// Differences of one group of measurements while they are collected.
-struct Group {
+/// Differences of one measurement, or of all markers of a recording.
+struct DifferenceGroup {
     observation: String,
+    /// Unit of the data file.
     unit: String,
+    /// Given noise, in the unit.
     sigma: Option<f64>,
+    /// Simulated less measured values, in the unit.
     differences: Vec<f64>,
-    /// Sum of the squares of the sizes of all values.
+    /// Sum of the squares of the sizes of all values, in the unit.
     size: f64,
 }
 
-fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
-    let mut groups: Vec<Group> = Vec::new();
+/// The errors of all measurements of an experiment; the markers of a recording are one measurement.
+fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
+    // Consecutive markers of a recording form one group.
+    let mut groups: Vec<DifferenceGroup> = Vec::new();
     let mut name = String::new();
     for MeasuredResiduals { experiment, measurement, sigma, residuals, .. } in
         search.measured(found)
@@ -174,8 +168,9 @@ fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
         let unit = measurement.data_unit();
         let differences = residuals.iter().zip(sigmas).map(|(r, sigma)| r * sigma / unit.size);
         let observation = experiment.group(measurement);
-        let is_same =
-            |last: &&mut Group| measurement.marker().is_some() && last.observation == observation;
+        let is_same = |last: &&mut DifferenceGroup| {
+            measurement.marker().is_some() && last.observation == observation
+        };
         let size = measurement.size(&experiment.problem) / unit.size;
         let size = size * size * residuals.len() as f64;
         match groups.last_mut().filter(is_same) {
@@ -183,7 +178,7 @@ fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
                 group.differences.extend(differences);
                 group.size += size;
             }
-            None => groups.push(Group {
+            None => groups.push(DifferenceGroup {
                 observation,
                 unit: unit.name.into(),
                 sigma: measurement.sigma().map(|sigma| sigma / unit.size),
@@ -195,7 +190,8 @@ fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     groups.into_iter().map(|group| group.error(name.clone())).collect()
 }
 
-impl Group {
+impl DifferenceGroup {
+    /// Mean, median, largest and RMS absolute difference, and the RMS over the noise and over the motion.
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
         absolute.sort_by(f64::total_cmp);
@@ -225,7 +221,9 @@ fn median(ascending: &[f64]) -> f64 {
     }
 }
 
+/// The summary of the errors of all measurements in each unit.
 fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
+    // Errors in different units have summaries of their own.
     let mut units: Vec<&str> = Vec::new();
     for error in errors {
         if !units.contains(&&error.unit[..]) {

@@ -1,4 +1,4 @@
-//! The summary of prediction errors.
+//! The summary of validation errors as text.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};
@@ -27,6 +27,7 @@ impl ValidationReport {
             let of = if failed.experiment.is_empty() { "the scene" } else { &failed.experiment };
             summary = summary.note(format!("not simulated: {of} ({})", failed.reason));
         }
+        // A single measurement has no summary beside its row in the table.
         for s in self.summary.iter().filter(|s| s.measurements > 1) {
             let shown = |x: f64| quantity(x, &s.unit, DIGITS);
             summary = summary.note(format!(
@@ -39,7 +40,10 @@ impl ValidationReport {
             ));
         }
         summary = summary.table("", self.error_table());
-        summary = summary.note(format!("absolute differences of {}", self.values_in_words()));
+        let values: usize = self.errors.iter().map(|e| e.values).sum();
+        summary = summary.note(format!(
+            "absolute differences of {values} values: coordinates of points, frequencies or readings"
+        ));
         summary = summary.warnings(&self.warnings);
         if let Some(recordings) = &self.recordings {
             summary = recordings.add_to(summary);
@@ -47,6 +51,7 @@ impl ValidationReport {
         summary.fact("Cost", duration(self.wall_seconds))
     }
 
+    /// The table of the errors of all measurements.
     fn error_table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::wrapped("measurement"),
@@ -69,15 +74,10 @@ impl ValidationReport {
         }
         table
     }
-
-    fn values_in_words(&self) -> String {
-        let values: usize = self.errors.iter().map(|e| e.values).sum();
-        format!("{values} values: coordinates of points, frequencies or readings")
-    }
 }
 
 impl MeasurementError {
-    /// The RMS error over the given noise, and over the motion.
+    /// The RMS error over the given noise and over the measured change, as text.
     pub fn remarks(&self) -> String {
         let noise = self.sigma.map(|sigma| format!("{:.2} sigma", self.rms / sigma));
         let motion =

@@ -1,5 +1,4 @@
-//! Errors of predictions on recordings, without a fit: the scenes are simulated with their own values and compared with
-//! measurements.
+//! Validation errors without a fit: the scenes are simulated with their own values and compared with all measurements.
 
 mod compute;
 mod display;
@@ -9,8 +8,8 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::measurement::experiment::{Experiment, all};
-use crate::fit::validate::{check_predicted, recorded};
-use crate::fit::validation_errors::compute::compared;
+use crate::fit::validate::{check_predicted, check_recorded};
+use crate::fit::validation_errors::compute::compare_all;
 use crate::fit::validation_errors::report::ValidationReport;
 use std::time::Instant;
 
@@ -28,8 +27,8 @@ impl Fit {
     pub fn predict(&self) -> Result<ValidationReport, Error> {
         let since = Instant::now();
         check_predicted(&self.experiments)?;
-        recorded(&self.experiments)?;
-        let mut report = compared(&self.experiments, self.keep_plot_data)?;
+        check_recorded(&self.experiments)?;
+        let mut report = compare_all(&self.experiments, self.keep_plot_data)?;
         if !self.unknowns.is_empty() {
             let mut names: Vec<String> =
                 self.unknowns.iter().map(|u| u.parameter.to_string()).collect();

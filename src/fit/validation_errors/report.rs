@@ -1,4 +1,4 @@
-//! The report of predictions: errors of each measurement, and their summary.
+//! The report of validation errors: the errors of each measurement, and their summary in each unit.
 
 use crate::code::Code;
 use crate::fit::report::plot_data::PlotData;

@@ -43,9 +43,9 @@ impl InputDirections {
         let durations = search.durations();
         let model =
             Residuals::new(experiments, &search.sigmas, &unknowns, &durations, search.full_work)?
-                .counting(search.work.clone());
+                .with_work_counter(search.work.clone());
         let rows = weighted_rows(&model.plain_jacobian(&x)?, weights);
-        let residuals = model.plain(&x)?;
+        let residuals = model.plain_residuals(&x)?;
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
         let free: Vec<usize> = (0..n).filter(|j| identified[*j] && norms[*j] > 0.0).collect();

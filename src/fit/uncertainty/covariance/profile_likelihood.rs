@@ -216,7 +216,7 @@ mod tests {
     use super::*;
     use crate::fit::measurement::experiment::Experiment;
     use crate::fit::measurement::motion::Observation;
-    use crate::fit::search::Task;
+    use crate::fit::search::Search;
     use crate::fit::search::optimum::Optimum;
     use crate::fit::uncertainty::analysis::TOLERANCE;
     use crate::scene::Parameter;
@@ -241,15 +241,8 @@ mod tests {
         let observation = Observation::new(samples.collect());
         let experiments = [Experiment::new("", &problem).observe(observation)];
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
-        let task = Task {
-            experiments: &experiments,
-            leverage_weights: &[],
-            sigmas: &[1e-3],
-            unknowns: &unknowns,
-            full_work: 1.0,
-            tolerance: TOLERANCE,
-        };
-        let search = task.search();
+        let mut search = Search::new(&experiments, &unknowns, None, TOLERANCE).unwrap();
+        search.sigmas = vec![1e-3];
         let best = search.polish(&[1.01e8_f64.ln()]).unwrap();
         let norm = best.jacobian.iter().map(|row| row[0] * row[0]).sum::<f64>().sqrt();
         let sd = 1.0 / norm;

@@ -104,10 +104,10 @@ fn predict(
     let ones = vec![1.0; experiment.measurements.len()];
     let experiments = std::slice::from_ref(experiment);
     let residuals = Residuals::new(experiments, &ones, &unknowns, &[f64::MAX], search.full_work)?
-        .counting(search.work.clone());
+        .with_work_counter(search.work.clone());
     // The run of the Jacobian yields the residuals too.
     let rows = residuals.plain_jacobian(&optimum.x)?;
-    let differences = residuals.plain(&optimum.x)?;
+    let differences = residuals.plain_residuals(&optimum.x)?;
     // Without a stated sigma the noise is the largest of the fitted measurements with the same unit.
     let fitted_noise = |unit: &str| {
         let fitted = all(search.experiments).zip(noise);

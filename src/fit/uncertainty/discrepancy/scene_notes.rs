@@ -71,7 +71,7 @@ fn strain_in_motion(
             largest = now;
         }
     };
-    search.all_residuals().ok()?.run_seen(experiment, &optimum.x, &mut after).ok()?;
+    search.all_residuals().ok()?.run(experiment, &optimum.x, false, &mut after).ok()?;
     Some(largest)
 }
 

@@ -327,7 +327,7 @@ fn shear_displacements(
     let (deflections, view) = (problem.shear_deflections()?, View::new(problem, |_, value| value));
     let origin = view.recorded([0.0; 3]);
     let (mut changes, mut displaced, mut deflected) = (Vec::new(), 0.0_f64, 0.0_f64);
-    for sighting in shape.placed(problem) {
+    for sighting in shape.with_approximate_points(problem) {
         let stencil = problem.stencil(sighting.point)?;
         let sum = stencil.nodes.iter().fold([0.0; 3], |sum, (i, weight)| {
             add(sum, scale(deflections[*i], weight * flexibility))

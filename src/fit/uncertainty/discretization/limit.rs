@@ -14,8 +14,8 @@ use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::analysis::{Analysis, Refinement};
 use crate::fit::uncertainty::covariance::gauss_newton::LinearResponse;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
@@ -87,7 +87,7 @@ fn on_other_mesh(
     let other = problem.with_scene(problem.remeshed(segments as usize))?;
     let order = if is_chosen { smooth_mesh_order(scene) } else { 1.0 };
     let error_ratio = Extrapolation { ratio: segments / own, order }.error_before();
-    Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
+    Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
 /// An experiment with a step that is larger by [`coarser_ratios`], else smaller by [`FINER`]; none without a motion, or where
@@ -122,7 +122,7 @@ fn with_other_step(
     }
     let other = experiment.problem.with_scene(scene)?;
     let error_ratio = Extrapolation { ratio, order }.error_before();
-    Ok(Some(OtherNumerics { experiment: experiment.posed_as(other), error_ratio }))
+    Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
 /// Norm of residuals, with the weights of growing sensitivities.
@@ -149,7 +149,7 @@ fn limit_difference(
     };
     let (experiments, ratios): (Vec<Experiment>, Vec<f64>) =
         others.into_iter().zip(search.experiments).map(or_same).unzip();
-    let other = Task { experiments: &experiments, ..search.task() }.search();
+    let other = Search { experiments: &experiments, ..search.detached() };
     let LinearResponse { unknowns: shifts, residuals } = match method {
         Refinement::Refitted => {
             let refitted = other.polish(&optimum.x)?;
@@ -164,7 +164,7 @@ fn limit_difference(
             LinearResponse { unknowns: shifts.collect(), residuals }
         }
         _ => {
-            let residuals = other.all_residuals()?.plain(&optimum.x)?;
+            let residuals = other.all_residuals()?.plain_residuals(&optimum.x)?;
             // Every residual is extrapolated by the ratio of its experiment; priors do not change.
             let mut counts = optimum.counts.iter();
             let mut factors = Vec::with_capacity(residuals.len());

@@ -7,7 +7,7 @@
 use crate::accuracy::Extrapolation;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
-use crate::fit::search::Task;
+use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
@@ -60,18 +60,18 @@ impl<'a> RefinedResiduals<'a> {
             let step = scene.time.as_ref().map_or(1.0, |time| time.step_size());
             let segments = REFINEMENT * e.problem.segments();
             let other = scene.resolved(segments, step / REFINEMENT as f64);
-            Ok::<_, Error>(e.posed_as(e.problem.with_scene(other)?))
+            Ok::<_, Error>(e.with_problem(e.problem.with_scene(other)?))
         };
         let experiments: Vec<Experiment> =
             search.experiments.iter().map(finer).collect::<Result<_, _>>()?;
         if full_work(&experiments)? > MOST_WORK {
             return Ok(None);
         }
-        let finer = Task { experiments: &experiments, ..search.task() }.search();
+        let finer = Search { experiments: &experiments, ..search.detached() };
         let unknowns = search.unknowns.iter().zip(&optimum.x).enumerate();
         // At the corrected estimates, where the finer model has its optimum.
         let x: Vec<f64> = unknowns.map(|(i, (u, x))| self.bias.corrected(u, i, *x)).collect();
-        let residuals = finer.all_residuals()?.plain(&x)?;
+        let residuals = finer.all_residuals()?.plain_residuals(&x)?;
         search.work.add(finer.work.total());
         search.report("finer numerics");
         // The change to the finer numerics is a part of that to the limit.

@@ -11,7 +11,7 @@
 //! asymptotically as efficient as any weighting (Grenander 1954). Coverage factors are Student's t with the degrees of freedom
 //! of the variance of each unknown (Satterthwaite 1946).
 
-use crate::fit::misfit::residual_tests::newness;
+use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::noise::coordinate_series::{CoordinateSeries, coordinate_series};
 use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
@@ -75,7 +75,7 @@ impl NoiseCorrelations {
             }
             // Unexplained motion is no AR(1) noise: such a series counts as white, and the others are estimated again.
             let rejected = |s: &CoordinateSeries| {
-                s.is_correlated && newness(&s.innovations()) < COLORED_INNOVATIONS
+                s.is_correlated && innovation_p_value(&s.innovations()) < COLORED_INNOVATIONS
             };
             let mut rejected = found.series.iter_mut().filter(|s| rejected(s)).peekable();
             if rejected.peek().is_none() {

@@ -101,9 +101,8 @@ pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVect
 
 /// Derivatives of the misfit by the plain residuals: `w psi(w r)` with the leverage weights `w`.
 pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64> {
-    let losses = residuals.losses().into_iter().zip(residuals.leverage_weights());
-    let slope = |((loss, w), r): ((Loss, f64), &f64)| w * loss.influence(w * r)[0];
-    losses.zip(&optimum.residuals).map(slope).collect()
+    let losses = residuals.weighted_losses();
+    losses.iter().zip(&optimum.residuals).map(|(loss, r)| loss.influence(*r)).collect()
 }
 
 /// Covariance of the gradient of the misfit, `sum psi^2 j j'` over the rows `j` of the Jacobian: with the mean of `psi^2`

@@ -9,7 +9,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{self, Known};
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::search::Task;
+use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
@@ -61,7 +61,7 @@ pub(crate) struct Resampling<'a> {
 /// Inputs of all replicates, shared by the threads.
 struct ReplicateInputs<'a> {
     resampling: &'a Resampling<'a>,
-    task: Task<'a>,
+    search: &'a Search<'a>,
     /// Simulated values at the optimum, in the order of the residuals.
     simulated: Vec<f64>,
     /// Standard deviation of the noise of every value, in its unit.
@@ -105,7 +105,7 @@ impl ReplicateInputs<'_> {
         // White noise of all values first, so that the random numbers do not depend on the series.
         let mut noise: Vec<f64> = self.noise.iter().map(|sigma| sigma * draw()).collect();
         // A prior is a measurement of the parameter, with an error of its own.
-        let mut unknowns = self.task.unknowns.to_vec();
+        let mut unknowns = self.search.unknowns.to_vec();
         for (unknown, x) in unknowns.iter_mut().zip(self.start) {
             let value = unknown.from_scale(*x);
             if let Some(prior) = &mut unknown.prior {
@@ -129,7 +129,7 @@ impl ReplicateInputs<'_> {
             }
         }
         // Simulated values with noise replace the measured ones.
-        let mut experiments = self.task.experiments.to_vec();
+        let mut experiments = self.search.experiments.to_vec();
         let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
         let values = measurements.flat_map(|m| m.data.values_mut());
         for ((value, simulated), noise) in values.zip(&self.simulated).zip(noise) {
@@ -138,8 +138,8 @@ impl ReplicateInputs<'_> {
         if let Err(error) = add_input_errors(&mut experiments, knowns, &errors) {
             return (Err(error), 0.0);
         }
-        let task = Task { experiments: &experiments, unknowns: &unknowns, ..self.task };
-        let search = task.search();
+        let (experiments, unknowns) = (&experiments[..], &unknowns[..]);
+        let search = Search { experiments, unknowns, ..self.search.detached() };
         let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
             true => Ok(optimum.x),
             false => Err(Error::Fit(optimum.status)),
@@ -204,8 +204,8 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
         }
     }
     // All replicates start at the optimum.
-    let (task, root, start) = (search.task(), known::root(resampling.knowns)?, &optimum.x[..]);
-    let inputs = ReplicateInputs { resampling, task, simulated, noise, residuals, start, root };
+    let (root, start) = (known::correlation_root(resampling.knowns)?, &optimum.x[..]);
+    let inputs = ReplicateInputs { resampling, search, simulated, noise, residuals, start, root };
     let mut found = Vec::new();
     let Range { start, end } = resampling.numbers;
     for first in (start..end).step_by(BATCH) {
