@@ -199,8 +199,7 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Every number made another by `convert`. What follows from the numbers of a step and its beginning
-    /// is of first degree in both: the numbers' derivatives make a rate as the numbers make a value.
+    /// The same coefficients as other numbers.
     pub fn map<E: Copy + From<f64>>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
         StepCoefficients {
             h: self.h,

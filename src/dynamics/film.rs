@@ -1,22 +1,22 @@
-//! A motion thinned out to what a page can show: so many moments of so many nodes, however long the run.
+//! A motion with a bounded number of frames and samples, for the animation and the plots of a page.
 
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;
 use crate::rod::Energies;
 use crate::scene::Stencil;
 
-/// Most moments with the whole rod, beside the first, and of its tip and energies.
+/// Largest numbers of shapes, beside the first, and of samples of tip and energies.
 const FRAMES: usize = 200;
 const SAMPLES: usize = 1000;
-/// Most edges of a drawn rod.
+/// Largest number of edges of a shape.
 const EDGES: usize = 100;
 
-/// A motion as a page shows it.
+/// A motion with a bounded number of frames and samples.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// The nodes that are kept, ascending, both ends among them.
+    /// The selected nodes, ascending, with both ends.
     nodes: Vec<usize>,
-    /// The nodes and weights whose sum is the tip.
+    /// The tip as a weighted sum of nodes.
     tip: Stencil,
     steps: usize,
     /// Steps from one sample to the next, and samples from one frame to the next.
@@ -26,28 +26,28 @@ pub struct Film {
     samples: Vec<Sample>,
 }
 
-/// The rod at a moment.
+/// The shape of a rod at a time.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Where the nodes that are kept are, m.
+    /// Positions of the selected nodes, m.
     pub nodes: Vec<[f64; 3]>,
 }
 
-/// What is kept of more moments than the whole rod.
+/// Tip and energies at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Where the tip is, m.
+    /// Position of the tip, m.
     pub tip: [f64; 3],
     /// The energies, J.
     pub energies: Energies,
 }
 
 impl Film {
-    /// Of a run of so many steps.
+    /// An empty film of a run of so many steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let (last, sample) = (problem.nodes() - 1, steps.div_ceil(SAMPLES).max(1));
         let between = last.div_ceil(EDGES).max(1);
@@ -59,7 +59,7 @@ impl Film {
         Self { nodes, tip: problem.tip(), steps, every, seen: 0, frames, samples }
     }
 
-    /// Takes the state of a simulation after a step, and before the first.
+    /// Adds the initial state of a simulation, or the state after a step.
     pub fn push(&mut self, simulation: &dyn Snapshot) {
         let [sample, frame] = self.every;
         let step = self.seen;
@@ -77,17 +77,17 @@ impl Film {
         }
     }
 
-    /// Moments with the whole rod, the first and the last among them.
+    /// Shapes, with the first and the last.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }
 
-    /// Tip and energies at these and more moments.
+    /// Tip and energies at these and more times.
     pub fn samples(&self) -> &[Sample] {
         &self.samples
     }
 
-    /// What is left out, in words; nothing where nothing is.
+    /// A description of the omitted steps and nodes; none if there are none.
     pub fn thinned(&self, problem: &Problem) -> Option<String> {
         let [sample, frame] = self.every;
         let mut words = Vec::new();

@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{FactorsOf, Rod, State};
-use crate::scene::Scheme;
+use crate::rod::{FactorsOf, NodalDrag, Rod, State};
+use crate::scene::{Damping, Scheme};
 use std::ops::Range;
 
 /// The forces at one place between the start of a step and its end.
@@ -38,6 +38,12 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub led: &'a PrescribedDofs,
     /// The scheme whose equations were solved.
     pub scheme: Scheme,
+    /// The parameter of the scheme.
+    pub parameter: D,
+    /// Damping: rates in 1/s, times in s.
+    pub damping: Damping<D>,
+    /// Drag of a fluid, if there is one.
+    pub drag: Option<&'a NodalDrag<D>>,
     /// The state at the start of the step.
     pub before: &'a State<D, R::Frames>,
     /// The state at its end.

@@ -1,21 +1,24 @@
-//! The rod in motion: schemes, their steps, the derivatives of what they compute, and what is recorded
-//! of it.
+//! Motion of a rod: time integration schemes, simulations and their step control, derivatives of trajectories by
+//! parameters (forward and adjoint), and recorded trajectories.
 
 pub mod adjoint;
 pub mod coefficients;
+mod director_axes;
 mod energy_balance;
 mod film;
-mod follower;
 mod largest_step;
 mod linearization;
 mod output;
 pub(crate) mod record;
 mod run;
 pub mod sensitivity;
+mod sensitivity_carrier;
+mod sensitivity_pipeline;
 mod simulation;
 mod start;
 mod step;
 mod step_control;
+mod step_map;
 pub mod stepper;
 mod trajectory;
 mod unstable_state;

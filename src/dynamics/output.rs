@@ -1,4 +1,4 @@
-//! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
+//! Output of `rodfit simulate`: a CSV table of all nodes during the run, and a JSON report at its end.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -247,8 +247,8 @@ impl SimulationReport {
         }
     }
 
-    /// What became of the energy, in words: only a rod that neither damping nor supports take any
-    /// from has it kept, and only what moves has some to compare a change with.
+    /// A description of the change of the energy. It is an error of the scheme only without damping and moving supports,
+    /// and is measured by the kinetic energy of a rod that moves.
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);

@@ -1,4 +1,4 @@
-//! What a run leaves behind, over the scalar it was run in.
+//! Recorded motion of a run: positions and velocities of tracked nodes, interpolated between steps.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -31,17 +31,17 @@ pub(crate) struct Record<D = f64> {
     derivatives: Vec<Vec<Motion>>,
     /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.
     pub taken: Vec<f64>,
-    /// Energies at every time, where asked for.
+    /// Energies at every time, if requested.
     pub energies: Option<Vec<Energies>>,
-    /// Reactions of the supports at every time, where asked for.
+    /// Reactions of the supports at every time, if requested.
     pub reactions: Option<Vec<Reactions>>,
     /// The work of the run.
     pub work: Work,
     /// Wall time of the stepping alone.
     pub stepping: Duration,
-    /// Whether anything is kept at all.
+    /// Whether anything is recorded.
     pub keeps: bool,
-    /// Unstable states, where asked for.
+    /// Checks for unstable states, if requested.
     pub stability: Option<StabilityChecks>,
 }
 
@@ -82,7 +82,7 @@ impl<D: Scalar> Record<D> {
     pub fn times(&self) -> &[f64] {
         &self.times
     }
-    /// All that was recorded of the tracked nodes.
+    /// The motions of tracked nodes and director axes, step after step.
     pub fn motions(&self) -> &[Motion<D>] {
         &self.motion
     }
@@ -118,13 +118,13 @@ impl<D: Scalar> Record<D> {
         self.taken.retain(|end| *end <= last);
     }
 
-    /// What was recorded of a node after `k` steps; none where it was not.
+    /// The motion of a node after `k` steps; none where it is not recorded.
     pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
         let column = self.tracked.binary_search(&node).ok()?;
         self.motion.get(k * self.width() + column)
     }
 
-    /// Where the motion of a node after `k` steps stands.
+    /// The index of the motion of a node after `k` steps.
     pub fn index_of(&self, node: usize, k: usize) -> Result<usize, Error> {
         let column = place_in(&self.tracked, node, "a node that was not tracked")?;
         let last = self.times.len().saturating_sub(1);
@@ -135,7 +135,7 @@ impl<D: Scalar> Record<D> {
         Ok(k * self.width() + column)
     }
 
-    /// How many motions a step has.
+    /// The number of motions of a step.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
     }
@@ -161,7 +161,7 @@ pub(crate) struct Recorded<'a, D = f64> {
     motions: Motions<'a, D>,
 }
 
-/// Where its motions stand.
+/// The motions of a record.
 #[derive(Clone, Copy, Debug)]
 enum Motions<'a, D> {
     /// As they are.
@@ -181,7 +181,7 @@ impl<D: Scalar> Recorded<'_, D> {
         }
     }
 
-    /// How many motions a step has.
+    /// The number of motions of a step.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
     }
@@ -255,7 +255,7 @@ impl<D: Scalar> Recorded<'_, D> {
         Ok((k, self.hermite(k, time)))
     }
 
-    /// Refuses times that were not recorded.
+    /// Rejects times outside of the record.
     fn check(&self, time: f64) -> Result<(), Error> {
         let Some(&last) = self.times.last() else {
             return Err(Error::invalid("trajectory", "no records", "one that has run"));
@@ -272,7 +272,7 @@ impl<D: Scalar> Recorded<'_, D> {
         k.clamp(1, self.times.len().max(2) - 1)
     }
 
-    /// The same, looked for from a step on.
+    /// The same, searched from a step on.
     fn step_from(&self, mut k: usize, time: f64) -> usize {
         if self.times[k - 1] > time {
             return self.step_at(time);
@@ -316,7 +316,7 @@ impl<D: Scalar> Recorded<'_, D> {
         Ok(sum)
     }
 
-    /// Where the nodes of a stencil stand among the recorded motions, and their weights.
+    /// The indices of the nodes of a stencil among the motions of a step, with their weights.
     fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
         let column = |(node, weight): &(usize, E)| {
             Ok((place_in(self.tracked, *node, "a node that was not tracked")?, *weight))
@@ -325,7 +325,7 @@ impl<D: Scalar> Recorded<'_, D> {
     }
 }
 
-/// Where a node or an edge stands among the recorded.
+/// The index of a node or an edge among the recorded ones.
 fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usize, Error> {
     recorded.binary_search(&wanted).map_err(|_| Error::OutOfRange {
         what,

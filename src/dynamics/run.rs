@@ -1,22 +1,24 @@
-//! A run of a scene: from its start, step by step, each seen and recorded.
+//! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states and their
+//! derivatives by parameters.
 
-use crate::dynamics::follower::{self, Leader};
+use crate::dynamics::director_axes::DirectorAxes;
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
+use crate::dynamics::sensitivity_carrier::SensitivityCarrier;
+use crate::dynamics::sensitivity_pipeline::{self, ActiveRun};
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
-use crate::problem::{DirectorRotation, Discretized, FramesOf, Model, Problem};
+use crate::problem::{Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
 use crate::statics::MotionResistances;
-use num_dual::Dual64;
-use std::sync::Arc;
+use std::time::Instant;
 
-/// A running simulation as it looks from outside the model.
+/// The state of a running simulation in world coordinates, whatever its model.
 pub trait Snapshot {
     /// Time, s.
     fn time(&self) -> f64;
@@ -24,7 +26,7 @@ pub trait Snapshot {
     fn position(&self, i: usize) -> [f64; 3];
     /// Energies by term, J.
     fn energies(&self) -> Energies;
-    /// The work so far.
+    /// Counts of the numerical work so far.
     fn work(&self) -> Work;
     /// Position of a point in world coordinates, m.
     fn place(&self, stencil: &Stencil) -> [f64; 3] {
@@ -32,13 +34,13 @@ pub trait Snapshot {
     }
 }
 
-/// A simulation with the model that knows where its nodes are.
-struct Running<'a, M: Model> {
+/// The snapshot of a simulation.
+struct SimulationSnapshot<'a, M: Model> {
     model: &'a M,
     simulation: &'a Simulation<f64, M::Rod<f64>>,
 }
 
-impl<M: Model> Snapshot for Running<'_, M> {
+impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     fn time(&self) -> f64 {
         self.simulation.state().time
     }
@@ -53,207 +55,234 @@ impl<M: Model> Snapshot for Running<'_, M> {
     }
 }
 
-/// A simulation of a model.
-type Simulated<M> = Simulation<f64, <M as Model>::Rod<f64>>;
-/// At its start, with its derivatives.
-type Started<M> = (Simulated<M>, Sensitivities<<M as Model>::Rod<f64>>);
-/// On its way, with what carries them.
-type Led<'a, M> = (&'a mut Simulated<M>, &'a mut Carried<<M as Model>::Rod<f64>>);
-/// Sees it.
-type Sees<'a, M> = dyn FnMut(&Simulated<M>) + 'a;
-
-/// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
-/// simulation at the start and after every step, and `taken` each time that a step is taken, whole or in halves.
-pub(super) fn run<M: Model>(
-    problem: &Problem,
-    discretized: &Discretized<'_, M>,
-    (parameters, steps): (&[Parameter], usize),
-    record: &mut Record,
-    after: &mut dyn FnMut(&dyn Snapshot),
-    taken: &mut Sees<'_, M>,
-) -> Result<(), Error>
-where
-    M::Rod<f64>: Sensitive,
-{
-    let running = follower::Running::begin();
-    let followed = running.has_room(steps * problem.nodes());
-    run_so((problem, discretized, steps), (parameters, followed), record, (after, taken))
+/// A run: the discretized scene, the parameters of the derivatives and the number of steps.
+pub(super) struct RunTask<'a, M: Model> {
+    pub problem: &'a Problem,
+    pub discretized: &'a Discretized<'a, M>,
+    pub parameters: &'a [Parameter],
+    pub steps: usize,
 }
 
-/// What is run, for so many steps.
-type Task<'a, M> = (&'a Problem, &'a Discretized<'a, M>, usize);
-/// Who sees it.
-type Seen<'a, 'b, M> = (&'a mut dyn FnMut(&dyn Snapshot), &'a mut Sees<'b, M>);
+/// Functions that a run calls.
+pub(super) struct RunObservers<'a, M: Model> {
+    /// Called with the initial state and after every step of the scene.
+    pub after_step: &'a mut dyn FnMut(&dyn Snapshot),
+    /// Called with the initial state and after every accepted step, each part of a bisected one included.
+    pub after_substep: &'a mut dyn FnMut(&Simulation<f64, M::Rod<f64>>),
+}
 
-/// The same; where the run may be `followed`, its derivatives come behind.
-fn run_so<M: Model>(
-    task: Task<'_, M>,
-    (parameters, followed): (&[Parameter], bool),
+/// Simulates a run, with its derivatives on a thread of their own where a processor is idle.
+///
+/// # Errors
+/// Those of the scene's step and initial state, and of a step that bisection does not save; the record then ends with the
+/// last valid state.
+pub(super) fn run<M: Model>(
+    task: &RunTask<'_, M>,
     record: &mut Record,
-    seen: Seen<'_, '_, M>,
+    observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive,
 {
-    let (_, discretized, _) = task;
-    discretized.check_step()?;
-    let mut simulation = discretized.simulation()?;
-    let sensitivities = discretized.sensitivities(parameters)?;
-    let markers = Markers::new(discretized, parameters, record);
-    let again = !parameters.is_empty() && simulation.can_linearize_again();
-    if followed && again {
-        return run_followed(task, (simulation, sensitivities), markers, record, seen);
+    let active = ActiveRun::begin();
+    let asynchronous = active.has_room(task.steps * task.problem.nodes());
+    run_with(task, asynchronous, record, observers)
+}
+
+/// The same, with the choice of `asynchronous` derivatives.
+fn run_with<M: Model>(
+    task: &RunTask<'_, M>,
+    asynchronous: bool,
+    record: &mut Record,
+    observers: &mut RunObservers<'_, M>,
+) -> Result<(), Error>
+where
+    M::Rod<f64>: Sensitive,
+{
+    task.discretized.check_step()?;
+    let mut simulation = task.discretized.simulation()?;
+    let sensitivities = task.discretized.sensitivities(task.parameters)?;
+    let axes = DirectorAxes::new(task.discretized, task.parameters, record);
+    // Most schemes are linearized again at the ends of their steps. Averaging schemes keep the tangents of their stages.
+    let has_parameters = !task.parameters.is_empty();
+    let relinearizes = has_parameters && simulation.can_linearize_again();
+    if relinearizes && asynchronous {
+        return run_asynchronously(
+            task,
+            simulation,
+            sensitivities,
+            axes.as_ref(),
+            record,
+            observers,
+        );
     }
-    if !again && !parameters.is_empty() {
+    if has_parameters && !relinearizes {
         simulation.keep_tangent();
     }
-    let linear = again.then(|| Box::new(simulation.linear()));
-    let carried = &mut Carried::Here(sensitivities, linear);
-    let result = make_steps(task, (&mut simulation, carried), markers.as_ref(), record, seen);
-    if let Carried::Here(_, Some(linear)) = carried {
+    let relinearized = relinearizes.then(|| Box::new(simulation.linear()));
+    let mut carrier = SensitivityCarrier::Synchronous { sensitivities, relinearized };
+    let result = take_steps(task, &mut simulation, &mut carrier, axes.as_ref(), record, observers);
+    if let SensitivityCarrier::Synchronous { relinearized: Some(linear), .. } = carrier {
         record.work += linear.work();
     }
     result
 }
 
-/// The same where another thread takes the derivatives.
-fn run_followed<M: Model>(
-    task: Task<'_, M>,
-    (mut simulation, sensitivities): Started<M>,
-    markers: Option<Markers>,
+/// The same with the derivatives on another thread, which works on steps while the next ones are made.
+fn run_asynchronously<M: Model>(
+    task: &RunTask<'_, M>,
+    mut simulation: Simulation<f64, M::Rod<f64>>,
+    sensitivities: Sensitivities<M::Rod<f64>>,
+    axes: Option<&DirectorAxes>,
     record: &mut Record,
-    seen: Seen<'_, '_, M>,
+    observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive,
 {
-    let (_, discretized, _) = task;
-    let (tracked, markers) = (record.tracked(), markers.as_ref());
+    let tracked = record.tracked();
+    let recorder = DerivativeRecorder { discretized: task.discretized, tracked: &tracked, axes };
+    // Derivatives of the initial state.
     if record.keeps {
         for k in 0..sensitivities.count() {
-            let (of, list) = ((&sensitivities, k), record.derivatives_mut(k));
-            add_rates(discretized, of, (&tracked, markers), simulation.state(), list);
+            recorder.push(&sensitivities, k, simulation.state(), record.derivatives_mut(k));
         }
     }
-    let (leader, follower) = follower::ends(&simulation, sensitivities);
-    let (result, followed) = std::thread::scope(|scope| {
-        let follow = || {
-            follower.follow(|sensitivities, k, state, list| {
-                add_rates(discretized, (sensitivities, k), (&tracked, markers), state, list);
+    // Steps on this thread, their derivatives on the other.
+    let (producer, consumer) = sensitivity_pipeline::new(&simulation, sensitivities);
+    let (result, consumed) = std::thread::scope(|scope| {
+        let consume = || {
+            consumer.consume(|sensitivities, k, state, list| {
+                recorder.push(sensitivities, k, state, list);
             })
         };
-        let following = scope.spawn(follow);
-        let mut carried = Carried::Behind(leader);
-        let led = (&mut simulation, &mut carried);
-        let result = make_steps(task, led, markers, record, seen);
-        let since = std::time::Instant::now();
-        if let Carried::Behind(leader) = carried {
-            leader.end();
+        let consuming = scope.spawn(consume);
+        let mut carrier = SensitivityCarrier::Asynchronous(producer);
+        let result = take_steps(task, &mut simulation, &mut carrier, axes, record, observers);
+        let since = Instant::now();
+        if let SensitivityCarrier::Asynchronous(producer) = carrier {
+            producer.finish();
         }
-        let followed = following.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let consumed = consuming.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         record.stepping += since.elapsed();
-        (result, followed)
+        (result, consumed)
     });
-    for (k, rates) in followed.derivatives.into_iter().enumerate() {
+    // Derivatives of all recorded states; a failed derivative ends the record at its step.
+    for (k, rates) in consumed.derivatives.into_iter().enumerate() {
         record.derivatives_mut(k).extend(rates);
     }
-    let result = match followed.failed {
-        Some((error, work)) => {
-            record.truncate(followed.recorded + 1);
-            record.work = work;
-            Err(error)
+    let result = match consumed.failure {
+        Some(failure) => {
+            record.truncate(consumed.recorded + 1);
+            record.work = failure.work;
+            Err(failure.error)
         }
         None => result,
     };
-    record.work += followed.work;
+    record.work += consumed.work;
     result
 }
 
-/// What carries the derivatives of a run.
-enum Carried<R: Sensitive> {
-    /// They go along: by steps linearized once more, where that can be done.
-    Here(Sensitivities<R>, Option<Box<Simulation<f64, R>>>),
-    /// They come behind.
-    Behind(Leader<R>),
-}
-
-impl<R: Sensitive> Carried<R> {
-    /// As [`Sensitivities::step_to`].
-    fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
-        match self {
-            Self::Here(sensitivities, _) => sensitivities.step_to(simulation, time),
-            Self::Behind(_) => simulation.step_to(time),
-        }
-    }
-
-    /// As [`Sensitivities::step_back`].
-    fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
-        match self {
-            Self::Here(sensitivities, _) => sensitivities.step_back(simulation),
-            Self::Behind(_) => simulation.step_back(),
-        }
-    }
-
-    /// As [`Sensitivities::advance`].
-    fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
-        match self {
-            Self::Here(sensitivities, None) => sensitivities.advance(simulation),
-            Self::Here(sensitivities, Some(linear)) => {
-                let step = linear.linearized(simulation.previous(), simulation.state())?;
-                step.map_or(Ok(()), |step| sensitivities.advance_over(&step))
-            }
-            Self::Behind(leader) => leader.push(simulation),
-        }
-    }
-}
-
-/// Makes the steps of a run, each seen and recorded.
-fn make_steps<M: Model>(
-    (problem, discretized, steps): Task<'_, M>,
-    (simulation, carried): Led<'_, M>,
-    markers: Option<&Markers>,
+/// The main loop: makes the steps of a run and records them.
+fn take_steps<M: Model>(
+    task: &RunTask<'_, M>,
+    simulation: &mut Simulation<f64, M::Rod<f64>>,
+    carrier: &mut SensitivityCarrier<M::Rod<f64>>,
+    axes: Option<&DirectorAxes>,
     record: &mut Record,
-    (after, taken): Seen<'_, '_, M>,
+    observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive,
 {
-    let (time, model) = (problem.time()?, discretized.model);
-    let mut control = StepControl::new(problem.scene(), simulation);
-    if let Carried::Here(..) = carried {
-        record.make_room(steps + 1);
+    let (time, model) = (task.problem.time()?, task.discretized.model);
+    let mut control = StepControl::new(task.problem.scene(), simulation);
+    if let SensitivityCarrier::Synchronous { .. } = carrier {
+        record.make_room(task.steps + 1);
     }
-    keep(discretized, simulation, (carried, markers), record);
-    after(&Running { model, simulation });
-    taken(simulation);
-    for k in 1..=steps {
-        problem.check_stop()?;
-        let start = std::time::Instant::now();
-        let result =
-            advance(simulation, carried, &mut control, (time.at(k), 0), &mut |simulation| {
-                record.taken.push(simulation.state().time);
-                taken(simulation);
-            });
+    // Initial state.
+    record_state(task.discretized, simulation, carrier, axes, record);
+    (observers.after_step)(&SimulationSnapshot { model, simulation });
+    (observers.after_substep)(simulation);
+    for k in 1..=task.steps {
+        // Interruption by the user or by a limit of time.
+        task.problem.check_stop()?;
+
+        // Step to the next time of the scene, bisected where it is rejected, with its derivatives.
+        let start = Instant::now();
+        let target = Target { time: time.at(k), halvings: 0 };
+        let result = advance(simulation, carrier, &mut control, target, &mut |simulation| {
+            record.taken.push(simulation.state().time);
+            (observers.after_substep)(simulation);
+        });
         record.stepping += start.elapsed();
         record.work = simulation.work();
         result?;
-        keep(discretized, simulation, (carried, markers), record);
+
+        // Record of the state and its derivatives.
+        record_state(task.discretized, simulation, carrier, axes, record);
+
+        // Stability of some states.
         if let Some(stability) = &mut record.stability
-            && StabilityChecks::includes(k, steps)
+            && StabilityChecks::includes(k, task.steps)
         {
-            stability.examine(discretized, simulation);
+            stability.examine(task.discretized, simulation);
             record.work.stability_checks = stability.count;
         }
-        after(&Running { model, simulation });
+
+        // Report to the caller.
+        (observers.after_step)(&SimulationSnapshot { model, simulation });
     }
     Ok(())
 }
 
-/// Records the state of a simulation and, where they go along, of its sensitivities.
-fn keep<M: Model>(
+/// The end of a step, s, and how many halvings have led to it.
+#[derive(Clone, Copy)]
+struct Target {
+    time: f64,
+    halvings: u32,
+}
+
+/// Advances a simulation and its derivatives to a target, and calls `accepted` after every accepted step. A rejected step
+/// is replaced by two steps of half its size. On an error the state is the last valid one.
+fn advance<R: Sensitive>(
+    simulation: &mut Simulation<f64, R>,
+    carrier: &mut SensitivityCarrier<R>,
+    control: &mut StepControl,
+    Target { time, halvings }: Target,
+    accepted: &mut dyn FnMut(&Simulation<f64, R>),
+) -> Result<(), Error> {
+    let at_last = halvings == HALVINGS;
+    // Trial step, and its energy.
+    let stepped = carrier.step_to(simulation, time);
+    match stepped.and_then(|()| control.check(simulation, at_last)) {
+        Ok(()) => {
+            control.accept();
+            accepted(simulation);
+            carrier.advance(simulation)
+        }
+        Err(error) => {
+            carrier.step_back(simulation);
+            if at_last {
+                return Err(error);
+            }
+            // Two halves instead.
+            let middle = 0.5 * (simulation.state().time + time);
+            for time in [middle, time] {
+                let target = Target { time, halvings: halvings + 1 };
+                advance(simulation, carrier, control, target, accepted)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Records a state, and its derivatives unless another thread records them.
+fn record_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
-    (carried, markers): (&mut Carried<M::Rod<f64>>, Option<&Markers>),
+    carrier: &mut SensitivityCarrier<M::Rod<f64>>,
+    axes: Option<&DirectorAxes>,
     record: &mut Record,
 ) where
     M::Rod<f64>: Sensitive,
@@ -273,126 +302,52 @@ fn keep<M: Model>(
     }
     let tracked = record.tracked();
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
-    let axes = markers.into_iter().flat_map(|m| m.axes(discretized, state));
-    record.push(state.time, tracked.iter().map(motion).chain(axes));
-    match carried {
-        Carried::Here(sensitivities, _) => {
+    let director_motions = axes.into_iter().flat_map(|axes| axes.motions(discretized, state));
+    record.push(state.time, tracked.iter().map(motion).chain(director_motions));
+    match carrier {
+        SensitivityCarrier::Synchronous { sensitivities, .. } => {
+            let recorder = DerivativeRecorder { discretized, tracked: &tracked, axes };
             for k in 0..sensitivities.count() {
-                let (of, list) = ((&*sensitivities, k), record.derivatives_mut(k));
-                add_rates(discretized, of, (&tracked, markers), state, list);
+                recorder.push(sensitivities, k, state, record.derivatives_mut(k));
             }
         }
-        Carried::Behind(leader) => leader.record(),
+        SensitivityCarrier::Asynchronous(producer) => producer.mark_recorded(),
     }
 }
 
-/// Appends what is recorded of a state's derivatives by parameter `k`.
-fn add_rates<M: Model>(
-    discretized: &Discretized<'_, M>,
-    (sensitivities, k): (&Sensitivities<M::Rod<f64>>, usize),
-    (tracked, markers): (&[usize], Option<&Markers>),
-    state: &State<f64, FramesOf<M>>,
-    list: &mut Vec<Motion>,
-) where
+/// Records derivatives of the tracked nodes and of director axes.
+struct DerivativeRecorder<'a, M: Model> {
+    discretized: &'a Discretized<'a, M>,
+    tracked: &'a [usize],
+    axes: Option<&'a DirectorAxes>,
+}
+
+impl<M: Model> DerivativeRecorder<'_, M>
+where
     M::Rod<f64>: Sensitive,
 {
-    let nodes = Nodes { nodes: tracked, stride: M::STRIDE, axes: M::STRIDE.min(3) };
-    list.reserve(tracked.len());
-    sensitivities.of_nodes(k, nodes, |[q, v]| {
-        list.push([discretized.model.rate(&q, 0), discretized.model.rate(&v, 0)]);
-    });
-    let axes = markers.into_iter().flat_map(|m| m.rates(discretized, (sensitivities, k), state));
-    list.extend(axes);
-}
-
-/// The axes that markers beside the centre line move with.
-struct Markers {
-    edges: Arc<[usize]>,
-    directors: DirectorRotation<f64>,
-    /// With the derivatives by every parameter.
-    derived: Vec<DirectorRotation<Dual64>>,
-}
-
-impl Markers {
-    /// None where no axes are recorded.
-    fn new<M: Model>(
-        discretized: &Discretized<'_, M>,
-        parameters: &[Parameter],
-        record: &Record,
-    ) -> Option<Self> {
-        let derived = |parameter: &Parameter| {
-            let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-            discretized.directors(&discretized.setup_over(seed))
-        };
-        (!record.edges().is_empty()).then(|| Self {
-            edges: record.edges(),
-            directors: discretized.directors(discretized.setup),
-            derived: parameters.iter().map(derived).collect(),
-        })
-    }
-
-    fn axes<M: Model>(
+    /// Appends the derivatives of the recorded motions in a state by parameter `k`.
+    fn push(
         &self,
-        discretized: &Discretized<'_, M>,
-        State { q, v, frames, .. }: &State<f64, FramesOf<M>>,
-    ) -> impl Iterator<Item = Motion> {
-        self.edges
-            .iter()
-            .flat_map(move |edge| discretized.axes(self.directors, q, v, frames, *edge))
-    }
-
-    /// The derivatives of the axes by parameter `k`.
-    fn rates<M: Model>(
-        &self,
-        discretized: &Discretized<'_, M>,
-        (sensitivities, k): (&Sensitivities<M::Rod<f64>>, usize),
+        sensitivities: &Sensitivities<M::Rod<f64>>,
+        k: usize,
         state: &State<f64, FramesOf<M>>,
-    ) -> Vec<Motion>
-    where
-        M::Rod<f64>: Sensitive,
-    {
-        let (q, v, frames) = sensitivities.motion(k, state);
-        let axes = |edge: &usize| {
-            let axes = discretized.axes::<Dual64>(self.derived[k], &q, &v, &frames, *edge);
-            axes.map(|axis| axis.map(|x| x.map(|c| c.eps)))
-        };
-        self.edges.iter().flat_map(axes).collect()
-    }
-}
-
-/// Advances a simulation and its derivatives to `time`, in halves where the step fails. On an
-/// error the state is the last valid one.
-fn advance<R: Sensitive>(
-    simulation: &mut Simulation<f64, R>,
-    carried: &mut Carried<R>,
-    control: &mut StepControl,
-    (time, halvings): (f64, u32),
-    taken: &mut dyn FnMut(&Simulation<f64, R>),
-) -> Result<(), Error> {
-    let at_last = halvings == HALVINGS;
-    let stepped = carried.step_to(simulation, time);
-    match stepped.and_then(|()| control.check(simulation, at_last)) {
-        Ok(()) => {
-            control.accept();
-            taken(simulation);
-            carried.advance(simulation)
-        }
-        Err(error) => {
-            carried.step_back(simulation);
-            if at_last {
-                return Err(error);
-            }
-            let middle = 0.5 * (simulation.state().time + time);
-            let halvings = halvings + 1;
-            advance(simulation, carried, control, (middle, halvings), taken)?;
-            advance(simulation, carried, control, (time, halvings), taken)
+        list: &mut Vec<Motion>,
+    ) {
+        let nodes = Nodes { nodes: self.tracked, stride: M::STRIDE, axes: M::STRIDE.min(3) };
+        let model = self.discretized.model;
+        list.reserve(self.tracked.len());
+        sensitivities.of_nodes(k, nodes, |[q, v]| {
+            list.push([model.rate(&q, 0), model.rate(&v, 0)]);
+        });
+        if let Some(axes) = self.axes {
+            list.extend(axes.rates(self.discretized, sensitivities, k, state));
         }
     }
 }
 
-/// A run again over another scalar, step for step as `plain` went; `seed` makes its numbers of the
-/// parameters.
-pub(super) fn follow<D: Nestable, M: Model>(
+/// Repeats a run over another scalar with the same accepted steps. `seed` converts the values of parameters to it.
+pub(super) fn repeat_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
     plain: &Record,
     seed: impl Fn(Parameter, f64) -> D,
@@ -429,30 +384,32 @@ mod tests {
     use crate::problem::AnyProblem;
     use crate::scene::Scene;
 
-    /// A run with derivatives by some numbers that go along, or come behind: why it ended, and its record.
-    fn run_of(problem: &Problem, parameters: &[Parameter], followed: bool) -> (String, Record) {
+    /// The result, as text, and the record of a run with synchronous or asynchronous derivatives.
+    fn run_of(problem: &Problem, parameters: &[Parameter], asynchronous: bool) -> (String, Record) {
         let all: Vec<usize> = (0..problem.nodes()).collect();
         let mut record = Record::new(all, parameters.len());
         record.energies = Some(Vec::new());
         let steps = problem.time().unwrap().steps();
-        let asked = (parameters, followed);
         let result = match problem.discretized() {
             AnyProblem::Planar(planar) => {
-                let task = (problem, &planar, steps);
-                run_so(task, asked, &mut record, (&mut |_| {}, &mut |_| {}))
+                let task = RunTask { problem, discretized: &planar, parameters, steps };
+                let mut observers =
+                    RunObservers { after_step: &mut |_| {}, after_substep: &mut |_| {} };
+                run_with(&task, asynchronous, &mut record, &mut observers)
             }
             AnyProblem::Spatial(spatial) => {
-                let task = (problem, &spatial, steps);
-                run_so(task, asked, &mut record, (&mut |_| {}, &mut |_| {}))
+                let task = RunTask { problem, discretized: &spatial, parameters, steps };
+                let mut observers =
+                    RunObservers { after_step: &mut |_| {}, after_substep: &mut |_| {} };
+                run_with(&task, asynchronous, &mut record, &mut observers)
             }
         };
         (format!("{result:?}"), record)
     }
 
-    /// To the last bit, with the same work, whatever dissipates; also where steps are taken in halves, and where the
-    /// run ends early.
+    /// Bitwise, with the same work, for every kind of dissipation, with bisected steps, and for runs that end early.
     #[test]
-    fn derivatives_behind_are_those_that_go_along() {
+    fn asynchronous_derivatives_equal_synchronous_ones_bitwise() {
         let rods = [
             "[rod]\nsegments = 12\nshape = { kind = \"straight\", length = 0.5, direction = [1, 0, 0] }",
             "[rod]\nsegments = 12\nshape = { kind = \"helix\", length = 0.5, radius = 0.05, pitch = 0.1, axis = [0, 0, -1], handedness = \"left\" }",

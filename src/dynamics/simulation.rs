@@ -1,4 +1,4 @@
-//! Stepping a rod through time.
+//! A simulation: the state of a rod, its equations of motion, and the stepper that advances it.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, System, Work};
@@ -14,8 +14,7 @@ use crate::scene::{Damping, Scheme, StepTolerance};
 use num_dual::Dual64;
 use std::ops::Range;
 
-/// A rod on its way through time. Generic over the scalar: with dual numbers the whole simulation
-/// carries derivatives.
+/// A simulation of a rod, over any scalar: with dual numbers it contains the derivatives of the motion.
 #[derive(Clone, Debug)]
 pub struct Simulation<D: Nestable, R: Rod<D>> {
     system: System<D, R>,
@@ -46,18 +45,18 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Self { system, previous: state.clone(), state, stepper, work: Work::default() }
     }
 
-    /// Keeps what a [linearization](Self::linearization) of every step to come is made of.
+    /// Keeps tangents and factors for the [linearization](Self::linearization) of every later step.
     pub fn keep_tangent(&mut self) {
         self.stepper.keep_tangent();
     }
 
-    /// Puts the rod into a fluid.
+    /// Adds the drag of a fluid.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);
         self.find_forces();
     }
 
-    /// Moves supports, which lead some of the free unknowns too.
+    /// Sets the motion of supports, and the free unknowns that it prescribes.
     pub(crate) fn move_supports(
         &mut self,
         boundary_motion: BoundaryMotion<D>,
@@ -69,18 +68,18 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.find_forces();
     }
 
-    /// Gives the rod a velocity, m/s (rad/s for angles); entries outside the free unknowns are
+    /// Sets the velocities, m/s (rad/s for angles); entries outside the free unknowns are
     /// ignored.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.system.free.clone() {
             self.state.v[i] = v[i];
         }
-        self.system.lead(self.state.time, &mut self.state.v);
+        self.system.apply_prescribed_velocities(self.state.time, &mut self.state.v);
         self.find_forces();
     }
 
-    /// Gives the rod the velocities with which its unknowns change like this in the first `h`, s. Their mean is the
-    /// velocity in the middle, and the acceleration takes it back to the start.
+    /// Sets initial velocities from the change of all unknowns in the first `h`, s: the mean velocity, extrapolated from
+    /// the middle of that time to its start with the acceleration.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -93,13 +92,13 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         for i in self.system.free.clone() {
             self.state.v[i] -= a[i] * half;
         }
-        self.system.lead(self.state.time, &mut self.state.v);
+        self.system.apply_prescribed_velocities(self.state.time, &mut self.state.v);
         self.find_forces();
         self.stepper.know_acceleration(a, &self.system, &mut self.state);
         Ok(())
     }
 
-    /// The forces that the next step counts by its start.
+    /// Computes the forces and accelerations that the next step takes as those of its start.
     fn find_forces(&mut self) {
         self.stepper.find_forces(&self.system, &mut self.state);
         self.stepper.find_acceleration(&self.system, &mut self.state);
@@ -113,7 +112,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub(crate) fn drag(&self) -> Option<&NodalDrag<D>> {
         self.system.drag.as_ref()
     }
-    /// How the supports move, if they do.
+    /// The motion of the supports, if there is any.
     pub(crate) fn boundary_motion(&self) -> Option<&BoundaryMotion<D>> {
         self.system.boundary_motion.as_ref()
     }
@@ -125,7 +124,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The unknowns that move, with those among them that a recording leads.
+    /// The range of free unknowns, with those among them that a recording prescribes.
     pub fn free(&self) -> Range<usize> {
         self.system.free.clone()
     }
@@ -157,15 +156,15 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.newton().is_some_and(|newton| !newton.averages())
     }
 
-    /// Another one of the same rod, by which its steps are [linearized](Self::linearized) and that counts the work of it.
+    /// A copy that [linearizes](Self::linearized) steps of this simulation again, and counts the work of that.
     pub(crate) fn linear(&self) -> Self {
         let mut linear = Self { work: Work::default(), ..self.clone() };
         linear.keep_tangent();
         linear
     }
 
-    /// A step that it made before, from one state to another, [linearized](Self::linearization) again; none of schemes
-    /// that solve no equations.
+    /// The [linearization](Self::linearization) of an earlier step from the states at both ends; none for schemes that
+    /// solve no equations.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -184,7 +183,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         let twice = |mass: &D, v: &D| mass.value() * v.value() * v.value();
         let (masses, rest_mass) = self.system.rod.mass()[self.system.free.clone()].as_chunks::<4>();
         let (velocities, rest_v) = self.state.v[self.system.free.clone()].as_chunks::<4>();
-        // Four sums side by side: step control looks at it after every step.
+        // Four sums in SIMD lanes: step control needs the energy after every step.
         let mut sums = [0.0; 4];
         for (mass, v) in masses.iter().zip(velocities) {
             for k in 0..4 {
@@ -257,20 +256,20 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         solved
     }
 
-    /// What to say of an energy of one's own that is no finite number where the rod is at `time`.
+    /// The error of a user-defined energy that is not finite in the current state.
     pub(crate) fn not_finite(&self, time: f64) -> Option<Error> {
         let (name, arc_length) = self.system.rod.not_finite(&self.state.q, &self.state.frames)?;
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Takes back the last step.
+    /// Restores the state before the last step.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
     }
 }
 
 impl<R: Rod<f64>> Simulation<f64, R> {
-    /// Takes the step that a simulation of the same rod in dual numbers has just made for its own.
+    /// Copies the last step of a simulation of the same rod in dual numbers.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);
@@ -282,8 +281,7 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
     }
 
-    /// Takes a step that failed elsewhere for its own: [taken back](Self::step_back), the state is what
-    /// it is.
+    /// Makes the current state the one before the last step, so that [`step_back`](Self::step_back) keeps it.
     pub(crate) fn stay(&mut self) {
         self.previous.restore(&self.state);
     }

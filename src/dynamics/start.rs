@@ -1,4 +1,4 @@
-//! A simulation at its start: where the rod is at t = 0, at which velocities, and what goes along.
+//! The initial state of a simulation and of its derivatives: places and velocities at t = 0.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -20,12 +20,12 @@ impl<M: Model> Discretized<'_, M> {
     /// A simulation at the start, over plain numbers.
     ///
     /// # Errors
-    /// A scene that starts from an equilibrium has one: the [errors](Discretized::equilibrium) of looking for it.
+    /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one.
     pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>>, Error> {
         self.simulation_of(self.setup)
     }
 
-    /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
+    /// A simulation in its initial state over any scalar. `seed` converts the values of parameters to it.
     ///
     /// ```no_run
     /// # use rodfit::{Scene, Parameter};
@@ -111,13 +111,13 @@ impl<M: Model> Discretized<'_, M> {
         Ok(Sensitivities::new(parameters.iter().map(along).collect::<Result<_, _>>()?))
     }
 
-    /// The unknowns of the equilibrium that the rod starts from, found when first asked for.
+    /// The unknowns of the initial equilibrium, computed at the first call.
     fn equilibrium_start(&self) -> Result<&[f64], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
             let file = self.scene().path.as_deref();
             let found = self.held_equilibrium().map_err(|error| error.in_file(file))?;
-            // Another thread may have been quicker, and found the same.
+            // Another thread may have set the same result.
             let _ = start.set(vec![found]);
         }
         Ok(start.get().map_or(&[], |start| start[0].as_slice()))
@@ -148,8 +148,7 @@ impl<M: Model> Discretized<'_, M> {
         }
         let found = self.equilibrium_start()?;
         let mut q: Vec<D> = found.iter().map(|x| D::from(*x)).collect();
-        // Against the frames of where it is: those of an edge that has turned by nearly 180 degrees since are as good
-        // as singular.
+        // Frames at the equilibrium: transport over nearly 180 degrees would be almost singular.
         M::Rod::<D>::rebase(&mut frames, &q);
         if D::ORDER == 0 {
             return Ok((q, frames));
@@ -171,13 +170,12 @@ impl<M: Model> Discretized<'_, M> {
             differentiate(&mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }
-        // Angles turn as fast as edges spin where their frames are, and so with all derivatives.
+        // Rates of angles are spins of edges only in frames at the current shape, with all derivatives.
         M::Rod::<D>::rebase(&mut frames, &followed);
         Ok((followed, frames))
     }
 
-    /// The velocities at t = 0 of a rod at `q`, as a rigid body's; none of one at rest whose numbers
-    /// carry no derivatives.
+    /// The initial velocities of a rod at `q`, those of a rigid body; none for a rod at rest over plain numbers.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,4 +1,4 @@
-//! What a step is told, and what it cost.
+//! The equations of motion of a rod, one step of them, and counts of numerical work.
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -39,7 +39,7 @@ impl std::ops::AddAssign for Work {
     }
 }
 
-/// What is stepped: a rod's equations of motion.
+/// The equations of motion of a rod.
 #[derive(Clone, Debug)]
 pub(crate) struct System<D, R> {
     /// The rod under its loads.
@@ -48,7 +48,7 @@ pub(crate) struct System<D, R> {
     pub derivatives: Derivatives,
     /// The unknowns that move.
     pub free: Range<usize>,
-    /// Those among them that a recording leads.
+    /// Prescribed unknowns among them, which follow a recording.
     pub led: PrescribedDofs,
     /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
     pub damping: Damping<D>,
@@ -58,10 +58,10 @@ pub(crate) struct System<D, R> {
     pub boundary_motion: Option<BoundaryMotion<D>>,
 }
 
-/// A step of it.
+/// A step of a system.
 #[derive(Debug)]
 pub(crate) struct Step<'a, D, R> {
-    /// What is stepped.
+    /// The equations of motion.
     pub system: &'a System<D, R>,
     /// The end of the step, s.
     pub time: f64,
@@ -70,8 +70,8 @@ pub(crate) struct Step<'a, D, R> {
 }
 
 impl<D: Nestable, R> System<D, R> {
-    /// Gives unknowns that are led among free ones the velocities that they have at a time, s.
-    pub fn lead(&self, time: f64, v: &mut [D]) {
+    /// Writes the velocities of prescribed unknowns among free ones at a time, s.
+    pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {
         if let (false, Some(boundary_motion)) = (self.led.is_empty(), &self.boundary_motion) {
             boundary_motion.velocities(time, v);
         }

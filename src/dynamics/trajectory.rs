@@ -1,8 +1,7 @@
-//! What a simulation leaves behind: positions and velocities of the tracked nodes at every step,
-//! and their derivatives where asked for.
+//! Trajectories: positions and velocities of tracked nodes at every step, with their derivatives by parameters.
 
 use crate::dynamics::record::{Motion, Record};
-use crate::dynamics::run::{self, Snapshot};
+use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
@@ -21,10 +20,10 @@ use std::time::Duration;
 /// beside it; [`over`](Trajectory::over) runs it again in numbers that have their own.
 #[derive(Clone, Debug)]
 pub struct Trajectory<D = f64> {
-    /// What it is a record of.
+    /// The problem of the run.
     problem: Problem,
     parameters: Vec<Parameter>,
-    /// Whether it is of a rod at rest.
+    /// Whether it is an equilibrium.
     rests: bool,
     record: Record<D>,
 }
@@ -83,7 +82,7 @@ impl Trajectory {
         })
     }
 
-    /// For a run that is seen while it goes on and keeps nothing, however many its steps.
+    /// An empty trajectory of a run that is observed only, and records nothing.
     ///
     /// # Errors
     /// None today.
@@ -139,8 +138,8 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// Simulates `steps` steps of the scene from its start and records them; `after` sees the
-    /// simulation at the start and after every step. What was recorded stays when a step fails.
+    /// Simulates `steps` steps of the scene from its start and records them. `after` is called with the initial state and
+    /// after every step. The record remains when a step fails.
     ///
     /// # Errors
     /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run,
@@ -156,7 +155,7 @@ impl Trajectory {
         self.run_seen(problem, steps, &mut after)
     }
 
-    /// Not generic: whoever calls `run` need not compile the simulation again.
+    /// Not generic, so that callers of `run` do not compile the simulation again.
     fn run_seen(
         &mut self,
         problem: &Problem,
@@ -166,13 +165,17 @@ impl Trajectory {
         self.check_run(problem, steps)?;
         let felt = problem.with_trace_viscosity(&self.parameters)?;
         let problem = felt.as_ref().unwrap_or(problem);
-        let (asked, record) = ((&self.parameters[..], steps), &mut self.record);
+        let (parameters, record) = (&self.parameters[..], &mut self.record);
         match problem.discretized() {
             AnyProblem::Planar(planar) => {
-                run::run(problem, &planar, asked, record, after, &mut |_| {})
+                let task = RunTask { problem, discretized: &planar, parameters, steps };
+                let after_substep = &mut |_: &_| {};
+                run(&task, record, &mut RunObservers { after_step: after, after_substep })
             }
             AnyProblem::Spatial(spatial) => {
-                run::run(problem, &spatial, asked, record, after, &mut |_| {})
+                let task = RunTask { problem, discretized: &spatial, parameters, steps };
+                let after_substep = &mut |_: &_| {};
+                run(&task, record, &mut RunObservers { after_step: after, after_substep })
             }
         }
     }
@@ -243,7 +246,7 @@ impl Trajectory {
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Record<D>, Error> {
         if !self.rests {
-            return run::follow(discretized, &self.record, seed);
+            return repeat_over(discretized, &self.record, seed);
         }
         let tracked = self.record.tracked();
         let nodes = discretized.nodes_at_equilibrium(

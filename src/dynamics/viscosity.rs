@@ -1,4 +1,4 @@
-//! What damps strains over a step: Kelvin-Voigt stress and relaxation.
+//! Viscous stress over a step: Kelvin-Voigt damping and relaxation.
 //!
 //! [Kelvin-Voigt stress](crate::dynamics::coefficients) is `K eta ds/dt`, with a time `eta` for all strains and
 //! one more for each kind of them.
@@ -14,23 +14,22 @@
 //! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift.
 
 use crate::dynamics::coefficients::StepCoefficients;
-use crate::numerics::lanes::Lanes;
 use crate::numerics::phi_function::phi1;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{components, map_components};
+use crate::numerics::vector::map_components;
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
-use num_dual::Dual64;
 
-/// What is left of `z0` after a step of length `h`, s, and what a change of the strain adds.
+/// The factors of the stretch `z0` and of the change of the strain in the stretch after a step of length `h`, s.
 pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     let x = maxwell.time.recip() * h;
     [(-x).exp(), phi1(x)]
 }
 
-/// What the stress of a moment counts of every strain `s`, of its mean rate `r` over the step before, 1/s, and of the
-/// stretch `z` of its relaxing spring: that of the elastic rod at `factor s - strain s0 - rate r0 - relaxing z0`. Kinds
-/// of strain, stretching, bending and twisting, count `own_factor s - time (past[0] s0 + past[1] r0)` besides.
+/// Coefficients of the effective strain at one moment, from a strain `s`, its mean rate `r` over the step before, 1/s, and
+/// the stretch `z` of its relaxing spring. The stress is that of the elastic rod at
+/// `factor s - strain s0 - rate r0 - relaxing z0`, with `own_factor s - time (past[0] s0 + past[1] r0)` added for each of
+/// stretching, bending and twisting.
 #[derive(Clone, Copy, Debug)]
 pub struct Memory<D> {
     pub factor: D,
@@ -81,45 +80,6 @@ impl<D: Scalar> Memory<D> {
             past: [zero, D::from(-1.0)],
             own_factor: [zero; 3],
             time: map_components(&damping.additional_times(), |time| time * part),
-        }
-    }
-}
-
-impl Memory<Dual64> {
-    /// The numbers alone.
-    pub fn value(&self) -> Memory<f64> {
-        self.map(|x| x.re)
-    }
-
-    /// The derivatives side by side.
-    pub fn rates<const G: usize>(all: &[Self; G]) -> Memory<Lanes<G>> {
-        fn eps<const G: usize>(
-            all: &[Memory<Dual64>; G],
-            of: impl Fn(&Memory<Dual64>) -> Dual64,
-        ) -> Lanes<G> {
-            Lanes(components(|g| of(&all[g]).eps))
-        }
-        Memory {
-            factor: eps(all, |m| m.factor),
-            strain: eps(all, |m| m.strain),
-            rate: eps(all, |m| m.rate),
-            relaxing: eps(all, |m| m.relaxing),
-            past: components(|k| eps(all, |m| m.past[k])),
-            own_factor: components(|k| eps(all, |m| m.own_factor[k])),
-            time: components(|k| eps(all, |m| m.time[k])),
-        }
-    }
-
-    /// Every number made another.
-    pub fn map(&self, convert: impl Fn(Dual64) -> f64 + Copy) -> Memory<f64> {
-        Memory {
-            factor: convert(self.factor),
-            strain: convert(self.strain),
-            rate: convert(self.rate),
-            relaxing: convert(self.relaxing),
-            past: map_components(&self.past, convert),
-            own_factor: map_components(&self.own_factor, convert),
-            time: map_components(&self.time, convert),
         }
     }
 }

@@ -93,7 +93,7 @@ fn worst(problem: &Problem, seed: u64) -> (f64, Vec<Parameter>) {
 
 /// Of scenes of all kinds, by every number that they have.
 #[test]
-fn back_as_along_by_every_number() {
+fn adjoint_gradient_equals_forward_derivatives_by_every_number() {
     let (mut seen, mut all, mut checked) = (BTreeSet::new(), 0.0_f64, [0; 2]);
     let mut wrong = Vec::new();
     for seed in 0..SEEDS {
@@ -141,7 +141,7 @@ fn back_as_along_by_every_number() {
 
 /// Whatever there is room for, states are found again as they were.
 #[test]
-fn back_with_little_room() {
+fn adjoint_gradient_is_the_same_with_little_memory() {
     for planar in [true, false] {
         let mut scene = scene(if planar { 50 } else { 53 }, planar);
         scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.1, 1e-3) });
@@ -164,7 +164,7 @@ fn back_with_little_room() {
 
 /// Numbers of lists along the rod, as many as it has joints: also where the start follows them.
 #[test]
-fn back_by_natural_shapes() {
+fn adjoint_gradient_by_lists_of_natural_strains_equals_forward_derivatives() {
     for (planar, state) in [
         (true, InitialState::Rest),
         (true, InitialState::Equilibrium),
@@ -202,7 +202,7 @@ fn back_by_natural_shapes() {
 /// Of a cable between two hands, one of which lets it turn, with a marker between them that leads it too; with all that
 /// makes forces.
 #[test]
-fn back_over_inner_nodes_and_free_twists() {
+fn adjoint_gradient_with_driven_nodes_and_free_twists_equals_forward_derivatives() {
     for (planar, seed) in [(true, 1), (false, 2), (false, 3)] {
         let free_twist = if planar { &[][..] } else { &[End::Start] };
         let mut scene = crate::led::scene(planar, Scheme::GeneralisedAlpha, &["3"], free_twist);
@@ -227,7 +227,7 @@ fn back_over_inner_nodes_and_free_twists() {
 
 /// What does not go back says so.
 #[test]
-fn what_does_not_go_back_is_refused() {
+fn adjoint_of_unsupported_scenes_is_rejected() {
     let refused = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(2, true);
         scene.time = scene.time.map(|time| Time { scheme: Scheme::GeneralisedAlpha, ..time });
@@ -248,7 +248,7 @@ fn what_does_not_go_back_is_refused() {
 
 /// Along a direction and back are the same matrix and its transpose.
 #[test]
-fn along_is_the_transpose_of_back() {
+fn directional_derivative_is_the_transpose_of_the_adjoint() {
     for (planar, bytes) in [(true, 64 << 20), (false, 64 << 20), (true, 0)] {
         let mut scene = scene(if planar { 50 } else { 53 }, planar);
         scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.02, 1e-3) });

@@ -72,7 +72,7 @@ fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
 
 /// Every parameter at once, far from the data, so that the second derivatives matter.
 #[test]
-fn the_hessian_is_the_derivative_of_the_gradient() {
+fn hessian_of_the_misfit_equals_differences_of_its_gradient() {
     let mut damped = small(0.3);
     damped.loads.damping.mass = 0.8;
     damped.loads.damping.stiffness = 2e-3;
@@ -142,7 +142,7 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
 /// Two experiments with their own clamp and clock, a droop, a frequency, robust losses and a prior:
 /// everything a misfit may be made of.
 #[test]
-fn the_hessian_of_everything() {
+fn hessian_of_all_kinds_of_data_equals_differences_of_the_gradient() {
     let mut scenes = [small(0.2), small(0.2)];
     scenes[1].rod.shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
     let problems = scenes.clone().map(|scene| scene.problem().unwrap());
@@ -208,7 +208,7 @@ fn hanging_helix() -> Scene {
 
 /// Second derivatives of the place of rest against differences of the first.
 #[test]
-fn rods_at_rest() {
+fn hessian_of_equilibria_equals_differences_of_the_gradient() {
     let mut arc = hanging_helix();
     arc.rod.shape = Shape::Arc { length: 0.3, angle: 1.0 };
     arc.loads.gravity = [0.0, -9.8, 0.0];

@@ -273,7 +273,7 @@ fn difference(a: &Told, b: &Told) -> f64 {
 }
 
 #[test]
-fn every_lane_is_what_it_would_be_alone_in_the_plane() {
+fn simd_lanes_of_planar_rods_equal_single_lanes() {
     for edges in EDGES {
         for seed in 0..TIMES {
             let slides = seed % 3 == 2;
@@ -294,7 +294,7 @@ fn every_lane_is_what_it_would_be_alone_in_the_plane() {
 }
 
 #[test]
-fn every_lane_is_what_it_would_be_alone_in_space() {
+fn simd_lanes_of_spatial_rods_equal_single_lanes() {
     for edges in EDGES {
         for seed in 0..TIMES {
             let (since, slides) = ([1e-3, 0.3, 1.5][seed as usize % 3], seed % 4 == 3);

@@ -34,7 +34,7 @@ pub fn scene(planar: bool, scheme: Scheme, inner: &[&str], free_twist: &[End]) -
 
 /// Ends whose twist nothing holds, and markers between the ends that lead the rod: one, and two beside each other.
 #[test]
-fn free_twists_and_inner_nodes_by_every_number() {
+fn derivatives_with_free_twists_and_driven_nodes_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         for (planar, inner, free_twist) in [
             (false, &[][..], &[End::Start][..]),
@@ -53,7 +53,7 @@ fn free_twists_and_inner_nodes_by_every_number() {
 
 /// All that makes forces, between a hand that turns the rod about itself and one that lets it turn.
 #[test]
-fn inner_nodes_beside_all_forces_by_every_number() {
+fn derivatives_with_driven_nodes_and_all_forces_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
         for planar in [true, false] {
             for k in 0..4 {
@@ -79,7 +79,7 @@ fn inner_nodes_beside_all_forces_by_every_number() {
 
 /// From an equilibrium, after a weight lets go of a cable that a hinge, or a hand, and a ring and a hand hold.
 #[test]
-fn inner_nodes_from_other_starts_by_every_number() {
+fn derivatives_with_driven_nodes_from_equilibrium_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
         for planar in [true, false] {
             for start in [Support::Pinned, Support::Recorded] {
@@ -102,7 +102,7 @@ fn inner_nodes_from_other_starts_by_every_number() {
 /// Inner nodes are where their markers are, at every step and half-way between frames, as fast as they go; the nodes
 /// beside them are not.
 #[test]
-fn inner_nodes_are_where_their_markers_are() {
+fn driven_nodes_follow_their_markers() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         for planar in [true, false] {
             let problem = scene(planar, scheme, &["3", "2"], &[]).problem().unwrap();

@@ -52,7 +52,7 @@ fn mismatch_of<M: Model>(
 }
 
 #[test]
-fn undamped_cantilever() {
+fn derivatives_of_an_undamped_cantilever_equal_dual_numbers() {
     for (beta, step) in [(0.5, 1e-3), (0.8, 5e-3), (1.0, 1e-3)] {
         for clamp in [Clamp::MidEdge, Clamp::Nodes] {
             let scene = cantilever_with(beta, step, 0.5, clamp);
@@ -80,7 +80,7 @@ pub fn rich_scene() -> Scene {
 }
 
 #[test]
-fn damped_and_curved_rod_with_an_end_force() {
+fn derivatives_of_a_damped_curved_rod_equal_dual_numbers() {
     for parameter in [
         Parameter::YoungsModulus,
         Parameter::Density,
@@ -99,7 +99,7 @@ fn damped_and_curved_rod_with_an_end_force() {
 
 /// Damping that is zero still has a derivative by the mass-proportional part.
 #[test]
-fn damping_from_zero() {
+fn derivative_by_zero_mass_damping_equals_dual_numbers() {
     let mut scene = rich_scene();
     scene.loads.damping = Default::default();
     let error = mismatch(&scene, Parameter::DampingMass, Derivatives::Hand);
@@ -107,7 +107,7 @@ fn damping_from_zero() {
 }
 
 #[test]
-fn every_support() {
+fn derivatives_with_every_support_equal_dual_numbers() {
     for (start, end) in [
         (Support::Pinned, Support::Free),
         (Support::Free, Support::Pinned),
@@ -124,7 +124,7 @@ fn every_support() {
 }
 
 #[test]
-fn rectangular_section() {
+fn derivatives_of_a_rectangular_section_equal_dual_numbers() {
     let mut scene = rich_scene();
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [0.0, 1.0, 0.0] };
     let error = mismatch(&scene, Parameter::YoungsModulus, Derivatives::Hand);
@@ -150,7 +150,7 @@ fn assert_same_in_any_company(problem: &Problem, all: &[Parameter]) {
 }
 
 #[test]
-fn together_as_one_at_a_time_in_space() {
+fn derivatives_of_spatial_rods_are_the_same_in_any_group() {
     let scene = helix_with(0.5, 1e-3, 0.05, Clamp::MidEdge);
     let all = [
         Parameter::YoungsModulus,
@@ -165,7 +165,7 @@ fn together_as_one_at_a_time_in_space() {
 }
 
 #[test]
-fn together_as_one_at_a_time() {
+fn derivatives_of_planar_rods_are_the_same_in_any_group() {
     let scene = cantilever_with(0.7, 2e-3, 0.4, Clamp::MidEdge);
     let problem = scene.problem().unwrap();
     let all = [
@@ -207,7 +207,7 @@ fn together_as_one_at_a_time() {
 
 /// With all that a material remembers.
 #[test]
-fn together_as_one_at_a_time_where_springs_slip() {
+fn derivatives_with_slipping_springs_are_the_same_in_any_group() {
     for mut scene in [
         cantilever_with(0.7, 2e-3, 0.1, Clamp::MidEdge),
         helix_with(0.5, 1e-3, 0.03, Clamp::MidEdge),
@@ -232,7 +232,7 @@ fn together_as_one_at_a_time_where_springs_slip() {
 
 /// A rod without damping of its strains has no memory of them, until one asks what such a damping would do.
 #[test]
-fn by_damping_that_is_not_there() {
+fn derivatives_by_zero_viscous_damping_equal_dual_numbers() {
     let [stiffness, bending, stretching, twisting] =
         ["stiffness", "bending", "stretching", "twisting"]
             .map(|key| format!("loads.damping.{key}").parse::<Parameter>().unwrap());
@@ -281,7 +281,7 @@ fn by_damping_that_is_not_there() {
 
 /// Between the steps, the derivative of the interpolant.
 #[test]
-fn between_steps_against_a_difference() {
+fn derivatives_between_steps_equal_differences() {
     let scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
     let problem = scene.problem().unwrap();
     let (point, time) = (Point::ArcLength(0.317), 0.2117);
@@ -303,7 +303,7 @@ fn between_steps_against_a_difference() {
 /// Where the step's tangent is indefinite (a rod on its way to buckling, at a step that is large
 /// for it), the solutions are checked and still exact.
 #[test]
-fn through_an_indefinite_tangent() {
+fn derivatives_with_an_indefinite_tangent_equal_dual_numbers() {
     let mut scene = rich_scene();
     scene.rod.shape = Shape::Arc { length: 0.6, angle: 0.02 };
     scene.loads.damping = Default::default();
@@ -324,7 +324,7 @@ fn through_an_indefinite_tangent() {
 
 /// In space every derivative also travels through the frames. The rest shape is curved.
 #[test]
-fn helix() {
+fn derivatives_of_a_helix_equal_dual_numbers() {
     for (beta, step, clamp) in [(0.5, 1e-3, Clamp::Nodes), (0.9, 5e-3, Clamp::MidEdge)] {
         let mut scene = helix_with(beta, step, 0.5, clamp);
         for parameter in [
@@ -348,7 +348,7 @@ fn helix() {
 
 /// A flat helix with a rectangular section, pulled sideways and damped, held at both ends in turn.
 #[test]
-fn damped_and_twisted_in_space() {
+fn derivatives_of_a_damped_twisted_rod_equal_dual_numbers() {
     for (start, end) in [
         (Support::Clamped, Support::Free),
         (Support::Clamped, Support::Clamped),
@@ -391,7 +391,7 @@ fn damped_and_twisted_in_space() {
 
 /// The average vector field: forces along the whole step depend on its start.
 #[test]
-fn average_vector_field() {
+fn derivatives_of_the_average_vector_field_equal_dual_numbers() {
     let average = |mut scene: Scene| {
         scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
         scene
@@ -429,7 +429,7 @@ fn average_vector_field() {
 /// Schemes that need no iteration take their derivatives from the same step in dual numbers: against
 /// those of the whole simulation, and against differences of five simulations.
 #[test]
-fn schemes_without_iteration() {
+fn derivatives_of_explicit_schemes_equal_dual_numbers_and_differences() {
     let damped = |mut scene: Scene| {
         scene.loads.damping.mass = 0.7;
         scene.rod.segments = Some(20);
@@ -468,7 +468,7 @@ fn schemes_without_iteration() {
 /// The run in dual numbers that makes the derivative makes the steps too, also those taken in halves:
 /// the motion and the work are those of a plain run.
 #[test]
-fn schemes_without_iteration_move_as_without_derivatives() {
+fn motion_of_explicit_schemes_is_the_same_with_derivatives() {
     let mut scene = helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     scene.rod.segments = Some(12);
     for (scheme, step) in [(Scheme::Verlet, 2e-4), (Scheme::Rodas4, 1e-3), (Scheme::Rodas4, 5e-2)] {

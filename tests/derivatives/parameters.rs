@@ -247,7 +247,7 @@ fn by_differences(problem: &Problem, parameter: Parameter) -> Vec<f64> {
 }
 
 #[test]
-fn derivatives_by_every_number() {
+fn derivatives_of_random_scenes_by_every_number_equal_differences() {
     let mut seen = BTreeSet::new();
     let mut worst = [(0.0_f64, String::new()), (0.0, String::new())];
     let mut checked = [0; 2];
@@ -352,7 +352,7 @@ fn derivatives_by_every_number() {
 
 /// A rod given by points has their scale as a number; its file is read once, another file anew.
 #[test]
-fn points_have_a_scale() {
+fn polyline_shape_has_a_scale_and_is_read_once() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, bend: f64| {
         let line = |i: u32| {
@@ -385,7 +385,7 @@ fn points_have_a_scale() {
 
 /// A problem with other values is the problem of the scene with these values, and no older one.
 #[test]
-fn other_values_make_another_problem() {
+fn problem_with_other_values_equals_that_of_the_changed_scene() {
     let tip = |problem: &Problem| problem.equilibrium().unwrap().tip;
     let shape = Shape::Arc { length: 0.5, angle: 0.9 };
     let mut arc =

@@ -88,7 +88,7 @@ fn stretch_and_load_agree_on_random_states() {
 
 /// A wrong formula must be seen, and named: the test of the tests.
 #[test]
-fn a_wrong_hessian_is_found_and_named() {
+fn check_of_a_wrong_hessian_names_the_element() {
     struct Wrong(PlanarBend<f64>);
     impl rodfit::Energy<6> for Wrong {
         fn energy<D: Scalar>(&self, q: &[D; 6]) -> D {
@@ -178,14 +178,14 @@ fn assembly_adds_every_element_once() {
 }
 
 #[test]
-fn a_scene_passes_its_check() {
+fn check_of_a_scene_passes() {
     let report = check_problem(&cantilever().problem().unwrap(), Tolerance::default()).unwrap();
     assert!(report.passed() && report.states > 1000, "{report}");
 }
 
 /// Two records of the same motion, by either route of derivatives.
 #[test]
-fn both_routes_move_the_same() {
+fn motion_by_hand_and_dual_derivatives_is_the_same() {
     let scene = cantilever_with(0.7, 2e-3, 0.3, Clamp::MidEdge);
     let run = |route| scene.problem().unwrap().with_derivatives(route).simulate().unwrap();
     let (hand, dual) = (run(Derivatives::Hand), run(Derivatives::Dual));
@@ -232,7 +232,7 @@ impl rodfit::Analytic<4> for Far {
 /// Coordinates large against distances: differences take steps in the energy's own scale, and
 /// agree; they were off by the energy itself.
 #[test]
-fn differences_take_steps_in_the_energys_own_scale() {
+fn differences_of_an_energy_use_steps_of_its_scale() {
     for offset in [0.0, 1.0, 1e2, 1e4, 1e6] {
         for rest_length in [1e-2, 1.0] {
             let spring = Far { rest_length, wrong: 0.0 };
@@ -249,7 +249,7 @@ fn differences_take_steps_in_the_energys_own_scale() {
 /// The derivation's verdict is apart from the third opinion's, and every entry above a limit is
 /// listed, the first twenty of them.
 #[test]
-fn verdicts_are_kept_apart_and_entries_are_listed() {
+fn check_report_separates_verdicts_and_lists_entries() {
     // Differences cannot reach what is asked of them: that says nothing of the derivation.
     let strict = Tolerance { finite_difference: 1e-16, ..Tolerance::default() };
     let right = Far { rest_length: 0.5, wrong: 0.0 };
@@ -297,7 +297,7 @@ fn verdicts_are_kept_apart_and_entries_are_listed() {
 
 /// A plane that lies askew to the axes is no plane that a number leaves, but for rounding errors.
 #[test]
-fn a_length_stays_in_whatever_plane() {
+fn length_parameter_stays_in_an_oblique_plane() {
     for k in 0..40 {
         let angle = 0.37 + k as f64;
         let turn = nalgebra::Rotation3::from_euler_angles(angle, 1.3 * angle, 0.7 * angle);

@@ -118,7 +118,7 @@ fn gradient_rates<R: Sensitive>(
 }
 
 #[test]
-fn of_planar_rods() {
+fn rates_of_planar_rods_equal_dual_numbers() {
     let duals = [1, 2].map(|rates| planar(&mut Numbers::new(rates), |x| x));
     let rod = planar(&mut Numbers::new(1), |x| x.re);
     let q = values(&unknowns(&mut Numbers::new(1), 2, 2 * (EDGES + 1)));
@@ -136,7 +136,7 @@ fn of_planar_rods() {
 /// A rod between two places, with frames that were moved along: from the first place in dual numbers, and
 /// their derivatives side by side.
 #[test]
-fn of_spatial_rods_and_their_frames() {
+fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
     let count = 4 * EDGES + 3;
     let duals = [1, 2].map(|rates| spatial(&mut Numbers::new(rates), |x| x));
     let rod = spatial(&mut Numbers::new(1), |x| x.re);

@@ -118,7 +118,7 @@ pub fn check(problem: &Problem, smooth: bool) -> usize {
 }
 
 #[test]
-fn recorded_ends_by_every_number() {
+fn derivatives_with_recorded_ends_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         for planar in [true, false] {
             let problem = scene(planar, scheme).problem().unwrap();
@@ -133,7 +133,7 @@ fn recorded_ends_by_every_number() {
 
 /// Hands that hold the rod turned about itself, beyond how it lies between the first markers.
 #[test]
-fn turned_ends_by_every_number() {
+fn derivatives_with_twisted_ends_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
         let mut scene = scene(false, scheme);
         let motion = |end, twist| Motion { end, twist, ..Motion::default() };
@@ -149,7 +149,7 @@ fn turned_ends_by_every_number() {
 
 /// The same at rest, and in a run that starts from there.
 #[test]
-fn turned_ends_at_rest_by_every_number() {
+fn derivatives_with_twisted_ends_at_rest_equal_differences() {
     let mut scene = scene(false, Scheme::GeneralisedAlpha);
     let motion = |end, twist| Motion { end, twist, ..Motion::default() };
     scene.supports.motion = vec![motion(End::Start, 0.0), motion(End::End, 0.4)];
@@ -170,7 +170,7 @@ fn turned_ends_at_rest_by_every_number() {
 
 /// With springs that slip, and with springs that stick; derivatives by differences where they stick.
 #[test]
-fn friction_by_every_number() {
+fn derivatives_with_internal_friction_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
         for planar in [true, false] {
             for (curvature, stiffness) in [(0.05, 0.0), (0.3, 5e-3), (50.0, 5e-3)] {
@@ -195,7 +195,7 @@ fn friction_by_every_number() {
 
 /// Kelvin-Voigt damping of each kind of strain, from nothing too, and relaxation.
 #[test]
-fn damping_by_every_number() {
+fn derivatives_with_viscous_damping_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         for planar in [true, false] {
             for (k, [stiffness, bending, twisting, stretching]) in
@@ -219,7 +219,7 @@ fn damping_by_every_number() {
 
 /// A fluid that moves around the rod.
 #[test]
-fn drag_by_every_number() {
+fn derivatives_with_drag_equal_differences() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
         for planar in [true, false] {
             for viscous in [true, false] {
@@ -240,7 +240,7 @@ fn drag_by_every_number() {
 
 /// Recorded ends hold a rod at rest turned about itself as its section lies where it begins.
 #[test]
-fn held_edges_turn_with_the_section_at_rest() {
+fn held_edges_rotate_with_the_section_at_rest() {
     let mut scene = scene(false, Scheme::GeneralisedAlpha);
     scene.rod.section = Section::Rectangle { width: 6e-3, height: 4e-3, up: [0.3, -0.4, 0.9] };
     let problem = scene.problem().unwrap();
@@ -258,7 +258,7 @@ fn held_edges_turn_with_the_section_at_rest() {
 /// Held nodes are where the markers are, at every step, also between the frames; and a marker that is
 /// followed exactly starts with the velocity it was seen with.
 #[test]
-fn held_nodes_are_where_the_markers_are() {
+fn held_nodes_follow_the_markers() {
     let scene = scene(false, Scheme::GeneralisedAlpha);
     let problem = scene.problem().unwrap();
     let run = problem.simulate().unwrap();

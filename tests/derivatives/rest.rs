@@ -126,7 +126,7 @@ fn step(problem: &Problem, parameter: Parameter) -> f64 {
 }
 
 #[test]
-fn places_of_rest() {
+fn derivatives_of_equilibria_equal_differences() {
     for (name, scene, parameters) in scenes() {
         let problem = scene.problem().unwrap();
         let middle = problem.nodes() / 2;
@@ -153,7 +153,7 @@ fn places_of_rest() {
 }
 
 #[test]
-fn frequencies() {
+fn derivatives_of_frequencies_equal_differences() {
     const NUMBERS: [usize; 3] = [1, 2, 5];
     for (name, mut scene, parameters) in scenes() {
         if name == "hinged" {
@@ -196,7 +196,7 @@ fn frequencies() {
 
 /// Second derivatives of frequencies in hyper-dual numbers against differences of the first.
 #[test]
-fn frequencies_twice() {
+fn second_derivatives_of_frequencies_equal_differences() {
     const NUMBERS: [usize; 2] = [1, 3];
     for (name, scene, pair) in [
         ("cantilever", sagging(), [Parameter::YoungsModulus, Parameter::YoungsModulus]),
@@ -231,7 +231,7 @@ fn frequencies_twice() {
 /// A weightless cantilever has omega_1 = 3.516 sqrt(EI/(rho A))/L^2: powers of E, rho and radius;
 /// bending resists with I, and only the stretch of a vibrating curve would not.
 #[test]
-fn frequencies_of_theory() {
+fn frequency_derivatives_of_a_cantilever_follow_power_laws() {
     let mut scene = sagging();
     scene.loads.gravity = [0.0; 3];
     scene.rod.segments = Some(40);
@@ -260,7 +260,7 @@ fn frequencies_of_theory() {
 /// A free bar by its names: the first of bending in and out of the plane, of torsion and stretch,
 /// with their powers of E, G and the density; rigid motions do not count.
 #[test]
-fn a_free_bar_by_names() {
+fn frequency_derivatives_of_a_free_bar_follow_power_laws() {
     let (e, g, rho, length) = (69e9, 26e9, 2700.0, 0.4);
     for (direction, dimension) in [
         ([1.0, 0.0, 0.0], Dimension::Auto),
@@ -319,7 +319,7 @@ fn normal(problem: &Problem) -> [f64; 3] {
 
 /// Planes and kinds that a scene does not have are refused, by the key.
 #[test]
-fn modes_that_cannot_be() {
+fn modes_of_impossible_kinds_are_rejected() {
     let mut scene = sagging();
     let problem = scene.problem().unwrap();
     let (inside, outside) = (Some(ModePlane::In), Some(ModePlane::Out));
@@ -341,7 +341,7 @@ fn modes_that_cannot_be() {
 
 /// A stiff cantilever sags by w = rho A g L^4/(8 EI).
 #[test]
-fn small_sags_of_theory() {
+fn sag_derivatives_of_a_stiff_cantilever_follow_power_laws() {
     let mut scene = sagging();
     scene.material.youngs_modulus = 1e12;
     let run = at_rest(
@@ -361,7 +361,7 @@ fn small_sags_of_theory() {
 
 /// On meshes whose tangents by nodes are rounding errors, what coarse ones say.
 #[test]
-fn very_fine_meshes() {
+fn derivatives_on_very_fine_meshes_equal_those_on_coarse_ones() {
     let by = |segments: usize| {
         let mut scene = sagging();
         scene.rod.segments = Some(segments);
@@ -385,7 +385,7 @@ fn very_fine_meshes() {
 
 /// Turning a clamped rod that nothing pulls turns it as it is.
 #[test]
-fn a_turned_clamp_without_weight() {
+fn rotation_of_a_clamp_without_weight_rotates_the_rod() {
     let mut scene = arc();
     scene.loads.point.clear();
     scene.loads.gravity = [0.0; 3];
@@ -402,7 +402,7 @@ fn a_turned_clamp_without_weight() {
 
 /// Where a column is about to buckle, its place has no derivatives; before and beyond, it has.
 #[test]
-fn at_the_limit_of_stability() {
+fn derivatives_at_the_limit_of_stability_are_rejected() {
     let mut scene = sagging();
     scene.loads.gravity = [0.0; 3];
     let load = |scene: &Scene, force: f64| {
@@ -439,7 +439,7 @@ fn at_the_limit_of_stability() {
 }
 
 #[test]
-fn tones_that_are_none() {
+fn frequencies_of_zero_modes_are_rejected() {
     // A round rod in space bends both ways alike.
     let mut scene = sagging();
     scene.loads.gravity = [0.0; 3];

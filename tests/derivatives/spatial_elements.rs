@@ -109,7 +109,7 @@ fn bend_and_twist_agree_on_random_states() {
 
 /// Eight seeds on the edges give what eleven on the nodes give.
 #[test]
-fn seeds_on_edges_are_enough() {
+fn dual_seeds_on_edges_equal_seeds_on_nodes() {
     let mut random = ChaCha8Rng::seed_from_u64(31);
     for _ in 0..200 {
         let case = case(&mut random, 60.0, 40.0);
@@ -133,7 +133,7 @@ fn seeds_on_edges_are_enough() {
 /// Errors of the published forms over the rotation since the reference, at turns of 40 degrees:
 /// the table of the documentation.
 #[test]
-fn published_forms_hold_at_the_reference_only() {
+fn published_derivatives_are_exact_at_the_reference_only() {
     let mut random = ChaCha8Rng::seed_from_u64(32);
     let mut table = Vec::new();
     for rotation in [0.0, 0.1, 1.0, 10.0, 30.0, 60.0, 120.0] {
@@ -161,7 +161,7 @@ fn published_forms_hold_at_the_reference_only() {
 
 /// A wrong formula must be seen, and named.
 #[test]
-fn a_missing_block_is_found_and_named() {
+fn check_of_a_missing_hessian_block_names_it() {
     let mut random = ChaCha8Rng::seed_from_u64(33);
     let case = case(&mut random, 40.0, 1e-3);
     let scaled = Scaled { energy: Published(case.element), units: case.units };
@@ -213,7 +213,7 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
 /// long as turn and rotation stay below 180 degrees together it is the one that a rod moved in
 /// small steps ends up with.
 #[test]
-fn twist_is_the_angle_between_material_directors() {
+fn twist_equals_the_angle_between_material_directors() {
     let mut random = ChaCha8Rng::seed_from_u64(35);
     let (mut beyond, mut wrong) = (0, 0);
     for _ in 0..2000 {

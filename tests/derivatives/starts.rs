@@ -10,7 +10,7 @@ use crate::motion::{LARGEST, difference, mismatch, rich_scene};
 
 /// Plucked and released: the start depends on the parameters too.
 #[test]
-fn from_an_equilibrium() {
+fn derivatives_from_an_equilibrium_equal_differences() {
     let pluck = |mut scene: Scene, force: [f64; 3]| {
         scene.initial.state = InitialState::Equilibrium;
         scene.initial.point = at_tip(force);
@@ -46,7 +46,7 @@ fn from_an_equilibrium() {
 /// Where every node of a free rod is follows its velocity at t = 0 as t, and the angular velocity as
 /// t times the arm from the centre of mass, exactly at zero.
 #[test]
-fn thrown_rods() {
+fn derivatives_of_thrown_rods_follow_rigid_motion() {
     let planar = |direction: [f64; 3]| {
         let mut scene = coarse(12, 1e-3, 0.2);
         scene.rod.shape = Shape::Straight { length: 0.5, direction };
@@ -98,7 +98,7 @@ fn thrown_rods() {
 /// Velocities at t = 0 of held and damped rods, from rest and in motion, by every kind of scheme;
 /// against simulations in dual numbers, and against differences.
 #[test]
-fn initial_velocities() {
+fn derivatives_by_initial_velocities_equal_dual_numbers_and_differences() {
     let mut arc = rich_scene();
     arc.rod.segments = Some(16);
     arc.time = Some(Time { beta: 0.6, ..Time::new(0.1, 2e-3) });
@@ -162,7 +162,7 @@ fn initial_velocities() {
 
 /// A planar model has no velocities out of its plane; it says so, and a spatial one has them.
 #[test]
-fn velocities_out_of_the_plane() {
+fn velocity_out_of_the_plane_makes_the_model_spatial() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.01, Clamp::MidEdge);
     scene.material.poisson_ratio = Some(0.3);
     let problem = scene.problem().unwrap();
@@ -199,7 +199,7 @@ fn velocities_out_of_the_plane() {
 
 /// A fit finds how fast a rod began to move, from a scene in which it does not.
 #[test]
-fn a_fit_finds_the_throw() {
+fn fit_recovers_the_initial_velocity() {
     let mut scene = coarse(20, 2e-3, 0.3);
     let still = scene.problem().unwrap();
     scene.initial.velocity = [0.0, 0.7, 0.0];
@@ -218,7 +218,7 @@ fn a_fit_finds_the_throw() {
 
 /// A rod that nothing holds, or a pin without weight, rests wherever it begins: at rest, and in a motion that begins there.
 #[test]
-fn of_a_rod_that_may_move_without_a_force() {
+fn derivatives_of_rods_without_restraint_follow_the_initial_shape() {
     let shapes = [
         ("arc", Shape::Arc { length: 0.5, angle: 1.0 }),
         ("straight", Shape::Straight { length: 0.5, direction: [1.0, 0.3, 0.0] }),

@@ -1,8 +1,9 @@
-//! Lists of numbers along the rod, each of which changes a few joints only.
+//! Derivatives of a misfit by lists of natural curvatures and twists along the rod, each entry of which changes a few
+//! joints only.
 //!
-//! What one number of such a list makes of a misfit could be asked number by number, and each would cost a rod built
-//! anew. All numbers of a list at once tell how every joint's law changes with the value *there*; what that makes of the
-//! misfit is shared out to the numbers that the value is made of.
+//! One rod with a derivative along all entries contains the derivative of every joint's law by the value at the joint.
+//! The derivative of the misfit by that value is distributed to the entries with their interpolation weights. A rod for
+//! each entry would cost as many constructions as there are entries.
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};
@@ -11,9 +12,9 @@ use crate::scene::{Parameter, Scene};
 use num_dual::Dual64;
 use std::collections::HashSet;
 
-/// A list of numbers that only the laws of joints follow from.
+/// A list of natural strains, which only the laws of joints depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum List {
+pub enum NaturalStrains {
     /// `rod.natural_curvature`.
     Curvature,
     /// `rod.natural_twist`.
@@ -22,8 +23,8 @@ pub enum List {
     Bending(usize),
 }
 
-impl List {
-    /// The list that a parameter is one of, and its place there.
+impl NaturalStrains {
+    /// The list that contains a parameter, and its index there.
     fn of(parameter: Parameter) -> Option<(Self, usize)> {
         let (list, place) = parameter.path().strip_prefix("rod.natural_")?.split_once('.')?;
         match (list, place.split_once('.')) {
@@ -35,7 +36,7 @@ impl List {
         }
     }
 
-    /// The numbers of the list that its value at an inner node is made of, with their weights.
+    /// The entries of the list from which the value at an inner node is interpolated, with their weights.
     fn shares(self, scene: &Scene, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
         let rod = &scene.rod;
         match self {
@@ -48,62 +49,63 @@ impl List {
     }
 }
 
-/// What a gradient is asked by.
+/// The parameters of a gradient.
 #[derive(Debug, Default)]
-pub struct Asked {
-    /// Numbers by themselves, with their place in the gradient.
+pub struct RequestedParameters {
+    /// Parameters outside of lists, with their index in the gradient.
     pub single: Vec<(usize, Parameter)>,
-    /// Numbers of lists: the list, the place there and that in the gradient.
-    pub listed: Vec<(List, usize, usize)>,
+    /// Entries of lists: the list, the index there, and the index in the gradient.
+    pub listed: Vec<(NaturalStrains, usize, usize)>,
 }
 
-impl Asked {
-    /// Sorts parameters.
+impl RequestedParameters {
+    /// The parameters, sorted.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, or that its model cannot vary.
     pub fn new(problem: &Problem, parameters: &[Parameter]) -> Result<Self, Error> {
-        let mut asked = Self::default();
-        let known: HashSet<Parameter> = match parameters.iter().any(|p| List::of(*p).is_some()) {
-            true => Parameter::all(problem.scene()).into_iter().collect(),
-            false => HashSet::new(),
-        };
-        let mut checked: Vec<List> = Vec::new();
+        let mut requested = Self::default();
+        let known: HashSet<Parameter> =
+            match parameters.iter().any(|p| NaturalStrains::of(*p).is_some()) {
+                true => Parameter::all(problem.scene()).into_iter().collect(),
+                false => HashSet::new(),
+            };
+        let mut checked: Vec<NaturalStrains> = Vec::new();
         for (k, parameter) in parameters.iter().enumerate() {
-            match List::of(*parameter).filter(|_| known.contains(parameter)) {
+            match NaturalStrains::of(*parameter).filter(|_| known.contains(parameter)) {
                 Some((list, place)) => {
-                    // What keeps one number of a list from being varied keeps all.
+                    // All entries of a list are variable, or none.
                     if !checked.contains(&list) {
                         problem.check_parameter(*parameter)?;
                         checked.push(list);
                     }
-                    asked.listed.push((list, place, k));
+                    requested.listed.push((list, place, k));
                 }
                 None => {
                     problem.check_parameter(*parameter)?;
-                    asked.single.push((k, *parameter));
+                    requested.single.push((k, *parameter));
                 }
             }
         }
-        Ok(asked)
+        Ok(requested)
     }
 
-    /// Numbers of lists by themselves too, where the start of a run follows them in ways of its own.
-    pub fn one_by_one(&mut self, parameters: &[Parameter]) {
+    /// Moves the entries of lists to the other parameters, where the initial state depends on them in other ways.
+    pub fn separate_lists(&mut self, parameters: &[Parameter]) {
         self.single.extend(self.listed.drain(..).map(|(.., k)| (k, parameters[k])));
     }
 }
 
-/// Writes the derivatives by numbers of lists.
-pub fn share_out<M: Model>(
+/// Writes the derivatives by the entries of lists.
+pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &Laws,
-    listed: &[(List, usize, usize)],
+    listed: &[(NaturalStrains, usize, usize)],
     gradient: &mut [f64],
 ) where
     M::Rod<f64>: Transposed,
 {
-    let mut lists: Vec<List> = Vec::new();
+    let mut lists: Vec<NaturalStrains> = Vec::new();
     listed.iter().for_each(|(list, ..)| {
         if !lists.contains(list) {
             lists.push(*list);
@@ -111,7 +113,7 @@ pub fn share_out<M: Model>(
     });
     let places = discretized.setup.mesh.places();
     for list in lists {
-        let in_list = |p| List::of(p).is_some_and(|(own, _)| own == list);
+        let in_list = |p| NaturalStrains::of(p).is_some_and(|(own, _)| own == list);
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(in_list(p))));
         let rod = discretized.setup_over::<Dual64>(seed).rod(discretized.model);
         let mut rates = <M::Rod<f64> as Sensitive>::Rates::default();

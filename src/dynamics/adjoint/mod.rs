@@ -1,30 +1,24 @@
-//! The derivatives of a misfit with respect to any number of parameters, at the cost of about one more run.
+//! Adjoint derivatives: the gradient of a misfit by any number of parameters, at the cost of about one more run.
 //!
-//! Forward sensitivities cost a part of a run for every parameter. A misfit is one number, and its derivatives can be
-//! carried the other way: from what it makes of the places and velocities at the end, step by step back to the start, as
-//! derivatives by the state. Each step takes one solve with the factors of its own matrix, which is symmetric, and on
-//! the way sums what the laws of all elements count for. At the start stands what a change of every stiffness, natural
-//! curvature, mass and load, of damping and of the start itself makes of the misfit; what a parameter makes of those is
-//! all that is asked of it.
+//! Forward sensitivities cost a part of a run for every parameter. The adjoint starts from the derivatives of the misfit by
+//! the recorded motion and applies the [transposed map](crate::dynamics::sensitivity) of every step, from the last to the
+//! first. Each step takes one solve with the factors of its symmetric matrix. The sweep sums the derivatives by the laws of
+//! all elements, masses, loads, damping and drag, and ends with those by the initial state. Their products with the
+//! derivatives of these numbers by a parameter are the gradient.
 //!
-//! Going back needs the states of the run. Where they are more than there is room for, only simulations at the starts
-//! of stretches are kept, and every stretch is run again.
+//! The reverse sweep needs the states of the run. Where they exceed the memory, simulations at checkpoints are stored, and
+//! the steps between are repeated.
 
-mod backward;
-mod course;
+mod checkpoints;
 mod lists;
-mod numbers;
 mod start;
-mod supports;
-mod viscous;
 
-use crate::dynamics::adjoint::backward::{Backward, Constants};
-use crate::dynamics::adjoint::course::Course;
-use crate::dynamics::adjoint::lists::Asked;
-use crate::dynamics::adjoint::supports::MovingSupports;
+use crate::dynamics::adjoint::checkpoints::Checkpoints;
+use crate::dynamics::adjoint::lists::RequestedParameters;
 use crate::dynamics::record::{Motion, Record};
-use crate::dynamics::run;
+use crate::dynamics::run::{RunObservers, RunTask, run};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
+use crate::dynamics::step_map::{MovingSupports, ParameterSlopes, Room, StateRates, StepMap};
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
@@ -33,10 +27,10 @@ use crate::scene::{Parameter, Point, Scheme};
 use num_dual::Dual64;
 use std::collections::HashMap;
 
-/// What a run keeps at most to be gone back over, bytes, beside a few states and simulations.
+/// Memory of the stored states of a run, bytes.
 const ROOM: usize = 56 << 20;
 
-/// A run that derivatives can be carried back over.
+/// A run with stored states, for adjoint derivatives.
 ///
 /// ```
 /// use rodfit::{Parameter, Point, Reversible, Scene};
@@ -60,25 +54,24 @@ const ROOM: usize = 56 << 20;
 pub struct Reversible {
     problem: Problem,
     trajectory: Trajectory,
-    course: AnyCourse,
-    /// How many steps it was asked for, and bytes to go back over them.
-    asked: (usize, usize),
+    checkpoints: AnyCheckpoints,
+    /// Number of steps, and memory for the states, bytes.
+    requested: (usize, usize),
 }
 
-/// A course by its model.
+/// Checkpoints of a planar or spatial rod.
 #[derive(Clone, Debug)]
-enum AnyCourse {
-    Planar(Box<Course<PlanarRod<f64>>>),
-    Spatial(Box<Course<SpatialRod<f64>>>),
+enum AnyCheckpoints {
+    Planar(Box<Checkpoints<PlanarRod<f64>>>),
+    Spatial(Box<Checkpoints<SpatialRod<f64>>>),
 }
 
 impl Problem {
-    /// Refuses a scene whose runs cannot be gone back over: those of schemes whose steps are no equations or average over
-    /// the step, of rods with internal friction and of those with energies of one's own. Forward derivatives
-    /// ([`simulate_with`](Self::simulate_with)) go with all.
+    /// Rejects a scene without adjoint derivatives: explicit, linearly implicit and averaging schemes, internal friction
+    /// and user-defined energies. Forward derivatives ([`simulate_with`](Self::simulate_with)) have no such limits.
     ///
     /// # Errors
-    /// [`Error::Invalid`], which says why.
+    /// [`Error::Invalid`] with the reason.
     pub fn check_reversible(&self) -> Result<(), Error> {
         let scene = self.scene();
         let refused = |key: &str, found: &str, allowed: &str| {
@@ -100,7 +93,7 @@ impl Problem {
 }
 
 impl Reversible {
-    /// Simulates `steps` steps of a scene, records the nodes `tracked` and keeps up to 56 MB to go back over the run.
+    /// Simulates `steps` steps of a scene, records the nodes `tracked` and stores up to 56 MB of its states.
     ///
     /// # Errors
     /// Those of [`Problem::check_reversible`], [`Trajectory::new`] and [`Trajectory::run`].
@@ -108,8 +101,8 @@ impl Reversible {
         Self::run_within(problem, tracked, steps, ROOM)
     }
 
-    /// The same with about so many bytes to go back over the run. With fewer than its states take, derivatives cost
-    /// another run, and with very few two.
+    /// The same with about so many bytes for the states. If they take more, the gradient costs another run, and with very
+    /// few bytes two.
     ///
     /// # Errors
     /// Those of [`run`](Self::run).
@@ -121,31 +114,31 @@ impl Reversible {
     ) -> Result<Self, Error> {
         problem.check_reversible()?;
         let mut trajectory = Trajectory::new(problem, tracked, &[])?;
-        let course = match problem.discretized() {
-            AnyProblem::Planar(planar) => AnyCourse::Planar(Box::new(course(
+        let checkpoints = match problem.discretized() {
+            AnyProblem::Planar(planar) => AnyCheckpoints::Planar(Box::new(checkpoints(
                 problem,
                 &planar,
                 (steps, bytes),
                 &mut trajectory,
             )?)),
-            AnyProblem::Spatial(spatial) => AnyCourse::Spatial(Box::new(course(
+            AnyProblem::Spatial(spatial) => AnyCheckpoints::Spatial(Box::new(checkpoints(
                 problem,
                 &spatial,
                 (steps, bytes),
                 &mut trajectory,
             )?)),
         };
-        Ok(Self { problem: problem.clone(), trajectory, course, asked: (steps, bytes) })
+        Ok(Self { problem: problem.clone(), trajectory, checkpoints, requested: (steps, bytes) })
     }
 
-    /// The run that the derivatives by these parameters are of, where it is another one.
+    /// The run whose derivatives by these parameters are computed, where it is another one.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
-        let ((steps, bytes), tracked) = (self.asked, self.trajectory.record().tracked());
+        let ((steps, bytes), tracked) = (self.requested, self.trajectory.record().tracked());
         Self::run_within(&problem, &tracked, steps, bytes).map(Some)
     }
 
-    /// What it is a run of.
+    /// The problem of the run.
     pub(crate) fn problem(&self) -> &Problem {
         &self.problem
     }
@@ -173,19 +166,19 @@ impl Reversible {
         parameters: &[Parameter],
         slopes: &Slopes<'_>,
     ) -> Result<Vec<f64>, Error> {
-        let asked = (Asked::new(&self.problem, parameters)?, parameters);
+        let requested = (RequestedParameters::new(&self.problem, parameters)?, parameters);
         if let Some(felt) = self.with_trace_viscosity(parameters)? {
             return felt.gradient(parameters, slopes);
         }
         let misfit = (&slopes.motions[..], self.trajectory.record());
-        match (&self.course, self.problem.discretized()) {
-            (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
-                gradient(&planar, course, misfit, asked)
+        match (&self.checkpoints, self.problem.discretized()) {
+            (AnyCheckpoints::Planar(checkpoints), AnyProblem::Planar(planar)) => {
+                gradient(&planar, checkpoints, misfit, requested)
             }
-            (AnyCourse::Spatial(course), AnyProblem::Spatial(spatial)) => {
-                gradient(&spatial, course, misfit, asked)
+            (AnyCheckpoints::Spatial(checkpoints), AnyProblem::Spatial(spatial)) => {
+                gradient(&spatial, checkpoints, misfit, requested)
             }
-            _ => unreachable!("a course is of its problem's model"),
+            _ => unreachable!("a checkpoints is of its problem's model"),
         }
     }
 }
@@ -201,27 +194,27 @@ impl Reversible {
     pub fn along(&self, direction: &[(Parameter, f64)]) -> Result<Motions, Error> {
         let parameters: Vec<Parameter> =
             direction.iter().map(|(parameter, _)| *parameter).collect();
-        Asked::new(&self.problem, &parameters)?;
+        RequestedParameters::new(&self.problem, &parameters)?;
         if let Some(felt) = self.with_trace_viscosity(&parameters)? {
             return felt.along(direction);
         }
         let record = self.trajectory.record();
-        match (&self.course, self.problem.discretized()) {
-            (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
-                along(&planar, course, (direction, record))
+        match (&self.checkpoints, self.problem.discretized()) {
+            (AnyCheckpoints::Planar(checkpoints), AnyProblem::Planar(planar)) => {
+                along(&planar, checkpoints, (direction, record))
             }
-            (AnyCourse::Spatial(course), AnyProblem::Spatial(spatial)) => {
-                along(&spatial, course, (direction, record))
+            (AnyCheckpoints::Spatial(checkpoints), AnyProblem::Spatial(spatial)) => {
+                along(&spatial, checkpoints, (direction, record))
             }
-            _ => unreachable!("a course is of its problem's model"),
+            _ => unreachable!("a checkpoints is of its problem's model"),
         }
     }
 }
 
-/// The derivatives of what was recorded along a direction.
+/// The derivatives of the recorded motion along a direction.
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
-    course: &Course<M::Rod<f64>>,
+    checkpoints: &Checkpoints<M::Rod<f64>>,
     (direction, record): (&[(Parameter, f64)], &Record),
 ) -> Result<Motions, Error>
 where
@@ -234,7 +227,7 @@ where
     let (tracked, times) = (record.tracked(), record.times());
     let mut motions = Vec::with_capacity(record.motions().len());
     let mut row = 0;
-    course.forth(&mut |state, step| {
+    checkpoints.forward(&mut |state, step| {
         step.map_or(Ok(()), |step| sensitivities.advance_over(step))?;
         if times.get(row) == Some(&state.time) {
             row += 1;
@@ -294,66 +287,71 @@ impl Slopes<'_> {
     }
 }
 
-/// Runs and keeps what is needed to go back.
-fn course<M: Model>(
+/// Simulates a run and stores checkpoints of it.
+fn checkpoints<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
     (steps, bytes): (usize, usize),
     trajectory: &mut Trajectory,
-) -> Result<Course<M::Rod<f64>>, Error>
+) -> Result<Checkpoints<M::Rod<f64>>, Error>
 where
     M::Rod<f64>: Transposed,
 {
     trajectory.check_run(problem, steps)?;
-    let mut course = None;
+    let mut checkpoints = None;
     let record = trajectory.record_mut();
-    run::run(problem, discretized, (&[], steps), record, &mut |_| {}, &mut |simulation| {
-        match &mut course {
-            None => course = Some(Course::new(simulation, steps, bytes)),
-            Some(course) => course.push(simulation),
-        }
-    })?;
-    Ok(course.expect("a run shows its start"))
+    let task = RunTask { problem, discretized, parameters: &[], steps };
+    let mut observers = RunObservers {
+        after_step: &mut |_| {},
+        after_substep: &mut |simulation| match &mut checkpoints {
+            None => checkpoints = Some(Checkpoints::new(simulation, steps, bytes)),
+            Some(checkpoints) => checkpoints.push(simulation),
+        },
+    };
+    run(&task, record, &mut observers)?;
+    Ok(checkpoints.expect("a run shows its start"))
 }
 
-/// The derivatives by the parameters of a misfit with these slopes.
+/// The derivatives of a misfit by the parameters, from those by the recorded motion.
 fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
-    course: &Course<M::Rod<f64>>,
+    checkpoints: &Checkpoints<M::Rod<f64>>,
     (slopes, record): (&[Motion], &Record),
-    (asked, parameters): (Asked, &[Parameter]),
+    (requested, parameters): (RequestedParameters, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed,
 {
-    let start = course.start();
+    let start = checkpoints.start();
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
     let apart = start.damping().additional_times().iter().any(|time| *time != 0.0)
         || parameters.iter().any(|parameter| own.contains(parameter));
     let moments = parameters.iter().any(|parameter| parameter.is_moment());
-    let supports = moving_supports(discretized, course, &asked);
-    let mut backward = Backward::new(start, supports, (apart, moments));
-    let constants = Constants {
-        damping: start.damping(),
-        drag: start.drag(),
-        parameter: start.newton().map_or(0.0, |newton| newton.parameter()),
-    };
+    let mut supports = moving_supports(discretized, checkpoints, &requested);
+    let frames = frame_count(discretized.model, start.rod());
+    let mut by_state = StateRates::zeros(start, frames);
+    let mut by_parameters = ParameterSlopes::zeros(start, moments);
+    let mut room = Room::new(by_state.q.len(), Vec::new());
     let (tracked, times) = (record.tracked(), record.times());
     let mut row = times.len();
-    course.back(&mut |state, step| {
+    checkpoints.reverse(&mut |state, step| {
         if row > 0 && times[row - 1] == state.time {
             row -= 1;
             for (node, slope) in tracked.iter().zip(&slopes[row * tracked.len()..]) {
-                add_slope(discretized.model, *node, slope, [&mut backward.q, &mut backward.v]);
+                let [q, v] = [&mut by_state.q, &mut by_state.v].map(|list| list.as_flattened_mut());
+                add_slope(discretized.model, *node, slope, [q, v]);
             }
         }
-        step.map_or(Ok(()), |step| backward.go(&constants, step))
+        let Some(step) = step else { return Ok(()) };
+        let map = StepMap::transposed(step, frames, apart);
+        map.apply_transposed(&mut by_state, &mut by_parameters, &mut supports, &mut room)
     })?;
-    start::gradient(discretized, (&backward, start), (asked, parameters))
+    let by_start = start::ByStart { start, state: by_state, parameters: by_parameters, supports };
+    start::gradient(discretized, by_start, (requested, parameters))
 }
 
-/// Adds the slopes by place and velocity of a node.
-fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut Vec<f64>; 2]) {
+/// Adds the derivatives by place and velocity of a node to those by the unknowns and their velocities.
+fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 2]) {
     for (slope, to) in slope.iter().zip(to) {
         let own = model.components(*slope);
         let axes = M::STRIDE.min(3);
@@ -361,20 +359,28 @@ fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut Vec<f64
     }
 }
 
-/// The supports with the parameters that move them.
+/// The number of reference frames of a rod.
+fn frame_count<M: Model>(_: &M, rod: &M::Rod<f64>) -> usize
+where
+    M::Rod<f64>: Transposed,
+{
+    if M::STRIDE > 3 { rod.no_laws(false).stretch.len() } else { 0 }
+}
+
+/// The moving supports, with the derivatives of their motion by the parameters that move them.
 fn moving_supports<M: Model>(
     discretized: &Discretized<'_, M>,
-    course: &Course<M::Rod<f64>>,
-    asked: &Asked,
+    checkpoints: &Checkpoints<M::Rod<f64>>,
+    requested: &RequestedParameters,
 ) -> MovingSupports<M::Rod<f64>>
 where
     M::Rod<f64>: Transposed,
 {
-    let start = course.start();
-    let frames = if M::STRIDE > 3 { start.rod().no_laws(false).stretch.len() } else { 0 };
-    let mut supports = MovingSupports::new(start.boundary_motion(), still_frames(frames));
-    if supports.are_led() {
-        for (k, parameter) in &asked.single {
+    let start = checkpoints.start();
+    let frames = still_frames(frame_count(discretized.model, start.rod()));
+    let mut supports = MovingSupports::new(start.boundary_motion(), frames);
+    if supports.have_numbers() {
+        for (k, parameter) in &requested.single {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             let setup = discretized.setup_over(seed);
             let motion = discretized.boundary_motion(&setup);

@@ -1,9 +1,10 @@
-//! What a misfit's derivatives by the start of a run and by the numbers of its rod make of parameters.
+//! The gradient of a misfit by parameters, from its derivatives by the initial state and by the numbers of the simulation.
 
-use crate::dynamics::adjoint::backward::Backward;
-use crate::dynamics::adjoint::lists::{Asked, share_out};
-use crate::dynamics::adjoint::viscous::add_by_strains;
+use crate::dynamics::adjoint::lists::{RequestedParameters, add_natural_strains};
 use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step_map::{
+    MovingSupports, ParameterRates, ParameterSlopes, StateRates, add_by_strains,
+};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
@@ -12,42 +13,52 @@ use crate::rod::{Laws, Rod, Strained, Transposed, still_frames, strained};
 use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
-/// A simulation of a model.
-type Of<M> = Simulation<f64, <M as Model>::Rod<f64>>;
+/// The derivatives of a misfit by the start of a run, by the numbers of its simulation and by the motion of supports.
+pub struct ByStart<'a, M: Model>
+where
+    M::Rod<f64>: Transposed,
+{
+    pub start: &'a Simulation<f64, M::Rod<f64>>,
+    pub state: StateRates<1>,
+    pub parameters: ParameterSlopes,
+    pub supports: MovingSupports<M::Rod<f64>>,
+}
 
-/// The derivatives by what was asked.
+/// The gradient by the requested parameters.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
-    (backward, start): (&Backward<M::Rod<f64>>, &Of<M>),
-    (mut asked, parameters): (Asked, &[Parameter]),
+    by_start: ByStart<'_, M>,
+    (mut requested, parameters): (RequestedParameters, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed,
 {
     let mut gradient = vec![0.0; parameters.len()];
-    if !asked.listed.is_empty() {
-        match laws(discretized, backward, start) {
-            Some(laws) => share_out(discretized, &laws, &asked.listed, &mut gradient),
-            None => asked.one_by_one(parameters),
+    if !requested.listed.is_empty() {
+        match laws(discretized, &by_start) {
+            Some(laws) => add_natural_strains(discretized, &laws, &requested.listed, &mut gradient),
+            None => requested.separate_lists(parameters),
         }
     }
-    for (k, parameter) in &asked.single {
+    for (k, parameter) in &requested.single {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
         let dual = discretized.simulation_over::<Dual64>(seed)?;
-        gradient[*k] = along(backward, start.rod(), &dual);
+        gradient[*k] = by_start.state.product(&StateRates::new::<M::Rod<f64>>([&dual]));
+        if let Some(rates) = ParameterRates::<M::Rod<f64>, 1>::new([&dual]) {
+            gradient[*k] += by_start.parameters.product(by_start.start.rod(), &rates);
+        }
     }
-    for (k, sum) in backward.supports.sums() {
+    for (k, sum) in by_start.supports.sums() {
         gradient[k] += sum;
     }
     Ok(gradient)
 }
 
-/// What the laws of joints count for, with what the start of the run makes of them: the forces there and, of one that
-/// begins in equilibrium, the places. None where it follows them in other ways.
+/// The derivatives by the laws of joints, with those through the initial state: through the initial forces and, for an
+/// initial equilibrium, through its places. None for initial states that depend on the laws in other ways.
 fn laws<M: Model>(
     discretized: &Discretized<'_, M>,
-    backward: &Backward<M::Rod<f64>>,
-    start: &Of<M>,
+    ByStart { start, state: by_state, parameters, .. }: &ByStart<'_, M>,
 ) -> Option<Laws>
 where
     M::Rod<f64>: Transposed,
@@ -62,9 +73,9 @@ where
     };
     let mut d = vec![0.0; state.q.len()];
     for i in free.clone() {
-        d[i] = backward.unbalanced[i];
+        d[i] = by_state.unbalanced[i][0];
         if !state.acceleration.is_empty() {
-            d[i] -= backward.acceleration[i] / rod.mass()[i];
+            d[i] -= by_state.acceleration[i][0] / rod.mass()[i];
         }
     }
     let mut geometry = Default::default();
@@ -72,8 +83,8 @@ where
     let (mut strain, mut along) = (Vec::new(), Vec::new());
     <M::Rod<f64> as Transposed>::measured_strains(&geometry, &mut strain);
     along.resize(strain.len(), 0.0);
-    let still = still_frames(backward.frames.len());
-    let mut laws = backward.laws.clone();
+    let still = still_frames(by_state.frames.len());
+    let mut laws = parameters.laws.clone();
     let mut add = |d: &[f64]| {
         strained(rod, &geometry, &still, d, &mut along);
         let strained = Strained { strains: &strain, own: &[], counted: false };
@@ -86,18 +97,19 @@ where
         let mut q = vec![0.0; n];
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         tangent.product(&d, &mut q);
-        // The frames are those of where the rod is, and go along.
-        let mut frames = backward.frames.clone();
+        // The frames are based at the equilibrium, and move with it.
+        let mut frames = by_state.frames.clone();
         <M::Rod<f64> as Transposed>::add_to_frames(&geometry, &gradient, (&d, &q), &mut frames);
         <M::Rod<f64> as Transposed>::rebase_back(&geometry, &mut frames, &mut q);
-        q.iter_mut().zip(&backward.q).for_each(|(q, by)| *q += by);
+        q.iter_mut().zip(by_state.q.as_flattened()).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
             drag.add_slopes_of([&state.q, &state.v, &d], &mut slopes, [&mut q, &mut v]);
         }
-        if let Some(viscous) = &backward.viscous {
-            let by_strain = &viscous.internal.strain;
-            add_by_strains(rod, &geometry, (&state.q, &state.frames), by_strain, &mut q);
+        let by_strain: Vec<f64> = by_state.internal.strain.iter().map(|by| by.0[0]).collect();
+        if !by_strain.is_empty() {
+            let at = (&state.q[..], &state.frames);
+            add_by_strains(rod, &geometry, at, &by_strain, (&mut q, &mut []));
         }
         let held = discretized.setup.rod_with_release_forces(discretized.model, rod);
         discretized.displacement_under_forces(&held, &state.q, &state.frames, &mut q)?;
@@ -105,49 +117,4 @@ where
         add(&q);
     }
     Some(laws)
-}
-
-/// The derivative along what a simulation's numbers carry.
-fn along<R: Transposed>(
-    backward: &Backward<R>,
-    rod: &R,
-    dual: &Simulation<Dual64, R::Dual>,
-) -> f64 {
-    let state = dual.state();
-    let sum =
-        |by: &[f64], x: &[Dual64]| -> f64 { by.iter().zip(x).map(|(by, x)| by * x.eps).sum() };
-    let mut total = sum(&backward.q, &state.q)
-        + sum(&backward.v, &state.v)
-        + sum(&backward.acceleration, &state.acceleration)
-        + sum(&backward.unbalanced, &state.unbalanced)
-        + sum(&backward.mass, dual.rod().mass());
-    for (by, frame) in backward.frames.iter().zip(R::frame_rates([&state.frames])) {
-        total += by.turn.0[0] * frame.turn.0[0];
-        total += by.tangent.iter().zip(frame.tangent).map(|(by, x)| by.0[0] * x.0[0]).sum::<f64>();
-    }
-    if let Some(viscous) = &backward.viscous {
-        let (by, own) = (&viscous.internal, &state.internal);
-        total += sum(&by.strain, &own.strain)
-            + sum(&by.strain_rate, &own.strain_rate)
-            + sum(&by.relaxing, &own.relaxing);
-    }
-    let mut rates = R::Rates::default();
-    R::set_rates(std::array::from_ref(dual.rod()), &mut rates);
-    total += rod.along(dual.rod(), &rates, &backward.laws);
-    let (by, own) = (&backward.damping, dual.damping());
-    total += by.mass * own.mass.eps
-        + by.stiffness * own.stiffness.eps
-        + by.bending * own.bending.eps
-        + by.twisting * own.twisting.eps
-        + by.stretching * own.stretching.eps;
-    if let (Some(by), Some(own)) = (by.maxwell, own.maxwell) {
-        total += by.stiffness * own.stiffness.eps + by.time * own.time.eps;
-    }
-    if let (Some(by), Some(own)) = (&backward.drag, dual.drag()) {
-        total += sum(&by.normal, &own.normal)
-            + sum(&by.tangential, &own.tangential)
-            + sum(&by.fluid, &own.fluid)
-            + sum(&by.lengths, &own.lengths);
-    }
-    total + dual.newton().map_or(0.0, |newton| backward.parameter * newton.parameter().eps)
 }

@@ -4,120 +4,120 @@
 //! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` is what the step's own
 //! residual formula makes of the derivatives of its arguments: one scheme, written once.
 //!
-//! Several parameters go side by side (`implicit`), four, two or one at once: where the edges are and how
+//! Several parameters go side by side (in lanes), four, two or one at once: where the edges are and how
 //! they are strained is found once for all of them, and solves share their memory traffic and fill
 //! each other's waiting times. Each derivative is the same, to the last bit, in any company.
 //!
 //! The oracle is the whole simulation run in dual numbers
 //! ([`Discretized::simulation_over`](crate::Discretized::simulation_over)).
 
-mod implicit;
-mod viscous;
-
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step_map::{DualSimulation, ParameterRates, Room, StateRates, StepMap};
 use crate::error::Error;
-use crate::rod::{DualFrames, Rod, Sensitive, State};
-use implicit::{Implicit, depends_on_history};
+use crate::rod::{DualFrames, InternalVariables, Sensitive, State};
 use num_dual::Dual64;
 
-/// A simulation whose numbers carry the derivative along one parameter.
-type Along<R> = Simulation<Dual64, <R as Rod<f64>>::Dual>;
-
-/// The derivatives of a simulation's state with respect to parameters.
-#[derive(Clone)]
-pub struct Sensitivities<R: Sensitive>(Kind<R>);
-
-#[derive(Clone)]
-enum Kind<R: Sensitive> {
-    /// Of a scheme whose steps are equations: by the implicit function theorem. With the place of every parameter
-    /// among those of all groups.
-    Implicit(Vec<Group<R>>, Vec<usize>),
-    /// Of any other scheme: the same steps in dual numbers, one simulation for each parameter. The
-    /// first makes the steps of the simulation in plain numbers too.
-    Direct(Vec<Along<R>>),
+/// The derivatives of an implicit scheme's states along `G` parameters.
+struct Implicit<R: Sensitive, const G: usize> {
+    parameters: ParameterRates<R, G>,
+    state: StateRates<G>,
+    room: Room<R, G>,
+    /// Frames with the derivatives along each parameter.
+    dual_frames: [DualFrames<R, f64>; G],
 }
 
-/// Parameters side by side.
-#[derive(Clone)]
-enum Group<R: Sensitive> {
-    /// One.
-    One(Box<Implicit<R, 1>>),
-    /// Two.
-    Two(Box<Implicit<R, 2>>),
-    /// Four.
-    Four(Box<Implicit<R, 4>>),
+/// Whether the stress of a simulation, or its derivative, depends on the history of strains.
+fn depends_on_history<R: Sensitive>(simulation: &DualSimulation<R>) -> bool {
+    // Averaging schemes take the viscous stress apart from the rest.
+    !simulation.can_linearize_again() || simulation.damping().depends_on_history()
 }
 
-impl<R: Sensitive> Group<R> {
-    /// Simulations at the start, as many at once as go; none of a scheme that solves no equations.
-    fn all(mut simulations: &[&Along<R>]) -> Option<Vec<Self>> {
-        let mut groups = Vec::new();
-        while let Some((four, rest)) = simulations.split_first_chunk::<4>() {
-            groups.push(Self::Four(Box::new(Implicit::new(*four)?)));
-            simulations = rest;
+impl<R: Sensitive, const G: usize> Implicit<R, G> {
+    /// At the start of simulations, one for each parameter; none for schemes that solve no equations.
+    fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
+        let parameters = ParameterRates::new(simulations)?;
+        let mut state = StateRates::new::<R>(simulations);
+        if !simulations.iter().any(|simulation| depends_on_history::<R>(simulation)) {
+            state.internal = InternalVariables::default();
         }
-        if let Some((two, rest)) = simulations.split_first_chunk::<2>() {
-            groups.push(Self::Two(Box::new(Implicit::new(*two)?)));
-            simulations = rest;
-        }
-        if let Some((one, _)) = simulations.split_first_chunk::<1>() {
-            groups.push(Self::One(Box::new(Implicit::new(*one)?)));
-        }
-        Some(groups)
+        let dual_frames = simulations.map(|simulation| simulation.state().frames.clone());
+        let room = Room::new(state.q.len(), dual_frames.to_vec());
+        Some(Self { parameters, state, room, dual_frames })
     }
+}
 
-    fn count(&self) -> usize {
-        match self {
-            Self::One(_) => 1,
-            Self::Two(_) => 2,
-            Self::Four(_) => 4,
-        }
-    }
+/// Parameters in lanes beside each other, whatever their number.
+trait LaneGroup<R: Sensitive>: Send {
+    /// dq/dp and dv/dp of the parameter in a lane and unknown `i`.
+    fn rate(&self, lane: usize, i: usize) -> [f64; 2];
 
+    /// The frames `now` with their derivatives along the parameter in a lane.
+    fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64>;
+
+    /// Moves the derivatives over a step.
+    fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error>;
+}
+
+impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
     fn rate(&self, lane: usize, i: usize) -> [f64; 2] {
-        match self {
-            Self::One(group) => group.rate(lane, i),
-            Self::Two(group) => group.rate(lane, i),
-            Self::Four(group) => group.rate(lane, i),
-        }
+        [self.state.q[i][lane], self.state.v[i][lane]]
     }
 
-    fn of_nodes(&self, lane: usize, nodes: Nodes, each: impl FnMut([[f64; 3]; 2])) {
-        match self {
-            Self::One(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
-            Self::Two(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
-            Self::Four(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
-        }
-    }
-
-    fn frames(&self, lane: usize, frames: &R::Frames) -> DualFrames<R, f64> {
-        match self {
-            Self::One(group) => group.frames(lane, frames),
-            Self::Two(group) => group.frames(lane, frames),
-            Self::Four(group) => group.frames(lane, frames),
-        }
+    fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64> {
+        let mut dual = self.dual_frames[lane].clone();
+        R::set_dual_frames(now, &self.state.frames, lane, &mut dual);
+        dual
     }
 
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
-        match self {
-            Self::One(group) => group.advance(step),
-            Self::Two(group) => group.advance(step),
-            Self::Four(group) => group.advance(step),
-        }
+        StepMap::new(step).apply(&self.parameters, &mut self.state, &mut self.room)
     }
 }
 
-/// The group with a place, and where it is there.
-fn group_of<R: Sensitive>(groups: &[Group<R>], place: usize) -> (&Group<R>, usize) {
-    let mut lane = place;
-    let holds = |group: &&Group<R>| {
-        let held = lane < group.count();
-        lane -= if held { 0 } else { group.count() };
-        held
-    };
-    let group = groups.iter().find(holds).expect("no parameter beyond the last");
-    (group, lane)
+/// The group and the lane of a parameter.
+#[derive(Clone, Copy)]
+struct LanePlace {
+    group: usize,
+    lane: usize,
+}
+
+/// The derivatives of a simulation's state with respect to parameters.
+pub struct Sensitivities<R: Sensitive>(Kind<R>);
+
+enum Kind<R: Sensitive> {
+    /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
+    /// parameter in them.
+    Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
+    /// For any other scheme, by the same steps in dual numbers: one simulation for each parameter. The first makes the
+    /// steps of the simulation in plain numbers too.
+    Direct(Vec<DualSimulation<R>>),
+}
+
+/// Adds groups of four, two and one simulations, and the places of their parameters; nothing for schemes that solve no
+/// equations.
+fn add_groups<R: Sensitive>(
+    mut order: &[usize],
+    simulations: &[DualSimulation<R>],
+    groups: &mut Vec<Box<dyn LaneGroup<R>>>,
+    places: &mut [LanePlace],
+) -> Option<()> {
+    while !order.is_empty() {
+        let own: Vec<&DualSimulation<R>> = order.iter().map(|k| &simulations[*k]).collect();
+        let (group, count): (Box<dyn LaneGroup<R>>, usize) = match &own[..] {
+            [a, b, c, d, ..] => (Box::new(Implicit::new([*a, *b, *c, *d])?), 4),
+            [a, b, ..] => (Box::new(Implicit::new([*a, *b])?), 2),
+            [a, ..] => (Box::new(Implicit::new([*a])?), 1),
+            [] => break,
+        };
+        let (grouped, rest) = order.split_at(count);
+        for (lane, k) in grouped.iter().enumerate() {
+            places[*k] = LanePlace { group: groups.len(), lane };
+        }
+        groups.push(group);
+        order = rest;
+    }
+    Some(())
 }
 
 /// Nodes whose unknowns are `stride` apart, of which the first `axes` are coordinates.
@@ -128,40 +128,20 @@ pub(crate) struct Nodes<'a> {
     pub axes: usize,
 }
 
-/// Calls `each` with both rates of every node's coordinates; then zeros.
-#[inline]
-fn of_nodes(
-    Nodes { nodes, stride, axes }: Nodes,
-    rate: impl Fn(usize) -> [f64; 2],
-    mut each: impl FnMut([[f64; 3]; 2]),
-) {
-    for node in nodes {
-        let mut rates = [[0.0; 3]; 2];
-        for c in 0..axes {
-            [rates[0][c], rates[1][c]] = rate(stride * node + c);
-        }
-        each(rates);
-    }
-}
-
 impl<R: Sensitive> Sensitivities<R> {
-    /// At the start of simulations whose numbers all carry the derivative along one parameter each. Those along which
-    /// the material remembers something go apart from the others, which need nothing of that.
-    pub fn new(simulations: Vec<Along<R>>) -> Self {
-        let (mut order, others): (Vec<usize>, Vec<usize>) =
+    /// The derivatives at the start of simulations, whose numbers contain those along one parameter each. Parameters along
+    /// which stresses depend on the history of strains are in groups apart from the others.
+    pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
+        let parts: (Vec<usize>, Vec<usize>) =
             (0..simulations.len()).partition(|k| depends_on_history::<R>(&simulations[*k]));
-        let groups = [&order, &others].map(|part| {
-            let own: Vec<&Along<R>> = part.iter().map(|k| &simulations[*k]).collect();
-            Group::all(&own)
-        });
-        let [Some(mut groups), Some(mut rest)] = groups else {
-            return Self(Kind::Direct(simulations));
-        };
-        groups.append(&mut rest);
-        order.extend(others);
-        let mut places = vec![0; order.len()];
-        order.into_iter().enumerate().for_each(|(place, k)| places[k] = place);
-        Self(Kind::Implicit(groups, places))
+        let mut places = vec![LanePlace { group: 0, lane: 0 }; simulations.len()];
+        let mut groups = Vec::new();
+        let grouped = add_groups(&parts.0, &simulations, &mut groups, &mut places)
+            .and_then(|()| add_groups(&parts.1, &simulations, &mut groups, &mut places));
+        match grouped {
+            Some(()) => Self(Kind::Implicit(groups, places)),
+            None => Self(Kind::Direct(simulations)),
+        }
     }
 
     /// How many parameters there are.
@@ -173,16 +153,18 @@ impl<R: Sensitive> Sensitivities<R> {
     }
 
     /// Calls `each` with dq/dp and dv/dp of parameter `k`, of the coordinates of every node; then zeros.
-    pub(crate) fn of_nodes(&self, k: usize, nodes: Nodes, each: impl FnMut([[f64; 3]; 2])) {
-        match &self.0 {
-            Kind::Implicit(groups, places) => {
-                let (group, lane) = group_of(groups, places[k]);
-                group.of_nodes(lane, nodes, each);
+    pub(crate) fn of_nodes(
+        &self,
+        k: usize,
+        Nodes { nodes, stride, axes }: Nodes,
+        mut each: impl FnMut([[f64; 3]; 2]),
+    ) {
+        for node in nodes {
+            let mut rates = [[0.0; 3]; 2];
+            for c in 0..axes {
+                [rates[0][c], rates[1][c]] = self.rate(k, stride * node + c);
             }
-            Kind::Direct(simulations) => {
-                let state = simulations[k].state();
-                of_nodes(nodes, |i| [state.q[i].eps, state.v[i].eps], each);
-            }
+            each(rates);
         }
     }
 
@@ -195,8 +177,8 @@ impl<R: Sensitive> Sensitivities<R> {
         let frames = match &self.0 {
             Kind::Direct(simulations) => simulations[k].state().frames.clone(),
             Kind::Implicit(groups, places) => {
-                let (group, lane) = group_of(groups, places[k]);
-                group.frames(lane, &plain.frames)
+                let LanePlace { group, lane } = places[k];
+                groups[group].frames(lane, &plain.frames)
             }
         };
         let dual = |x: &[f64], part: usize| {
@@ -210,8 +192,8 @@ impl<R: Sensitive> Sensitivities<R> {
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
             Kind::Implicit(groups, places) => {
-                let (group, lane) = group_of(groups, places[k]);
-                group.rate(lane, i)
+                let LanePlace { group, lane } = places[k];
+                groups[group].rate(lane, i)
             }
             Kind::Direct(simulations) => {
                 let state = simulations[k].state();

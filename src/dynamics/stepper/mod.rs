@@ -1,4 +1,4 @@
-//! How a rod steps through time: which schemes there are, and what carries out their steps.
+//! Time integration schemes, and the steppers that carry out their steps.
 //!
 //! | scheme | order | a step takes | keeps | for |
 //! |---|---|---|---|---|
@@ -64,7 +64,7 @@ use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
 
-/// What carries out a scheme's steps, with the room it works in.
+/// The stepper of a scheme, with its work arrays.
 #[derive(Clone, Debug)]
 pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
     /// Solves the step's equations by Newton's method.
@@ -94,7 +94,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Newton's method, where it is what solves the steps.
+    /// Newton's method, if it solves the steps.
     pub fn newton(&self) -> Option<&Newton<D, R>> {
         match self {
             Self::Newton(newton) => Some(newton),
@@ -102,14 +102,14 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Leaves behind what [linearizations](crate::dynamics::Linearization) are made of.
+    /// Keeps tangents and factors for [linearizations](crate::dynamics::Linearization) of later steps.
     pub fn keep_tangent(&mut self) {
         if let Self::Newton(newton) = self {
             newton.keep_tangent();
         }
     }
 
-    /// Writes the forces that the next step counts by its start.
+    /// Writes the forces that the next step takes as those of its start.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         match self {
             Self::Newton(newton) => newton.find_forces(system, state),
@@ -120,14 +120,14 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Writes the accelerations at the start, of a scheme that goes on from them.
+    /// Writes the accelerations at the start, for schemes that use them.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);
         }
     }
 
-    /// Takes these accelerations at the start for known, and the forces there for what makes them.
+    /// Sets the accelerations at the start, and the forces there that cause them.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,
@@ -139,8 +139,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Makes the unknowns of `state` those that follow `before`; [`finish`](Self::finish) makes the
-    /// rest of it. `state` may hold anything when it comes, and when it fails.
+    /// Writes the unknowns that follow `before` into `state`; [`finish`](Self::finish) completes it. The content of `state`
+    /// has no meaning before the call, and after an error.
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -168,7 +168,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Ends a step that is taken.
+    /// Completes the state after an accepted step.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

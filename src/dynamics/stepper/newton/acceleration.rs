@@ -1,4 +1,4 @@
-//! The acceleration of a rod from where it is and how fast it moves.
+//! The initial acceleration of a rod from its places and velocities, filtered by the step size.
 //!
 //! Where places come from a measurement, forces there are mostly errors of places: of a rod that hardly stretches, a
 //! micrometre along an edge is many times its weight. An implicit step only takes from them what it resolves, and
@@ -20,9 +20,8 @@ use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
 
 /// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of `h`, s, resolves them,
-/// and zero of all others. Strains change as they do when all unknowns change by `change` in two such steps: between two
-/// places of an edge that are equally long, its velocity is that of none in between. Leaves their rates in `state`
-/// where it remembers any.
+/// and zero for all others. Strain rates are those of the finite `change` of all unknowns in two such steps: an edge of
+/// constant length has a velocity that would stretch it. Writes them to `state` where it has any.
 pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,
@@ -47,8 +46,8 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     newton.coefficients = StepCoefficients::new(scheme.0, scheme.1, false, h);
     let step = Step { system, time: now.time + h, h };
     newton.set_viscous(&step, &now);
-    if let (Some(drag), Some(dragging)) = (&system.drag, &mut newton.dragging) {
-        dragging.begin(drag, &now, h);
+    if let (Some(drag), Some(drag_forces)) = (&system.drag, &mut newton.drag_forces) {
+        drag_forces.begin(drag, &now, h);
     }
     let mut work = Work::default();
     newton.evaluate(&step, &now, &now, true, &mut work);
@@ -63,7 +62,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Takes accelerations at the start for known, and the forces there for what makes them.
+    /// Sets the accelerations at the start, and the forces there that cause them.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,

@@ -1,4 +1,4 @@
-//! Schemes whose forces are a mean over the step.
+//! Forces and tangents of averaging schemes: quadrature over the step.
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;

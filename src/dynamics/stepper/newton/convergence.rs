@@ -1,58 +1,55 @@
-//! What the corrections of Newton's method say about the error they leave.
+//! Error estimate of Newton's method from its corrections, and the choice of the next iteration.
 //!
-//! A correction `d` with the tangent of the place it starts from leaves an error of `C d^2`, where `C`
-//! belongs to the curvature of the step's equations and changes little from step to step. One with the
-//! tangent of another place, a chord, leaves `B b d`, where `b` is the distance of that place from the
-//! solution. Along one direction `B` is `2 C`; but the corrections of a rod bend it first and stretch
-//! it then, and `B` is ten times that (measured: the mean on the shipped scenes). So what is left is
-//! known without looking, and what another correction with the old factors or with new ones would
-//! leave.
+//! A correction `d` with the tangent at its own start has the error `C d^2`. `C` belongs to the curvature of the step's
+//! equations and changes little from step to step. A chord, with the tangent of another place, has the error `B b d`,
+//! where `b` is the distance of that place from the solution. Along one direction `B` is `2 C`. The corrections of a rod
+//! bend it first and stretch it then, so that `B` is ten times that (measured: the mean on the shipped scenes). The errors
+//! after this correction, and after another one with old or new factors, follow without a new residual.
 //!
-//! A tangent under [tensions](super::tensions) that are expected leaves an error of their error times `d` beside that.
-//! Both shrink together: what is left is a tenth at most of the part that the correction before has left (a hundredth
-//! where it was measured), and a chord with such factors need not lead anywhere.
+//! A tangent under expected [tensions](super::tensions) has a further error, of the tensions' error times `d`. Both shrink
+//! together: the relative error is at most a tenth of that of the correction before (a hundredth where it was measured).
+//! A chord with such factors may diverge.
 //!
-//! A rod that turns quickly about itself hides how curved its other equations are: it may turn by a radian in a
-//! correction that leaves nothing of that, since twist is linear. So a correction is taken to leave no smaller part
-//! than edges leave that turn by as much as it moves their ends, or whose directors turn by as much: what the
-//! stretching of edges alone makes of it.
+//! A quick rotation of a rod about its axis hides the curvature of the other equations: it may be a radian in one
+//! correction without any error, since twist is linear. Therefore the relative error of a correction has a lower bound:
+//! that by the stretching of edges which rotate as their ends move, or as their directors turn.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 
-/// A correction with a tangent of its own costs as much as this many with the old one.
+/// Cost of a correction with a new tangent, over that of a chord.
 const TANGENT: f64 = 2.5;
-/// Corrections with the old tangent must shrink to this part each.
+/// Largest ratio of a chord's error to that before it, at which chords go on.
 const SLOWEST: f64 = 0.3;
-/// More corrections than this are never planned.
+/// Largest number of planned corrections.
 const MOST: usize = 8;
 
-/// `B` by `C`.
+/// `B` over `C`.
 const SPREAD: f64 = 20.0;
 
-/// The part of a correction that is left at least, by how far it moves nodes, over the length of an edge, and by how far
-/// it turns directors, rad. Of the shipped planar scene nine in ten corrections leave more than the first says, of the helix
-/// than the second.
+/// Lower bound of the relative error of a correction, over the displacement of nodes by the length of an edge, and over
+/// the rotation of directors, rad. Nine in ten corrections of the shipped planar scene exceed the first, and of the helix
+/// the second.
 const LEAST: [f64; 2] = [0.2, 0.1];
 
-/// The part of a correction under expected tensions that is left, over that of the one before.
+/// Relative error of a correction under expected tensions, over that of the correction before.
 const EXPECTING: f64 = 0.1;
 
-/// Where the tangent of a correction was formed.
+/// The place at which the tangent of a correction was formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Formed {
-    /// Where the correction starts from.
-    Here,
-    /// There, but under tensions that were expected.
-    Expecting,
-    /// Where one before started from: the correction is a chord.
-    Before,
+pub enum TangentOrigin {
+    /// The start of the correction.
+    Current,
+    /// The start, under expected tensions.
+    ExpectedTensions,
+    /// The start of an earlier correction: this one is a chord.
+    Previous,
 }
 
-/// What is to be done after a correction.
+/// The iteration after a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Next {
-    /// Nothing: the error that is left is below the tolerance.
+pub enum NextIteration {
+    /// None: the estimated error is below the tolerance.
     Done,
     /// Another correction with the same factors.
     Chord,
@@ -63,42 +60,41 @@ pub enum Next {
 /// The corrections of a step so far.
 #[derive(Clone, Debug)]
 pub struct Convergence {
-    /// Error that may be left, m.
+    /// Largest error, m.
     tolerance: f64,
-    /// The error that a correction with its own tangent leaves, by the square of the correction, 1/m.
+    /// `C`: the error of a correction with its own tangent, over the square of the correction, 1/m.
     curvature: f64,
-    /// Distance of the place of the last tangent from the solution, m, and the part that a correction as large leaves at
-    /// least.
+    /// Distance of the place of the last tangent from the solution, m, and the lower bound of the relative error there.
     base: (f64, f64),
-    /// That part by how far nodes are moved, 1/m, and by how far directors are turned, times the rod's length, 1/m.
+    /// That bound over the displacement of nodes, 1/m, and over the rotation of directors times the rod's length, 1/m.
     least: [f64; 2],
     /// The last correction, m, and whether its tangent was its own.
     last: Option<(f64, bool)>,
 }
 
 impl Convergence {
-    /// Before the first step of a rod of this `length`, m, with edges as long as `edge`, m; errors below `tolerance`, m, may be
-    /// left.
+    /// The estimate before the first step of a rod of this `length`, m, with edges of the length `edge`, m, for a
+    /// `tolerance`, m.
     pub fn new(tolerance: f64, length: f64, edge: f64) -> Self {
         let least = [LEAST[0] / edge, LEAST[1] / length];
         Self { tolerance, curvature: f64::INFINITY, base: (0.0, 0.0), least, last: None }
     }
 
-    /// A new step, which knows from the last one how curved its equations are.
+    /// Begins a step, with the curvature of the last one.
     pub fn begin(&mut self) {
         self.last = None;
     }
 
-    /// Takes note of a correction, by how far nodes are moved, m, and directors turned, times the rod's length, m, and of its
-    /// tangent.
-    pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: Formed) -> Next {
-        let fresh = formed != Formed::Before;
+    /// The iteration after a correction, from the displacement of nodes, m, the rotation of directors times the rod's
+    /// length, m, and the origin of the tangent.
+    pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: TangentOrigin) -> NextIteration {
+        let fresh = formed != TangentOrigin::Previous;
         let size = moved.max(turned);
         let least = self.least[0] * moved + self.least[1] * turned;
         if fresh {
             self.base = (size, least);
         }
-        // What the correction before has left is what this one has found.
+        // This correction is the error of the one before.
         let (mut slowness, mut part) = (0.0, f64::INFINITY);
         if let Some((before, fresh)) = self.last {
             part = size / before;
@@ -113,28 +109,27 @@ impl Convergence {
         let own = (self.curvature * size).max(least);
         let left = size
             * match formed {
-                Formed::Here => own,
-                Formed::Expecting => own.max(EXPECTING * part),
-                Formed::Before => chord,
+                TangentOrigin::Current => own,
+                TangentOrigin::ExpectedTensions => own.max(EXPECTING * part),
+                TangentOrigin::Previous => chord,
             };
-        // The first correction has nothing but the last step's word for it.
+        // The first correction has the curvature of the last step only.
         if size <= self.tolerance || (observed && left <= self.tolerance) {
-            return Next::Done;
+            return NextIteration::Done;
         }
         let chords = self.corrections(left, chord);
-        if formed == Formed::Expecting {
-            return Next::Tangent;
+        if formed == TangentOrigin::ExpectedTensions {
+            return NextIteration::Tangent;
         }
         let own = self.curvature * left;
         let own = TANGENT + self.corrections(own * left, SPREAD * own);
         match chord < SLOWEST && chords <= own {
-            true => Next::Chord,
-            false => Next::Tangent,
+            true => NextIteration::Chord,
+            false => NextIteration::Tangent,
         }
     }
 
-    /// How many corrections that leave the part `chord` each bring an error from `left` below the
-    /// tolerance.
+    /// The number of corrections with the relative error `chord` that reduce an error `left`, m, to the tolerance.
     fn corrections(&self, mut left: f64, chord: f64) -> f64 {
         let mut corrections = 0;
         while left > self.tolerance && corrections < MOST {
@@ -145,11 +140,11 @@ impl Convergence {
     }
 }
 
-/// How far a correction moves nodes, and turns directors, times `length`, m: the largest of those of the unknowns from `first`
-/// on.
+/// The largest displacement of a node, m, and the largest rotation of a director times `length`, m, of a correction of the
+/// unknowns from `first` on.
 #[inline]
 pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) -> [f64; 2] {
-    // Four side by side: every fourth unknown is an angle, or none is.
+    // Four in SIMD lanes: every fourth unknown is an angle, or none is.
     let (fours, rest) = correction.as_chunks::<4>();
     let mut largest = [0.0_f64; 4];
     let mut see = |k: usize, correction: D| {
@@ -182,18 +177,18 @@ mod tests {
     /// corrections that took.
     fn solve(convergence: &mut Convergence, c: f64, x0: f64) -> (f64, usize, usize) {
         let (mut x, mut slope) = (x0, 0.0);
-        let (mut next, mut tangents) = (Next::Tangent, 0);
+        let (mut next, mut tangents) = (NextIteration::Tangent, 0);
         convergence.begin();
         for corrections in 0..50 {
-            let fresh = next == Next::Tangent;
+            let fresh = next == NextIteration::Tangent;
             if fresh {
                 (slope, tangents) = (1.0 + 2.0 * c * x, tangents + 1);
             }
             let d = -(x + c * x * x) / slope;
             x += d;
-            let formed = if fresh { Formed::Here } else { Formed::Before };
+            let formed = if fresh { TangentOrigin::Current } else { TangentOrigin::Previous };
             next = convergence.corrected([d.abs(), 0.0], formed);
-            if next == Next::Done {
+            if next == NextIteration::Done {
                 return (x.abs(), tangents, corrections + 1);
             }
         }
@@ -201,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_is_below_the_tolerance() {
+    fn newton_error_stays_below_the_tolerance() {
         for tolerance in [1e-8, 1e-12] {
             for c in [1e-3, 0.1, 1.0, 20.0] {
                 let mut convergence = Convergence::new(tolerance, 1.0, f64::INFINITY);
@@ -214,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn one_tangent_does_for_small_steps_and_more_for_large_ones() {
+    fn small_steps_take_one_tangent_and_large_ones_several() {
         let mut convergence = Convergence::new(1e-12, 1.0, f64::INFINITY);
         solve(&mut convergence, 1.0, 1e-4);
         assert_eq!(solve(&mut convergence, 1.0, 1e-5).1, 1);
@@ -224,9 +219,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_not_done() {
+    fn nan_correction_does_not_end_the_iteration() {
         let mut convergence = Convergence::new(1e-12, 1.0, f64::INFINITY);
-        assert_ne!(convergence.corrected([f64::NAN; 2], Formed::Here), Next::Done);
-        assert_ne!(convergence.corrected([f64::NAN; 2], Formed::Before), Next::Done);
+        assert_ne!(
+            convergence.corrected([f64::NAN; 2], TangentOrigin::Current),
+            NextIteration::Done
+        );
+        assert_ne!(
+            convergence.corrected([f64::NAN; 2], TangentOrigin::Previous),
+            NextIteration::Done
+        );
     }
 }

@@ -1,24 +1,23 @@
-//! Schemes whose steps are equations: Newton's method on an exact banded tangent solves
-//! [them](crate::dynamics::coefficients).
+//! Newton's method for the [equations](crate::dynamics::coefficients) of an implicit step, with the exact banded tangent.
 //!
-//! A step starts from a [guess], forms one tangent there, and corrects with its factors until the
-//! error that is [predicted](convergence) to be left is below the [tolerance](crate::scene::StepTolerance);
-//! where that would take long, with a new tangent. The residual at the end is never looked at: the
-//! forces there follow from the linear system. Averaging schemes, numbers that carry derivatives and
-//! those who ask for it iterate until nothing but rounding errors is left.
+//! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the
+//! [estimated error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old
+//! one would take too many corrections. The residual at the solution is not evaluated: the forces there follow from the
+//! linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a rounding
+//! error.
 
 mod acceleration;
-mod again;
 mod averaging;
 mod convergence;
-mod dragging;
-mod guess;
+mod drag_forces;
+mod predictor;
+mod relinearize;
 mod rounding;
-mod sliding;
+mod slip_state;
 mod tensions;
 
 pub(crate) use acceleration::acceleration_within;
-pub(crate) use sliding::stretched;
+pub(crate) use slip_state::stretched;
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::{Linearization, StageForces};
@@ -29,22 +28,23 @@ use crate::numerics::scalar::{Nestable, is_finite};
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{FactorsOf, InternalVariables, Rod, State, Viscosity};
 use crate::scene::{Scheme, StepTolerance};
-use convergence::{Convergence, Formed, Next, sizes};
-use dragging::Dragging;
-use guess::Guess;
-use sliding::Sliding;
+use convergence::{Convergence, NextIteration, TangentOrigin, sizes};
+use drag_forces::DragForces;
+use predictor::Predictor;
+use slip_state::SlipState;
 use std::ops::Range;
 use tensions::Tensions;
 
-/// Corrections that a step takes without trouble. After these, and before another tangent is formed,
-/// its residual is looked at: a tolerance may be below what rounding errors leave. Where corrections are still
-/// above the second number, a part of the rod's length, that is not so for as long.
-const UNTROUBLED: (usize, f64) = (2, 1e-6);
-const MOSTLY_UNTROUBLED: usize = 10;
-/// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
+/// Corrections after which the residual is compared with its rounding level, before another tangent is formed: the
+/// tolerance may be below the rounding errors.
+const CHECK_RESIDUAL_AFTER: usize = 2;
+/// The same number while corrections are larger than `LARGE_CORRECTION`, a part of the rod's length.
+const CHECK_LARGE_RESIDUAL_AFTER: usize = 10;
+const LARGE_CORRECTION: f64 = 1e-6;
+/// Largest number of corrections. Quadratic convergence takes 2 to 5; more than this means another root.
 const MAX_ITERATIONS: usize = 40;
 
-/// The accelerations that a step goes on from, if it does.
+/// The accelerations at the start of a step, for schemes that use them.
 #[inline]
 fn accelerations<'a, D: Nestable>(
     coefficients: &StepCoefficients<D>,
@@ -54,30 +54,30 @@ fn accelerations<'a, D: Nestable>(
     coefficients.acceleration.as_ref().map(|_| &all[range])
 }
 
-/// What Newton's method needs of a scheme and a rod, and the room it works in.
+/// The solver for the steps of a scheme and a rod, with its work arrays.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     scheme: Scheme,
     /// The scheme's parameter.
     parameter: D,
-    /// When to stop, with its scale, m.
+    /// Bound of the error, and the length of the rod, m, that it is a part of.
     tolerance: StepTolerance,
     length: f64,
     convergence: Convergence,
-    guess: Guess<D>,
+    predictor: Predictor<D>,
     /// Whether the tangent and its factors are formed again at the solution.
     keeps_tangent: bool,
-    /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
-    /// alone; only when damped, or with internal friction.
+    /// The rod with viscous stress over the current step, or for averaging schemes that stress alone; set where there is
+    /// viscous damping or internal friction.
     viscous: Option<R>,
-    /// What that stress alone is made from.
+    /// The rod without natural strains and loads, for averaging schemes.
     dashpots: Option<R>,
-    /// What makes that stress of the elastic one.
+    /// Factors and shifts of the viscous stress.
     viscosity: Viscosity<D>,
-    /// The springs of internal friction, only where there are any.
-    sliding: Option<Sliding<D>>,
-    /// The drag of the current step, only in a fluid.
-    dragging: Option<Dragging<D, R::Tangent>>,
+    /// The springs of internal friction, if there are any.
+    slip_state: Option<SlipState<D>>,
+    /// The drag of the current step, if there is a fluid.
+    drag_forces: Option<DragForces<D, R::Tangent>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     gradient: Vec<D>,
@@ -89,16 +89,16 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     tensions: Tensions<D>,
     /// The rounding level of every residual, N s^2.
     rounding: Vec<f64>,
-    /// Where the forces of an averaging scheme were taken.
+    /// Forces at the stages of an averaging scheme.
     stages: Vec<StageForces<D, R>>,
-    /// The rod at the end of the step, where its tangent is kept.
+    /// The geometry at the end of the step, if its tangent is kept.
     end: R::Geometry,
-    /// Of a viscous rod the gradient and tangent of the forces that the next step counts by its start, likewise.
+    /// Gradient and tangent of a viscous rod's forces that the next step takes as those of its start, likewise.
     next: (Vec<D>, R::Tangent),
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// For a rod that starts in `state`, whose internal variables it prepares. `length`, m, is the
+    /// The solver for a rod with the initial `state`, in which it sets the internal variables. `length`, m, is the
     /// scale of the tolerance.
     pub fn new(
         (scheme, parameter): (Scheme, D),
@@ -120,7 +120,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
         let law = || if averages { rod.dashpots() } else { rod.clone() };
         let viscous = (is_viscous || slides).then(law);
-        let sliding = slides.then(Sliding::new);
+        let slip_state = slides.then(SlipState::new);
         let n = state.q.len();
         let edges = (n.div_ceil(if R::HAS_FRAMES { 4 } else { 2 }) - 1) as f64;
         Self {
@@ -129,7 +129,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             tolerance,
             length,
             convergence: Convergence::new(tolerance.part() * length, length, length / edges),
-            guess: Guess::new(),
+            predictor: Predictor::new(),
             keeps_tangent: false,
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
@@ -137,8 +137,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 state.internal.strain.len(),
                 system.damping.has_additional_times(),
             ),
-            sliding,
-            dragging: None,
+            slip_state,
+            drag_forces: None,
             coefficients,
             gradient: vec![D::from(0.0); n],
             tangent: Tangent::zeros(n),
@@ -153,7 +153,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Leaves the tangent and its factors behind at the solution of every step to come.
+    /// Keeps the tangent at the solution and its factors in every later step.
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
         if self.viscous.is_some() {
@@ -161,6 +161,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             self.next = (vec![D::from(0.0); n], Tangent::zeros(n));
         }
     }
+
     /// Whether the forces of a step are an average over it.
     pub fn averages(&self) -> bool {
         StepCoefficients::new(self.scheme, self.parameter, false, 1.0).averages()
@@ -171,7 +172,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         self.parameter
     }
 
-    /// The last step, which went from `before` to `after`; none if its tangent was not kept.
+    /// The linearization of the last step, from `before` to `after`; none if its tangent was not kept.
     pub fn linearization<'a>(
         &'a self,
         system: &'a System<D, R>,
@@ -184,11 +185,17 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             free: system.free.clone(),
             led: &system.led,
             scheme: self.scheme,
+            parameter: self.parameter,
+            damping: system.damping,
+            drag: system.drag.as_ref(),
             before,
             after,
             gradient: &self.gradient,
             tangent: &self.tangent,
-            total: self.dragging.as_ref().map_or(&self.gradient, |dragging| &dragging.total),
+            total: self
+                .drag_forces
+                .as_ref()
+                .map_or(&self.gradient, |drag_forces| &drag_forces.total),
             matrix: self.matrix(),
             factors: &self.factors,
             weights: self.weights,
@@ -198,16 +205,16 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         })
     }
 
-    /// The derivatives of all forces by the unknowns at the end, but for those of mass damping.
+    /// The derivatives of all forces but mass damping by the unknowns at the end.
     fn matrix(&self) -> &R::Tangent {
-        self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix)
+        self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix)
     }
 
-    /// Writes the forces that the next step counts by its start.
+    /// Writes the forces that the next step takes as those of its start.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
-        // What is asked of them does not depend on the length of the step.
+        // Any step size: only the scheme matters here.
         let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
         match self.viscous.is_some() {
             true => self.find_viscous(system, internal, (q, frames), unbalanced),
@@ -220,12 +227,12 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
         }
         if let Some(drag) = &system.drag {
-            let dragging = self.dragging.get_or_insert_with(|| Dragging::new(q.len()));
-            dragging.add_now(drag, [q, v], unbalanced);
+            let drag_forces = self.drag_forces.get_or_insert_with(|| DragForces::new(q.len()));
+            drag_forces.add_now(drag, [q, v], unbalanced);
         }
     }
 
-    /// The same of a viscous rod, without mass damping and drag.
+    /// The same for a viscous rod, without mass damping and drag.
     fn find_viscous(
         &mut self,
         System { rod, derivatives, damping, .. }: &System<D, R>,
@@ -249,7 +256,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Writes the accelerations at the start, of a scheme that goes on from them.
+    /// Writes the accelerations at the start, for schemes that use them.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if self.scheme != Scheme::GeneralisedAlpha {
             return;
@@ -262,7 +269,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         system.led.fill(&mut state.acceleration, D::from(0.0));
     }
 
-    /// Makes `state` what follows `before`.
+    /// Writes the unknowns that follow `before` into `state`.
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -270,31 +277,36 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) -> Result<(), Error> {
-        let knows_acceleration = !before.acceleration.is_empty();
-        self.coefficients =
-            StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
-        self.set_viscous(step, before);
-        if let (Some(drag), Some(dragging)) = (&step.system.drag, &mut self.dragging) {
-            dragging.begin(drag, before, step.h);
-        }
-        // The equations of an average have many roots at large steps, the motion nearest to a steady one.
+        self.begin(step, before);
+        // The equations of an average have many roots at large steps. The motion is the one next to constant velocity.
         let steady = self.coefficients.averages();
-        let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
+        let extrapolated = self.predictor.predict(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {
             StepTolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
-                self.solve_as_predicted(step, before, state, work)
+                self.solve_to_estimated_error(step, before, state, work)
             }
             _ => self.solve_to_rounding(step, before, state, work),
         };
-        if solved.is_err() && guessed {
-            // Velocities did not go on as before: from where they stay what they are, with all care.
-            self.guess.place_steadily(step, before, state);
+        if solved.is_err() && extrapolated {
+            // Extrapolated velocities failed: constant ones, to rounding.
+            self.predictor.predict_steadily(step, before, state);
             return self.solve_to_rounding(step, before, state, work);
         }
         solved
     }
 
-    /// The rod with the viscous stress at the end of the step.
+    /// Sets coefficients, viscous stress and drag of a step.
+    fn begin(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
+        let knows_acceleration = !before.acceleration.is_empty();
+        self.coefficients =
+            StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
+        self.set_viscous(step, before);
+        if let (Some(drag), Some(drag_forces)) = (&step.system.drag, &mut self.drag_forces) {
+            drag_forces.begin(drag, before, step.h);
+        }
+    }
+
+    /// Sets the rod with the viscous stress at the end of the step.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
             let (damping, viscosity) = (&step.system.damping, &mut self.viscosity);
@@ -307,7 +319,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// The gradient, with its tangent by the unknowns at the end if asked for.
+    /// Evaluates the forces at the end of the step, and their tangent by the unknowns there if `with_tangent`.
     fn evaluate(
         &mut self,
         step: &Step<'_, D, R>,
@@ -333,19 +345,19 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work.gradients += usize::from(!with_tangent);
     }
 
-    /// Adds the drag, if there is a fluid, to what was evaluated, and uncouples what is led.
+    /// Adds drag to the evaluated forces and tangent, and uncouples prescribed unknowns.
     fn drag(
         &mut self,
         step: &Step<'_, D, R>,
         states: [&State<D, R::Frames>; 2],
         with_tangent: bool,
     ) {
-        if let (Some(drag), Some(dragging)) = (&step.system.drag, &mut self.dragging) {
-            dragging.find((step, drag), &self.coefficients, states, &self.gradient);
+        if let (Some(drag), Some(drag_forces)) = (&step.system.drag, &mut self.drag_forces) {
+            drag_forces.find((step, drag), &self.coefficients, states, &self.gradient);
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
-                dragging.set_matrix(drag, slope, &self.tangent);
-                step.system.led.uncouple(&mut dragging.matrix);
+                drag_forces.set_matrix(drag, slope, &self.tangent);
+                step.system.led.uncouple(&mut drag_forces.matrix);
             }
         }
         if with_tangent {
@@ -353,8 +365,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Corrects until the error left is predicted to be below the tolerance.
-    fn solve_as_predicted(
+    /// Corrects until the estimated error is below the tolerance.
+    fn solve_to_estimated_error(
         &mut self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,
@@ -363,27 +375,30 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     ) -> Result<(), Error> {
         self.convergence.begin();
         self.tensions.begin();
-        let mut next = Next::Tangent;
+        let mut next = NextIteration::Tangent;
         let (mut tangents, mut size) = (0, f64::INFINITY);
         for iteration in 0..=MAX_ITERATIONS {
-            let fresh = next == Next::Tangent;
+            // Origin of the tangent: here, or an earlier iterate.
+            let fresh = next == NextIteration::Tangent;
             let formed = match next {
-                Next::Chord => Formed::Before,
-                _ if self.tensions.expected().is_some() => Formed::Expecting,
-                _ => Formed::Here,
+                NextIteration::Chord => TangentOrigin::Previous,
+                _ if self.tensions.expected().is_some() => TangentOrigin::ExpectedTensions,
+                _ => TangentOrigin::Current,
             };
-            let large = size > UNTROUBLED.1 * self.length;
-            let untroubled = if large { MOSTLY_UNTROUBLED } else { UNTROUBLED.0 };
-            let troubled = iteration >= untroubled + usize::from(!fresh);
-            self.evaluate(step, before, state, fresh && !troubled, work);
-            if troubled {
+            let large = size > LARGE_CORRECTION * self.length;
+            let check_after = if large { CHECK_LARGE_RESIDUAL_AFTER } else { CHECK_RESIDUAL_AFTER };
+            let checks = iteration >= check_after + usize::from(!fresh);
+            // Forces, tangent and residual.
+            self.evaluate(step, before, state, fresh && !checks, work);
+            if checks {
                 self.set_rounding(step, state);
             }
             self.residual(step, before, state);
             let free = step.system.free.clone();
-            if troubled || !is_finite(&self.correction[free.clone()]) {
+            // End at the rounding level, or failure.
+            if checks || !is_finite(&self.correction[free.clone()]) {
                 let (residual, tolerance, at_rounding) = self.largest_residual(free.clone());
-                if troubled && at_rounding {
+                if checks && at_rounding {
                     break;
                 }
                 if !residual.is_finite() || iteration == MAX_ITERATIONS {
@@ -391,13 +406,15 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                     return Err(Error::Newton { time, iterations, residual, tolerance });
                 }
             }
+            // Factors of a new tangent.
             if fresh {
-                if troubled {
+                if checks {
                     self.evaluate(step, before, state, true, work);
                 }
                 self.factor(step, work)?;
                 tangents += 1;
             }
+            // Correction; the forces take its linear part.
             let by_end = self.coefficients.end.recip();
             let right = &self.correction[free.clone()];
             let forces = &mut state.unbalanced[free.clone()][..right.len()];
@@ -406,17 +423,20 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
             let [moved, turned] = self.correct(step, state, work);
             size = moved.max(turned);
+            // Estimated error, and the cheapest way on.
             next = self.convergence.corrected([moved, turned], formed);
-            if next == Next::Done && !self.slides_on(step, before, state, size) {
-                // What is left cannot be predicted where springs begin to slip, or stick again.
-                next = Next::Tangent;
+            if next == NextIteration::Done
+                && !self.slip_state_is_unchanged(step, before, state, size)
+            {
+                // The estimate does not hold where springs begin to slip or stick.
+                next = NextIteration::Tangent;
             }
-            if next != Next::Chord {
+            if next != NextIteration::Chord {
                 let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
-                let so_far = (tangents, next == Next::Done);
+                let so_far = (tangents, next == NextIteration::Done);
                 self.tensions.corrected(rod, (&self.correction, moved), &state.q, so_far);
             }
-            if next == Next::Done {
+            if next == NextIteration::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
                 let correction = &self.correction[free.clone()];
                 let mass = &step.system.rod.mass()[free.clone()][..correction.len()];
@@ -433,7 +453,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Leaves tangent, factors and geometry behind at the solution.
+    /// Computes tangent, factors and geometry at the solution.
     fn linearize_at(
         &mut self,
         step: &Step<'_, D, R>,
@@ -450,23 +470,24 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         self.factor(step, work)
     }
 
-    /// Whether the last correction, m, let no spring of internal friction begin to slip or stick again.
-    fn slides_on(
+    /// Whether the last correction, of `size` in m, made no spring of internal friction begin to slip or stick.
+    fn slip_state_is_unchanged(
         &mut self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,
         state: &State<D, R::Frames>,
         size: f64,
     ) -> bool {
-        let Some(sliding) = &mut self.sliding else { return true };
+        let Some(slip_state) = &mut self.slip_state else { return true };
         let elastic = &step.system.rod;
-        sliding.look(elastic, &before.internal, (&state.q[..], &state.frames));
-        // A corner leaves no more than the correction.
+        slip_state.update(elastic, &before.internal, (&state.q[..], &state.frames));
+        // An error by a change of slip is at most the correction.
         let part = size / self.length;
-        part <= self.tolerance.part() || sliding.goes_on(elastic, part)
+        part <= self.tolerance.part() || slip_state.is_unchanged(elastic, part)
     }
 
-    /// Solves for the correction and takes it; returns how far it moves nodes, and turns directors, times the rod's length, m.
+    /// Solves for the correction and adds it to the unknowns. Returns the largest displacement of a node, m, and the
+    /// largest rotation of a director times the rod's length, m.
     fn correct(
         &mut self,
         step: &Step<'_, D, R>,
@@ -474,7 +495,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work: &mut Work,
     ) -> [f64; 2] {
         self.factors.solve(&mut self.correction);
-        self.sliding.iter_mut().for_each(|sliding| sliding.seen = false);
+        self.slip_state.iter_mut().for_each(|slip_state| slip_state.is_current = false);
         let free = step.system.free.clone();
         let correction = &self.correction[free.clone()];
         let q = &mut state.q[free.clone()][..correction.len()];
@@ -492,13 +513,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let slope = self.coefficients.damped_velocity_slope();
         self.weights = [end * slope * step.system.damping.mass + 1.0, end];
         let [masses, tangent] = self.weights;
-        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
+        let matrix =
+            self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix);
         self.factors
             .factor_sum(step.system.rod.mass(), masses, matrix, tangent, step.system.free.clone())
             .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
     }
 
-    /// Leaves minus the residual in `correction`.
+    /// Writes minus the residual into `correction`.
     fn residual(
         &mut self,
         step: &Step<'_, D, R>,
@@ -511,13 +533,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let n0 = &before.unbalanced[free.clone()];
         let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
         let mass = &step.system.rod.mass()[free.clone()];
-        let forces = self.dragging.as_ref().map_or(&self.gradient, |dragging| &dragging.total);
+        let forces =
+            self.drag_forces.as_ref().map_or(&self.gradient, |drag_forces| &drag_forces.total);
         let correction = &mut self.correction[free.clone()];
         let mass_damping = step.system.damping.mass;
 
         n1.copy_from_slice(&forces[free.clone()]);
         let is_damped = mass_damping.value() != 0.0 || D::ORDER > 0;
-        // Asked once for all unknowns.
+        // Decided once for all unknowns.
         match a0 {
             None => {
                 let coefficients = coefficients.without_acceleration();
@@ -546,7 +569,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) {
-        self.guess.remember(before);
+        self.predictor.store(before);
         let (free, coefficients) = (step.system.free.clone(), self.coefficients);
         let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
         let (q1, v1) = (&state.q[free.clone()], &mut state.v[free.clone()]);
@@ -571,17 +594,17 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
             step.system.led.fill(&mut state.acceleration, D::from(0.0));
         }
-        step.system.lead(step.time, &mut state.v);
+        step.system.apply_prescribed_velocities(step.time, &mut state.v);
         if self.viscous.is_some() {
             let State { q, frames, internal, .. } = state;
             let rod = &step.system.rod;
-            match &mut self.sliding {
-                Some(sliding) => {
-                    if !sliding.seen {
-                        sliding.look(rod, &before.internal, (&q[..], frames));
+            match &mut self.slip_state {
+                Some(slip_state) => {
+                    if !slip_state.is_current {
+                        slip_state.update(rod, &before.internal, (&q[..], frames));
                     }
-                    internal.strain.clone_from(&sliding.strains);
-                    internal.slid.clone_from(&sliding.slid);
+                    internal.strain.clone_from(&slip_state.strains);
+                    internal.slid.clone_from(&slip_state.slid);
                 }
                 None => rod.strains(q, frames, &mut internal.strain),
             }

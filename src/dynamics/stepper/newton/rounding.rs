@@ -1,4 +1,4 @@
-//! Newton's iteration until nothing but rounding errors is left.
+//! Newton's iteration until the residual is a rounding error.
 
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::{Step, Work};
@@ -46,7 +46,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 let (time, iterations) = (step.time, iteration);
                 return Err(Error::Newton { time, iterations, residual, tolerance });
             }
-            // Of soft rods with many edges rounding errors may hide what a large correction has left.
+            // In soft rods with many edges, rounding errors may hide the error of a large correction.
             let settled = close || !shrinks || iteration >= MAX_ITERATIONS;
             let done = last || (at_rounding && settled);
             if done && polish == 0 {
@@ -81,7 +81,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 
     /// Rounding level of each residual.
     pub(super) fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
-        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
+        let matrix =
+            self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix);
         matrix.absolute_product(&state.q, &mut self.rounding);
         let end = self.coefficients.end.value();
         let masses = step.system.rod.mass().iter().zip(&state.q);

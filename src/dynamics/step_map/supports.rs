@@ -1,4 +1,4 @@
-//! What the places count for that supports hold, where parameters move the supports.
+//! Derivatives of a misfit by parameters that move supports.
 
 use crate::dynamics::linearization::Linearization;
 use crate::problem::boundary::BoundaryMotion;
@@ -8,15 +8,17 @@ use num_dual::Dual64;
 
 /// The supports of a rod, with the parameters that move them.
 pub struct MovingSupports<R: Transposed> {
-    /// The unknowns that supports lead, and those of them that are angles.
-    led: Vec<usize>,
+    /// The unknowns with a prescribed motion, and those of them that are angles.
+    prescribed: Vec<usize>,
     angles: Vec<usize>,
-    /// By the number of the parameter.
-    moved: Vec<Moved<R>>,
+    /// The parameters with their motions.
+    moved: Vec<MovingParameter<R>>,
+    /// Frames without derivatives.
     still: Vec<FrameRate<1>>,
 }
 
-struct Moved<R: Transposed> {
+/// A parameter, the motion of supports with the derivative along it, and the derivative of the misfit so far.
+struct MovingParameter<R: Transposed> {
     parameter: usize,
     motion: BoundaryMotion<Dual64>,
     frames: DualFrames<R, f64>,
@@ -24,59 +26,64 @@ struct Moved<R: Transposed> {
 }
 
 impl<R: Transposed> MovingSupports<R> {
-    /// Of a rod with this motion, if it has any that numbers say.
+    /// The supports of a rod with a prescribed motion, if it depends on numbers of the scene.
     pub fn new(motion: Option<&BoundaryMotion>, still: Vec<FrameRate<1>>) -> Self {
-        let [led, angles] = motion
+        let [prescribed, angles] = motion
             .filter(|motion| motion.has_numbers())
             .map_or([const { Vec::new() }; 2], |motion| motion.prescribed());
-        Self { led, angles, moved: Vec::new(), still }
+        Self { prescribed, angles, moved: Vec::new(), still }
     }
 
-    /// Whether supports are led where numbers say.
-    pub fn are_led(&self) -> bool {
-        !self.led.is_empty()
+    /// Whether the motion of supports depends on numbers of the scene.
+    pub fn have_numbers(&self) -> bool {
+        !self.prescribed.is_empty()
     }
 
-    /// Adds a parameter that moves them.
+    /// Adds a parameter with the motion that contains the derivative along it.
     pub fn add(
         &mut self,
         parameter: usize,
         motion: BoundaryMotion<Dual64>,
         frames: DualFrames<R, f64>,
     ) {
-        self.moved.push(Moved { parameter, motion, frames, sum: 0.0 });
+        self.moved.push(MovingParameter { parameter, motion, frames, sum: 0.0 });
     }
 
-    /// What each parameter's way of moving them counts for.
+    /// The derivatives of the misfit through the motion of supports, with the indices of the parameters.
     pub fn sums(&self) -> impl Iterator<Item = (usize, f64)> {
         self.moved.iter().map(|moved| (moved.parameter, moved.sum))
     }
 
-    /// Goes back over a step, at whose end places and velocities count for `q` and `v`.
-    pub fn lead_back(
+    /// Adds the derivatives by the parameters, from those by places `q` and velocities `v` at the end of a step, and
+    /// removes those by prescribed unknowns.
+    pub fn transpose(
         &mut self,
         step: &Linearization<'_, f64, R>,
         (q, v): (&mut [f64], &mut [f64]),
         frames: &mut [FrameRate<1>],
     ) {
-        if self.led.is_empty() {
+        if self.prescribed.is_empty() {
             // What is held stays where it is.
             (0..v.len()).filter(|i| !step.free.contains(i)).for_each(|i| v[i] = 0.0);
             return;
         }
         let (now, moment) = (step.after, MotionTime::Time(step.after.time));
-        for Moved { motion, frames, sum, .. } in &mut self.moved {
+        for MovingParameter { motion, frames, sum, .. } in &mut self.moved {
             R::set_dual_frames(&step.before.frames, &self.still, 0, frames);
             let dual = |x: &[f64]| -> Vec<Dual64> { x.iter().map(|x| Dual64::from(*x)).collect() };
             let (mut q1, mut v1) = (dual(&now.q), dual(&now.v));
             motion.advance::<R::Dual>(moment, moment, &mut q1, frames);
             motion.velocities(now.time, &mut v1);
-            *sum += self.led.iter().map(|i| q[*i] * q1[*i].eps + v[*i] * v1[*i].eps).sum::<f64>();
+            *sum += self
+                .prescribed
+                .iter()
+                .map(|i| q[*i] * q1[*i].eps + v[*i] * v1[*i].eps)
+                .sum::<f64>();
         }
         // A held director turns back against a frame that turns.
         let mut turned = vec![0.0; q.len()];
         self.angles.iter().for_each(|i| turned[*i] = -q[*i]);
         R::turn_frames(step.end, &turned, frames);
-        self.led.iter().for_each(|i| (q[*i], v[*i]) = (0.0, 0.0));
+        self.prescribed.iter().for_each(|i| (q[*i], v[*i]) = (0.0, 0.0));
     }
 }

@@ -1,4 +1,5 @@
-//! A run that can be gone back over: its states, kept where there is room, and found again from some where not.
+//! Stored states of a run for its reverse sweep: all of them where memory suffices, otherwise simulations at checkpoints,
+//! from which the states between are recomputed (Griewank and Walther, *Evaluating Derivatives*, chapter 12).
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -6,35 +7,35 @@ use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
-/// A run from its start, in stretches whose first simulations are known.
+/// A run, with its simulations at checkpoints or all of its states.
 #[derive(Clone, Debug)]
-pub struct Course<R: Rod<f64>> {
-    /// The number of steps before a stretch, and the simulation then.
+pub struct Checkpoints<R: Rod<f64>> {
+    /// Checkpoints: the number of steps before, and the simulation there.
     starts: Vec<(usize, Simulation<f64, R>)>,
-    /// The states of all of the run, if there is room.
+    /// All states of the run; empty where they need too much memory.
     states: Vec<State<f64, R::Frames>>,
     /// The ends of all steps, s.
     times: Vec<f64>,
-    room: Room,
-    /// Steps from one start to the next.
+    room: Capacity,
+    /// Steps from one checkpoint to the next.
     stretch: usize,
 }
 
-/// What is shown of a course: a state, and the step that led to it.
-pub type See<'a, R> = dyn FnMut(
+/// A function called with a state and the linearized step that led to it, if any.
+pub type StepVisitor<'a, R> = dyn FnMut(
         &State<f64, <R as Rod<f64>>::Frames>,
         Option<&Linearization<'_, f64, R>>,
     ) -> Result<(), Error>
     + 'a;
 
-/// How many there is room for.
+/// Numbers of states and of simulations that the memory holds.
 #[derive(Clone, Copy, Debug)]
-struct Room {
+struct Capacity {
     states: usize,
     simulations: usize,
 }
 
-impl Room {
+impl Capacity {
     fn of<R: Rod<f64>>(simulation: &Simulation<f64, R>, bytes: usize) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
@@ -50,7 +51,7 @@ impl Room {
         Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
     }
 
-    /// How long stretches of so many steps are.
+    /// Number of steps between checkpoints of a run of so many steps.
     fn stretch(&self, steps: usize) -> usize {
         match steps <= self.states {
             true => steps.max(1),
@@ -59,10 +60,10 @@ impl Room {
     }
 }
 
-impl<R: Rod<f64>> Course<R> {
-    /// Of a run that is about to start, of about so many steps.
+impl<R: Rod<f64>> Checkpoints<R> {
+    /// The first checkpoint of a run of about so many steps, with so many bytes in all.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
-        let room = Room::of(simulation, bytes);
+        let room = Capacity::of(simulation, bytes);
         let states = match steps <= room.states {
             true => vec![simulation.state().clone()],
             false => Vec::new(),
@@ -71,71 +72,73 @@ impl<R: Rod<f64>> Course<R> {
         Self { starts: vec![(0, simulation.clone())], states, times: Vec::new(), room, stretch }
     }
 
-    /// Takes a step to its run.
+    /// Stores the state after a step.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) {
         self.times.push(simulation.state().time);
         let count = self.times.len();
         if (1..=self.room.states).contains(&self.states.len()) {
             return self.states.push(simulation.state().clone());
         }
-        // Steps in halves may be more than there is room for.
+        // Bisected steps may exceed the capacity.
         self.states = Vec::new();
         if count.is_multiple_of(self.stretch) {
             self.starts.push((count, simulation.clone()));
         }
     }
 
-    /// The simulation at the start.
+    /// The simulation in its initial state.
     pub fn start(&self) -> &Simulation<f64, R> {
         &self.starts[0].1
     }
 
-    /// Shows the states with the steps that led to them, from the last to the first; that of the start has none.
+    /// Visits all states with the steps that led to them, from the last to the first. The initial state has no step.
     ///
     /// # Errors
-    /// Those of `see`, and of a step.
-    pub fn back(&self, see: &mut See<'_, R>) -> Result<(), Error> {
+    /// Those of `visit`, and of a step.
+    pub fn reverse(&self, visit: &mut StepVisitor<'_, R>) -> Result<(), Error> {
         let mut linear = self.start().clone();
         linear.keep_tangent();
         if !self.states.is_empty() {
-            show(&self.states, &mut linear, see)?;
+            visit_backwards(&self.states, &mut linear, visit)?;
         } else {
             let ends = self.starts[1..].iter().map(|(k, _)| *k).chain([self.times.len()]);
             let stretches: Vec<_> = self.starts.iter().zip(ends).collect();
             for ((first, start), end) in stretches.into_iter().rev() {
-                self.back_over(start.clone(), *first..end, &mut linear, see)?;
+                self.reverse_over(start.clone(), *first..end, &mut linear, visit)?;
             }
         }
-        see(self.start().state(), None)
+        visit(self.start().state(), None)
     }
 
-    /// Shows the states with the steps that led to them, from the first on.
+    /// Visits all states with the steps that led to them, from the first to the last.
     ///
     /// # Errors
-    /// Those of `see`, and of a step.
-    pub fn forth(&self, see: &mut See<'_, R>) -> Result<(), Error> {
+    /// Those of `visit`, and of a step.
+    pub fn forward(&self, visit: &mut StepVisitor<'_, R>) -> Result<(), Error> {
         let mut linear = self.start().clone();
         linear.keep_tangent();
-        see(self.start().state(), None)?;
+        visit(self.start().state(), None)?;
         for pair in self.states.windows(2) {
             let [before, after] = pair else { continue };
-            see(after, linear.linearized(before, after)?.as_ref())?;
+            visit(after, linear.linearized(before, after)?.as_ref())?;
         }
         if self.states.is_empty() {
             for time in &self.times {
                 linear.step_to(*time)?;
-                see(linear.state(), linear.linearization().as_ref())?;
+                visit(linear.state(), linear.linearization().as_ref())?;
             }
         }
         Ok(())
     }
 
-    fn back_over(
+    /// Visits the states of a range of steps backwards, recomputed from the simulation at its start, with further
+    /// checkpoints inside where the range is long.
+    fn reverse_over(
         &self,
         mut simulation: Simulation<f64, R>,
         steps: std::ops::Range<usize>,
         linear: &mut Simulation<f64, R>,
-        see: &mut See<'_, R>,
+        visit: &mut StepVisitor<'_, R>,
     ) -> Result<(), Error> {
         let stretch = self.room.stretch(steps.len());
         if steps.len() <= stretch {
@@ -144,7 +147,7 @@ impl<R: Rod<f64>> Course<R> {
                 simulation.step_to(*time)?;
                 states.push(simulation.state().clone());
             }
-            return show(&states, linear, see);
+            return visit_backwards(&states, linear, visit);
         }
         let mut starts = Vec::new();
         for k in steps.clone() {
@@ -156,22 +159,22 @@ impl<R: Rod<f64>> Course<R> {
         drop(simulation);
         let mut end = steps.end;
         while let Some((first, start)) = starts.pop() {
-            self.back_over(start, first..end, linear, see)?;
+            self.reverse_over(start, first..end, linear, visit)?;
             end = first;
         }
         Ok(())
     }
 }
 
-/// Shows steps from the last to the first.
-fn show<R: Rod<f64>>(
+/// Visits states with the steps that led to them, from the last to the first.
+fn visit_backwards<R: Rod<f64>>(
     states: &[State<f64, R::Frames>],
     linear: &mut Simulation<f64, R>,
-    see: &mut See<'_, R>,
+    visit: &mut StepVisitor<'_, R>,
 ) -> Result<(), Error> {
     for pair in states.windows(2).rev() {
         let [before, after] = pair else { continue };
-        see(after, linear.linearized(before, after)?.as_ref())?;
+        visit(after, linear.linearized(before, after)?.as_ref())?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
-//! Drag while Newton's method iterates.
+//! Drag in the equations of a step.
 //!
-//! Drag counts with the velocities at the end of the step. The tangents are those of the rod as it would be if
-//! its velocities stayed what they are at the start of the step: of second order in the step, and the same in every iteration.
+//! Drag acts at the velocities at the end of the step. The rod's tangents are those at the places that the nodes would
+//! reach with the velocities at its start: second order in the step size, and constant over the iteration.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -12,9 +12,9 @@ use crate::rod::{NodalDrag, State};
 
 /// The drag of a step.
 #[derive(Clone, Debug)]
-pub(super) struct Dragging<D, T> {
+pub(super) struct DragForces<D, T> {
     tangents: Vec<Vector<D>>,
-    /// Places at the end of the step as they were expected at its start, m; then velocities, m/s.
+    /// Expected places at the end of the step, m; then velocities, m/s.
     room: Vec<D>,
     /// The elastic gradient with the drag, N (N m for angles).
     pub total: Vec<D>,
@@ -22,8 +22,8 @@ pub(super) struct Dragging<D, T> {
     pub matrix: T,
 }
 
-impl<D: Nestable, T: Tangent<D>> Dragging<D, T> {
-    /// Of a rod with `n` unknowns.
+impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
+    /// No drag on a rod with `n` unknowns.
     pub fn new(n: usize) -> Self {
         let zero = vec![D::from(0.0); n];
         let matrix = T::zeros(n);
@@ -38,7 +38,7 @@ impl<D: Nestable, T: Tangent<D>> Dragging<D, T> {
         drag.tangents(&self.room, &mut self.tangents);
     }
 
-    /// Finds the forces of an iteration, whose elastic gradient this is.
+    /// Computes the forces of an iteration from its elastic gradient.
     pub fn find<R, F>(
         &mut self,
         (step, drag): (&Step<'_, D, R>, &NodalDrag<D>),
@@ -55,7 +55,7 @@ impl<D: Nestable, T: Tangent<D>> Dragging<D, T> {
         drag.add_forces(&self.tangents, &self.room, &mut self.total);
     }
 
-    /// Makes the matrix of the elastic tangent, where the forces were found.
+    /// Computes the matrix from the elastic tangent, at the last forces.
     pub fn set_matrix(&mut self, drag: &NodalDrag<D>, slope: D, tangent: &T) {
         self.matrix.clone_from(tangent);
         drag.add_slopes(&self.tangents, &self.room, slope, &mut self.matrix);

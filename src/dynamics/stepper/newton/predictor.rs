@@ -1,4 +1,4 @@
-//! Where the iteration of a step starts.
+//! Predictor of a step: extrapolated velocities, from which Newton's iteration starts.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -6,29 +6,29 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
 use crate::scene::prescribed_motion::MotionTime;
 
-/// Steps count as equally long when their lengths differ by less than this part.
+/// Largest relative difference of step sizes that are taken as equal.
 const EQUAL: f64 = 1e-6;
-/// A scheme that remembers less than this of what a step does not resolve leaves velocities smooth
-/// enough for a parabola through them.
+/// Largest factor of the old velocity in the new one, [`StepCoefficients::memory`], at which unresolved motion decays fast
+/// enough for a parabola through three velocities.
 const SMOOTH: f64 = 0.5;
 
-/// Velocities at the starts of the last steps, oldest first: the next one is guessed from how they
+/// Velocities at the starts of the last steps, oldest first: the next one is extrapolated from how they
 /// went on.
 #[derive(Clone, Debug)]
-pub struct Guess<D> {
+pub struct Predictor<D> {
     earlier: Vec<(f64, Vec<D>)>,
-    /// Where what is led stands at the end of the step.
+    /// Prescribed unknowns at the end of the step.
     led: Vec<D>,
 }
 
-impl<D: Nestable> Guess<D> {
+impl<D: Nestable> Predictor<D> {
     /// Before the first step.
     pub fn new() -> Self {
         Self { earlier: Vec::new(), led: Vec::new() }
     }
 
-    /// Keeps the velocities of `before`, from where a step was taken.
-    pub fn remember<F>(&mut self, before: &State<D, F>) {
+    /// Stores the velocities at the start of an accepted step.
+    pub fn store<F>(&mut self, before: &State<D, F>) {
         if self.earlier.len() < 2 {
             self.earlier.push((before.time, before.v.clone()));
             return;
@@ -39,13 +39,11 @@ impl<D: Nestable> Guess<D> {
         v.copy_from_slice(&before.v);
     }
 
-    /// Writes the guess into `state`, with the supports where they are at the end of the step: free
-    /// unknowns move by `h (beta v1 + (1 - beta) v0)` with a velocity `v1` at the end that changes as it
-    /// did in the step before, or of a dissipative scheme as a parabola through three velocities has
-    /// it. What a step of beta = 1/2 does not resolve turns its sign with every step, so that the
-    /// change of the step before is the best guess there. `steady` takes velocities as they are. Returns
-    /// whether they were taken to change.
-    pub fn place<R: Rod<D>>(
+    /// Writes the prediction into `state`, with the supports at the end of the step. Free unknowns move by
+    /// `h (beta v1 + (1 - beta) v0)`, with `v1` extrapolated linearly, or for dissipative schemes by a parabola through
+    /// three velocities. At beta = 1/2 unresolved motion changes its sign with every step, so that the last change of
+    /// velocity is the best extrapolation. `steady` keeps velocities constant. Returns whether they were extrapolated.
+    pub fn predict<R: Rod<D>>(
         &mut self,
         step: &Step<'_, D, R>,
         coefficients: &StepCoefficients<D>,
@@ -53,11 +51,11 @@ impl<D: Nestable> Guess<D> {
         state: &mut State<D, R::Frames>,
         steady: bool,
     ) -> bool {
-        // A step that was taken back is not part of the way.
+        // Rejected steps are not part of the motion.
         while self.earlier.last().is_some_and(|(time, _)| *time >= before.time) {
             self.earlier.pop();
         }
-        self.place_steadily(step, before, state);
+        self.predict_steadily(step, before, state);
         if steady {
             return false;
         }
@@ -95,8 +93,8 @@ impl<D: Nestable> Guess<D> {
         true
     }
 
-    /// The guess `q0 + h v0`, with the supports where they are at the end of the step.
-    pub fn place_steadily<R: Rod<D>>(
+    /// Writes the prediction `q0 + h v0`, with the supports at the end of the step.
+    pub fn predict_steadily<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,

@@ -1,0 +1,66 @@
+//! Motions of the director axes that markers beside the center line move with, and their derivatives by parameters.
+
+use crate::dynamics::record::{Motion, Record};
+use crate::dynamics::sensitivity::Sensitivities;
+use crate::problem::{DirectorRotation, Discretized, FramesOf, Model};
+use crate::rod::{Sensitive, State};
+use crate::scene::Parameter;
+use num_dual::Dual64;
+use std::sync::Arc;
+
+/// The directors of a rod, from which the axes of recorded edges follow.
+pub(super) struct DirectorAxes {
+    edges: Arc<[usize]>,
+    directors: DirectorRotation<f64>,
+    /// With the derivatives by every parameter.
+    derived: Vec<DirectorRotation<Dual64>>,
+}
+
+impl DirectorAxes {
+    /// The axes of the edges of a record; none where it has no edges.
+    pub fn new<M: Model>(
+        discretized: &Discretized<'_, M>,
+        parameters: &[Parameter],
+        record: &Record,
+    ) -> Option<Self> {
+        let derived = |parameter: &Parameter| {
+            let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+            discretized.directors(&discretized.setup_over(seed))
+        };
+        (!record.edges().is_empty()).then(|| Self {
+            edges: record.edges(),
+            directors: discretized.directors(discretized.setup),
+            derived: parameters.iter().map(derived).collect(),
+        })
+    }
+
+    /// Three unit axes of every recorded edge in a state, with their rates, 1/s.
+    pub fn motions<M: Model>(
+        &self,
+        discretized: &Discretized<'_, M>,
+        State { q, v, frames, .. }: &State<f64, FramesOf<M>>,
+    ) -> impl Iterator<Item = Motion> {
+        self.edges
+            .iter()
+            .flat_map(move |edge| discretized.axes(self.directors, q, v, frames, *edge))
+    }
+
+    /// The derivatives of these motions by parameter `k`.
+    pub fn rates<M: Model>(
+        &self,
+        discretized: &Discretized<'_, M>,
+        sensitivities: &Sensitivities<M::Rod<f64>>,
+        k: usize,
+        state: &State<f64, FramesOf<M>>,
+    ) -> Vec<Motion>
+    where
+        M::Rod<f64>: Sensitive,
+    {
+        let (q, v, frames) = sensitivities.motion(k, state);
+        let axes = |edge: &usize| {
+            let axes = discretized.axes::<Dual64>(self.derived[k], &q, &v, &frames, *edge);
+            axes.map(|axis| axis.map(|x| x.map(|c| c.eps)))
+        };
+        self.edges.iter().flat_map(axes).collect()
+    }
+}

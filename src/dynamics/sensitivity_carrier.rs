@@ -1,0 +1,51 @@
+//! Derivatives of a run: computed by the thread that makes the steps, or sent to another one.
+
+use crate::dynamics::sensitivity::Sensitivities;
+use crate::dynamics::sensitivity_pipeline::StepProducer;
+use crate::dynamics::simulation::Simulation;
+use crate::error::Error;
+use crate::rod::Sensitive;
+
+/// The derivatives of a running simulation, or their way to another thread.
+pub(super) enum SensitivityCarrier<R: Sensitive> {
+    /// Derivatives after every accepted step, on the same thread.
+    Synchronous {
+        sensitivities: Sensitivities<R>,
+        /// The simulation that linearizes accepted steps again, for schemes where states at both ends suffice.
+        relinearized: Option<Box<Simulation<f64, R>>>,
+    },
+    /// Accepted steps are sent to the thread that computes derivatives.
+    Asynchronous(StepProducer<R>),
+}
+
+impl<R: Sensitive> SensitivityCarrier<R> {
+    /// Makes a step to `time`, see [`Sensitivities::step_to`].
+    pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
+        match self {
+            Self::Synchronous { sensitivities, .. } => sensitivities.step_to(simulation, time),
+            Self::Asynchronous(_) => simulation.step_to(time),
+        }
+    }
+
+    /// Undoes the last step, see [`Sensitivities::step_back`].
+    pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
+        match self {
+            Self::Synchronous { sensitivities, .. } => sensitivities.step_back(simulation),
+            Self::Asynchronous(_) => simulation.step_back(),
+        }
+    }
+
+    /// Advances the derivatives over the last step, see [`Sensitivities::advance`].
+    pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
+        match self {
+            Self::Synchronous { sensitivities, relinearized: None } => {
+                sensitivities.advance(simulation)
+            }
+            Self::Synchronous { sensitivities, relinearized: Some(linear) } => {
+                let step = linear.linearized(simulation.previous(), simulation.state())?;
+                step.map_or(Ok(()), |step| sensitivities.advance_over(&step))
+            }
+            Self::Asynchronous(producer) => producer.push(simulation),
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Two-stage pipeline for derivatives of a run: one thread makes the steps, another one computes the derivatives over
+//! steps already made, where a processor is idle.
+//!
+//! The states before and after a step are enough: the consumer linearizes the step again, as a synchronous run does.
+//! Derivatives are therefore bitwise the same either way.
+
+use crate::dynamics::record::Motion;
+use crate::dynamics::sensitivity::Sensitivities;
+use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step::Work;
+use crate::error::Error;
+use crate::rod::{Rod, Sensitive, State};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+
+/// Steps in a batch, and batches that may wait for the consumer.
+const BATCH: usize = 32;
+const MAX_WAITING_BATCHES: usize = 2;
+/// Smallest product of steps and nodes of a run for which a second thread is started.
+const MIN_STEPS_TIMES_NODES: usize = 8000;
+
+/// Number of active runs of the process.
+static RUNS: AtomicUsize = AtomicUsize::new(0);
+
+/// A run counted as active until it is dropped.
+pub(super) struct ActiveRun;
+
+impl ActiveRun {
+    /// Counts a run.
+    pub fn begin() -> Self {
+        RUNS.fetch_add(1, Ordering::Relaxed);
+        Self
+    }
+
+    /// Whether a processor is idle, and the product of steps and nodes is large enough for a second thread.
+    pub fn has_room(&self, steps_times_nodes: usize) -> bool {
+        let runs = RUNS.load(Ordering::Relaxed);
+        steps_times_nodes >= MIN_STEPS_TIMES_NODES && 2 * runs <= rayon::current_num_threads()
+    }
+}
+
+impl Drop for ActiveRun {
+    fn drop(&mut self) {
+        RUNS.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// An accepted step: the state at its end, the work of the run by then, and whether it is recorded.
+struct AcceptedStep<S> {
+    state: S,
+    work: Work,
+    is_recorded: bool,
+}
+
+/// Accepted steps of a rod; the first `filled` entries are valid.
+struct Batch<R: Rod<f64>> {
+    steps: Vec<AcceptedStep<State<f64, R::Frames>>>,
+    filled: usize,
+}
+
+/// The end of the pipeline on the thread of the simulation.
+pub(super) struct StepProducer<R: Sensitive> {
+    batch: Batch<R>,
+    full: SyncSender<Batch<R>>,
+    empty: Receiver<Batch<R>>,
+}
+
+impl<R: Sensitive> StepProducer<R> {
+    /// Sends the last step of a simulation.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] where the consumer has ended; its own error has the reason.
+    pub fn push(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
+        if self.batch.filled == BATCH {
+            self.send()?;
+        }
+        let (state, work) = (simulation.state(), simulation.work());
+        let Batch { steps, filled } = &mut self.batch;
+        match steps.get_mut(*filled) {
+            Some(step) => {
+                step.state.restore(state);
+                (step.work, step.is_recorded) = (work, false);
+            }
+            None => steps.push(AcceptedStep { state: state.clone(), work, is_recorded: false }),
+        }
+        *filled += 1;
+        Ok(())
+    }
+
+    /// Marks the last step as recorded.
+    pub fn mark_recorded(&mut self) {
+        if let Some(last) = self.batch.filled.checked_sub(1) {
+            self.batch.steps[last].is_recorded = true;
+        }
+    }
+
+    fn send(&mut self) -> Result<(), Error> {
+        let empty = || Batch { steps: Vec::new(), filled: 0 };
+        let mut next = self.empty.try_recv().unwrap_or_else(|_| empty());
+        next.filled = 0;
+        let batch = std::mem::replace(&mut self.batch, next);
+        self.full.send(batch).map_err(|_| Error::Interrupted)
+    }
+
+    /// Sends the rest and closes the pipeline.
+    pub fn finish(mut self) {
+        // A consumer that ended early reports its own error.
+        let _ = self.send();
+    }
+}
+
+/// The end of the pipeline on the thread of the derivatives.
+pub(super) struct SensitivityConsumer<R: Sensitive> {
+    simulation: Simulation<f64, R>,
+    sensitivities: Sensitivities<R>,
+    full: Receiver<Batch<R>>,
+    empty: Sender<Batch<R>>,
+}
+
+/// The error of a derivative, and the work of the run up to its step.
+pub(super) struct SensitivityFailure {
+    pub error: Error,
+    pub work: Work,
+}
+
+/// Derivatives of a run.
+pub(super) struct SensitivityResult {
+    /// By every parameter, for all recorded steps.
+    pub derivatives: Vec<Vec<Motion>>,
+    /// Number of recorded steps with derivatives.
+    pub recorded: usize,
+    /// Work of the derivatives alone.
+    pub work: Work,
+    /// Set where the derivatives end early.
+    pub failure: Option<SensitivityFailure>,
+}
+
+/// Both ends of the pipeline for a simulation in its initial state.
+pub(super) fn new<R: Sensitive>(
+    simulation: &Simulation<f64, R>,
+    sensitivities: Sensitivities<R>,
+) -> (StepProducer<R>, SensitivityConsumer<R>) {
+    let (full_sender, full) = sync_channel(MAX_WAITING_BATCHES);
+    let (empty, empty_receiver) = channel();
+    let batch = Batch { steps: Vec::new(), filled: 0 };
+    let producer = StepProducer { batch, full: full_sender, empty: empty_receiver };
+    let simulation = simulation.linear();
+    (producer, SensitivityConsumer { simulation, sensitivities, full, empty })
+}
+
+impl<R: Sensitive> SensitivityConsumer<R> {
+    /// Computes the derivatives over all steps until the pipeline closes. `record` appends the derivatives of a recorded
+    /// state by a parameter to a list.
+    pub fn consume(
+        self,
+        record: impl Fn(&Sensitivities<R>, usize, &State<f64, R::Frames>, &mut Vec<Motion>),
+    ) -> SensitivityResult {
+        let Self { mut simulation, mut sensitivities, full, empty } = self;
+        let mut before = simulation.state().clone();
+        let mut result = SensitivityResult {
+            derivatives: vec![Vec::new(); sensitivities.count()],
+            recorded: 0,
+            work: Work::default(),
+            failure: None,
+        };
+        'batches: for batch in full {
+            for AcceptedStep { state, work, is_recorded } in &batch.steps[..batch.filled] {
+                let step = simulation.linearized(&before, state);
+                let advanced = step.and_then(|step| match step {
+                    Some(step) => sensitivities.advance_over(&step),
+                    None => Ok(()),
+                });
+                if let Err(error) = advanced {
+                    result.failure = Some(SensitivityFailure { error, work: *work });
+                    break 'batches;
+                }
+                if *is_recorded {
+                    for (k, list) in result.derivatives.iter_mut().enumerate() {
+                        record(&sensitivities, k, state, list);
+                    }
+                    result.recorded += 1;
+                }
+                before.restore(state);
+            }
+            // The producer may have ended.
+            let _ = empty.send(batch);
+        }
+        result.work = simulation.work();
+        result
+    }
+}

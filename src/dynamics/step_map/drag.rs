@@ -1,0 +1,141 @@
+//! Derivatives of drag. Drag acts at the velocities at the end of the step, on the tangents at the places that the nodes
+//! would reach with the velocities at its start.
+
+use crate::dynamics::step_map::numbers::SCHEME;
+use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
+use crate::dynamics::step_map::{Held, StepMap};
+use crate::numerics::vector::Vector;
+use crate::rod::{NodalDrag, Sensitive, Transposed};
+use num_dual::Dual64;
+
+/// Places and velocities with their derivatives along one parameter, and the drag there.
+#[derive(Clone, Default)]
+pub struct DragRoom {
+    places: Vec<Dual64>,
+    v: Vec<Dual64>,
+    tangents: Vec<Vector<Dual64>>,
+    forces: Vec<Dual64>,
+}
+
+impl DragRoom {
+    /// Adds the derivatives of the drag to lane `g`.
+    fn add_rates<const G: usize>(
+        &mut self,
+        drag: &NodalDrag<Dual64>,
+        g: usize,
+        out: &mut [[f64; G]],
+    ) {
+        drag.tangents(&self.places, &mut self.tangents);
+        self.forces.clear();
+        self.forces.resize(self.v.len(), Dual64::from(0.0));
+        drag.add_forces(&self.tangents, &self.v, &mut self.forces);
+        out.iter_mut().zip(&self.forces).for_each(|(out, force)| out[g] += force.eps);
+    }
+}
+
+/// Writes numbers with the derivatives in lane `g`.
+fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut Vec<Dual64>) {
+    to.clear();
+    to.extend(x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])));
+}
+
+impl<R: Sensitive> StepMap<'_, R> {
+    /// Adds the derivatives of the drag in the equations of the step at fixed unknowns to `out`.
+    pub fn add_drag<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &StateRates<G>,
+        held: &[Held<G>],
+        room: &mut DragRoom,
+        out: &mut [[f64; G]],
+    ) {
+        let (before, now) = (self.step.before, self.step.after);
+        for (g, drag) in &parameters.drag {
+            let g = *g;
+            let scheme = Dual64::new(self.step.parameter, parameters.numbers[SCHEME].0[g]);
+            let coefficients = self.coefficients(scheme);
+            let DragRoom { places, v, .. } = room;
+            // Until they are moved on, the velocities are those at the start.
+            set_duals(&before.v, &state.v, g, v);
+            set_duals(&before.q, &state.q, g, places);
+            for i in self.step.free.clone() {
+                let a0 = match before.acceleration.get(i) {
+                    Some(a0) => Dual64::new(*a0, state.acceleration[i][g]),
+                    None => Dual64::from(0.0),
+                };
+                let (q0, v0) = (places[i], v[i]);
+                places[i] = q0 + v0 * coefficients.h;
+                v[i] = coefficients.damped_velocity(-q0 + now.q[i], v0, a0);
+            }
+            for Held { i, v: rate, .. } in held {
+                places[*i] += v[*i] * coefficients.h;
+                v[*i] = Dual64::new(now.v[*i], rate[g]);
+            }
+            room.add_rates(drag, g, out);
+        }
+    }
+
+    /// Adds the derivatives of the drag at the end of the step, which the next step takes as that of its start.
+    pub fn add_next_drag<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &mut DragRoom,
+    ) {
+        for (g, drag) in &parameters.drag {
+            set_duals(&self.step.after.q, &state.q, *g, &mut room.places);
+            set_duals(&self.step.after.v, &state.v, *g, &mut room.v);
+            room.add_rates(drag, *g, &mut state.unbalanced);
+        }
+    }
+}
+
+impl<R: Transposed> StepMap<'_, R> {
+    /// Adds the derivatives of a misfit by what the drag in the equations of the step follows from, where those by the
+    /// forces are `d`, except for those by the places that the nodes would reach, which it returns.
+    pub fn drag_transposed(
+        &self,
+        d: &[f64],
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+    ) -> Vec<f64> {
+        let (Some(drag), Some(by_drag)) = (self.step.drag, &mut slopes.drag) else {
+            return Vec::new();
+        };
+        let (before, h) = (self.step.before, self.nodal.h());
+        let places: Vec<f64> = before.q.iter().zip(&before.v).map(|(q, v)| q + v * h).collect();
+        let mut v = self.step.after.v.clone();
+        for i in self.step.free.clone() {
+            v[i] = self.nodal.damped_velocity(&self.begun(i))[0];
+        }
+        let (mut by_place, mut by_v) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+        drag.add_slopes_of([&places, &v, d], by_drag, [&mut by_place, &mut by_v]);
+        for (i, by_v) in by_v.into_iter().enumerate() {
+            if !self.step.free.contains(&i) {
+                state.v[i][0] += by_v;
+                continue;
+            }
+            let [by_change, by_v0, by_a0] = self.nodal.damped_factors();
+            state.q[i][0] -= by_v * by_change;
+            state.v[i][0] += by_v * by_v0;
+            state.acceleration[i][0] += by_v * by_a0;
+            slopes.numbers[SCHEME] += by_v * self.nodal.damped_velocity(&self.begun(i))[1];
+        }
+        by_place
+    }
+
+    /// Adds the derivatives of a misfit by what the drag at the end of the step follows from, where those by the forces
+    /// that the next step takes as those of its start are `d`.
+    pub fn next_drag_transposed(
+        &self,
+        d: &[f64],
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+    ) {
+        if let (Some(drag), Some(slopes)) = (self.step.drag, &mut slopes.drag) {
+            let at = [&self.step.after.q[..], &self.step.after.v, d];
+            let [q, v] = [&mut state.q, &mut state.v].map(|list| list.as_flattened_mut());
+            drag.add_slopes_of(at, slopes, [q, v]);
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! Stresses that depend on the history of strains: Kelvin-Voigt damping, relaxation and internal friction.
+//!
+//! The stress of a moment follows from effective strains, linear [forms](HistoryForm) of every strain `s1` at the end of
+//! the step, of the strain `s0` and its mean rate `r0` before, and of the stretch `z0` of its Maxwell spring. Their
+//! factors carry derivatives along strains forward, and those of a misfit back.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::step_map::StepMap;
+use crate::dynamics::step_map::numbers::{COUNT, RELAXATION, along};
+use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
+use crate::dynamics::stepper::stretched;
+use crate::dynamics::viscosity::{Memory, relaxation};
+use crate::energy::Derivatives;
+use crate::numerics::lanes::Lanes;
+use crate::rod::{
+    EffectiveStrains, FrameRate, InternalVariables, Sensitive, Strained, Transposed, strained,
+};
+use crate::scene::Damping;
+use num_dual::Dual64;
+use std::ops::{AddAssign, Mul};
+
+/// The forces whose stresses are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HistoryMoment {
+    /// Those at the end of the step, in its equations.
+    End,
+    /// Those that the next step takes as the forces at its start.
+    NextStart,
+}
+
+/// The factors of effective strains.
+#[derive(Clone, Copy, Debug)]
+struct HistoryForm {
+    /// Factors of `s1`, `s0`, `r0` and `z0` for all strains.
+    all: [f64; 4],
+    /// Factors of `s1`, `s0` and `r0` for stretching, bending and twisting, beside those for all.
+    own: [[f64; 3]; 3],
+}
+
+impl HistoryForm {
+    /// The values or derivatives of the factors of a memory.
+    fn new(memory: &Memory<Dual64>, part: fn(Dual64) -> f64) -> Self {
+        let Memory { factor, strain, rate, relaxing, past, own_factor, time } = memory;
+        let own = |k: usize| [own_factor[k], -(time[k] * past[0]), -(time[k] * past[1])].map(part);
+        Self { all: [*factor, -strain, -rate, -relaxing].map(part), own: [own(0), own(1), own(2)] }
+    }
+}
+
+/// Adds the lists times their factors to `out`.
+fn add_lists<T, const N: usize>(factors: &[f64; N], lists: [&[T]; N], out: &mut [T])
+where
+    T: Copy + AddAssign + Mul<f64, Output = T>,
+{
+    for (factor, list) in factors.iter().zip(lists) {
+        if *factor != 0.0 {
+            for (out, x) in out.iter_mut().zip(list) {
+                *out += *x * *factor;
+            }
+        }
+    }
+}
+
+/// The lists of a history with `s1` given apart.
+fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
+    [s1, &past.strain, &past.strain_rate, &past.relaxing]
+}
+
+/// Strains and stresses of a step with their derivatives along `G` parameters.
+#[derive(Clone, Default)]
+pub struct HistoryRoom<const G: usize> {
+    /// Derivatives of the strains at the end: at fixed unknowns, and in all.
+    rest: Vec<Lanes<G>>,
+    strain: Vec<Lanes<G>>,
+    /// Stretches of springs of internal friction without slip, and the derivatives of those with slip.
+    z: Vec<f64>,
+    slid: Vec<Lanes<G>>,
+    effective: EffectiveStrains<G>,
+    /// Derivatives of the stresses.
+    pub stress: Vec<Lanes<G>>,
+    /// Strains along a change of the forces' unknowns; derivatives of a misfit by effective strains.
+    along: Vec<f64>,
+    by_strain: Vec<f64>,
+    by_own: Vec<f64>,
+}
+
+impl<R: Sensitive> StepMap<'_, R> {
+    /// The coefficients of the step with the derivative that the scheme's parameter contains.
+    pub fn coefficients(&self, parameter: Dual64) -> StepCoefficients<Dual64> {
+        match parameter.eps == 0.0 {
+            true => self.step.coefficients(parameter.re).map(Dual64::from),
+            false => self.step.coefficients(parameter),
+        }
+    }
+
+    /// The factors with the derivative along the number at `place` of the [list](along).
+    fn memory(&self, moment: HistoryMoment, place: usize) -> Memory<Dual64> {
+        let (damping, parameter) = along(&self.step.damping, self.step.parameter, place);
+        let of: fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> Memory<Dual64> = match moment {
+            HistoryMoment::End => Memory::at_end,
+            HistoryMoment::NextStart => Memory::at_start,
+        };
+        of(&self.coefficients(parameter), &damping)
+    }
+
+    fn form(&self, moment: HistoryMoment) -> HistoryForm {
+        HistoryForm::new(&self.memory(moment, COUNT), |x| x.re)
+    }
+
+    /// The derivatives of the factors by the number at `place`.
+    fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
+        HistoryForm::new(&self.memory(moment, place), |x| x.eps)
+    }
+
+    /// The strains from which the stress of a moment follows.
+    fn history(&self, moment: HistoryMoment) -> [&[f64]; 4] {
+        let (before, now) = (&self.step.before.internal, &self.step.after.internal);
+        lists(&now.strain, if moment == HistoryMoment::End { before } else { now })
+    }
+
+    /// Writes the effective strains.
+    fn set_effective<const G: usize>(
+        &self,
+        moment: HistoryMoment,
+        form: &HistoryForm,
+        has_own_times: bool,
+        effective: &mut EffectiveStrains<G>,
+    ) {
+        let history = self.history(moment);
+        let [s1, s0, r0, _] = history;
+        effective.natural = !self.averages;
+        effective.values.clear();
+        effective.values.resize(s1.len(), 0.0);
+        add_lists(&form.all, history, &mut effective.values);
+        effective.own.clear();
+        if has_own_times {
+            effective.own.extend((0..s1.len()).map(|i| {
+                let own = &form.own[self.step.rod.kind(i)];
+                own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i]
+            }));
+        }
+    }
+
+    /// Writes the derivatives of the stresses at the end of the step, at fixed unknowns and frames.
+    pub fn set_end_stress<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        internal: &InternalVariables<Lanes<G>>,
+        room: &mut HistoryRoom<G>,
+    ) {
+        room.rest.resize(internal.strain.len(), Lanes::ZERO);
+        R::rest_strain_rates(&parameters.laws, self.step.end, &mut room.rest);
+        room.strain.clone_from(&room.rest);
+        self.slide(parameters, internal, room);
+        let form = self.form(HistoryMoment::End);
+        room.strain.iter_mut().for_each(|rate| *rate = *rate * form.all[0]);
+        self.set_stress(HistoryMoment::End, &form, parameters, internal, room);
+    }
+
+    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
+    /// writes those of the stresses that the next step takes as those of its start, without the part that the tangent of
+    /// the elastic stiffness makes of unknowns and frames.
+    pub fn advance_history<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &mut HistoryRoom<G>,
+    ) {
+        room.strain.clone_from(&room.rest);
+        self.step.rod.add_strain_rates(&state.frames, self.step.end, &state.q, &mut room.strain);
+        self.slide(parameters, &state.internal, room);
+        self.relax(parameters, &mut state.internal, &room.strain);
+        let (internal, by_h) = (&mut state.internal, self.nodal.h().recip());
+        for (i, now) in room.strain.iter().enumerate() {
+            internal.strain_rate[i] = (*now - internal.strain[i]) * by_h;
+        }
+        internal.strain.copy_from_slice(&room.strain);
+        internal.slid.copy_from_slice(&room.slid);
+
+        let form = self.form(HistoryMoment::NextStart);
+        let beyond = form.all[0] - 1.0;
+        for (rate, rest) in room.strain.iter_mut().zip(&room.rest) {
+            *rate = *rest + *rate * beyond;
+        }
+        self.set_stress(HistoryMoment::NextStart, &form, parameters, internal, room);
+    }
+
+    /// Writes the derivatives of the stretches of springs of internal friction.
+    fn slide<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        internal: &InternalVariables<Lanes<G>>,
+        room: &mut HistoryRoom<G>,
+    ) {
+        let (count, HistoryRoom { strain, z, slid, .. }) = (internal.slid.len(), room);
+        let (before, now) = (&self.step.before.internal, &self.step.after.internal.strain);
+        slid.clone_from(&internal.slid);
+        if count == 0 {
+            return;
+        }
+        stretched(count, before, now, z);
+        let first = strain.len() - count;
+        let changes = strain[first..].iter().zip(&internal.strain[first..]);
+        for (slid, (now, then)) in slid.iter_mut().zip(changes) {
+            *slid = *slid + *now - *then;
+        }
+        self.step.rod.slip_rates(&parameters.laws, z, slid);
+    }
+
+    /// Moves the derivatives of the stretches of the springs of a Maxwell branch to the end of the step.
+    fn relax<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        internal: &mut InternalVariables<Lanes<G>>,
+        strain: &[Lanes<G>],
+    ) {
+        let Some([left, taken]) = self.relaxation() else { return };
+        let (before, now) = (&self.step.before.internal, &self.step.after.internal);
+        let InternalVariables { relaxing, strain: start, .. } = internal;
+        let by_time = parameters.numbers[RELAXATION];
+        for (i, z) in relaxing.iter_mut().enumerate() {
+            let change = now.strain[i] - before.strain[i];
+            *z = *z * left.re
+                + by_time * left.eps * before.relaxing[i]
+                + (strain[i] - start[i]) * taken.re
+                + by_time * taken.eps * change;
+        }
+    }
+
+    /// The parts of a Maxwell spring's stretch that are left over the step, and taken of the strain's change, with their
+    /// derivatives by the relaxation time.
+    fn relaxation(&self) -> Option<[Dual64; 2]> {
+        let (damping, _) = along(&self.step.damping, self.step.parameter, RELAXATION);
+        Some(relaxation(damping.maxwell.as_ref()?, self.step.after.time - self.step.before.time))
+    }
+
+    /// Writes the derivatives of the stresses of a moment, where those of the part of the effective strains by `s1` are
+    /// in `room.strain`.
+    fn set_stress<const G: usize>(
+        &self,
+        moment: HistoryMoment,
+        form: &HistoryForm,
+        parameters: &ParameterRates<R, G>,
+        internal: &InternalVariables<Lanes<G>>,
+        room: &mut HistoryRoom<G>,
+    ) {
+        let HistoryRoom { rest, strain, slid, effective, stress, .. } = room;
+        self.set_effective(moment, form, parameters.has_own_times, effective);
+        let history = self.history(moment);
+        let count = effective.values.len();
+        let EffectiveStrains { values, rates, own, own_rates, .. } = effective;
+        rates.clear();
+        rates.extend_from_slice(&strain[..count]);
+        let [_, s0, r0, z0] = form.all;
+        add_lists(&[s0, r0], [&internal.strain, &internal.strain_rate], rates);
+        let mut by_relaxing = Lanes::ZERO;
+        own_rates.clear();
+        own_rates.extend((0..own.len()).map(|i| {
+            let own = &form.own[self.step.rod.kind(i)];
+            rest[i] * own[0] + internal.strain[i] * own[1] + internal.strain_rate[i] * own[2]
+        }));
+        for (place, along) in parameters.numbers.iter().enumerate() {
+            if *along == Lanes::ZERO {
+                continue;
+            }
+            let slope = self.form_slope(moment, place);
+            for (factor, list) in slope.all[..3].iter().zip(history) {
+                rates.iter_mut().zip(list).for_each(|(rate, x)| *rate += *along * (factor * x));
+            }
+            by_relaxing += *along * slope.all[3];
+            for (i, rate) in own_rates.iter_mut().enumerate() {
+                let own = &slope.own[self.step.rod.kind(i)];
+                let sum = own[0] * history[0][i] + own[1] * history[1][i] + own[2] * history[2][i];
+                *rate += *along * sum;
+            }
+        }
+        for (i, z) in internal.relaxing.iter().enumerate() {
+            rates[i] += by_relaxing * history[3][i] + *z * z0;
+        }
+        if let Some(friction) = &self.step.damping.friction {
+            let start = count - slid.len();
+            for (i, (z, rate)) in self.step.after.internal.slid.iter().zip(&*slid).enumerate() {
+                values[start + i] += friction.stiffness * z;
+                rates[start + i] += parameters.friction * *z + *rate * friction.stiffness;
+            }
+        }
+        stress.resize(strain.len(), Lanes::ZERO);
+        self.step.rod.stress_rates(&parameters.laws, effective, stress);
+    }
+}
+
+impl<R: Transposed> StepMap<'_, R> {
+    /// Adds the derivatives of a misfit by laws, numbers and internal variables, where those by the forces of a moment
+    /// are `d`.
+    pub fn stress_transposed(
+        &self,
+        moment: HistoryMoment,
+        d: &[f64],
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut HistoryRoom<1>,
+    ) {
+        let rod = self.step.rod;
+        let HistoryRoom { effective, along, by_strain, by_own, .. } = room;
+        let internal = &mut state.internal;
+        let has_history = !internal.strain.is_empty();
+        let form = has_history.then(|| self.form(moment));
+        match &form {
+            Some(form) => self.set_effective(moment, form, self.has_own_times, effective),
+            None => R::measured_strains(self.step.end, &mut effective.values),
+        }
+        along.resize(effective.values.len(), 0.0);
+        strained(rod, self.step.end, &self.still, d, along);
+        let EffectiveStrains { values, own, .. } = effective;
+        let of_strains = Strained { strains: values, own, counted: has_history };
+        rod.add_to_laws(along, of_strains, &mut slopes.laws);
+        let Some(form) = form else { return };
+        rod.stiffened(along, true, by_strain);
+        by_own.clear();
+        if self.has_own_times {
+            rod.stiffened(along, false, by_own);
+        }
+
+        let history = self.history(moment);
+        let InternalVariables { strain, strain_rate, relaxing, .. } = internal;
+        let [_, s0, r0, z0] = form.all;
+        let past = [(s0, &mut *strain), (r0, &mut *strain_rate), (z0, relaxing)];
+        for (factor, to) in past {
+            to.iter_mut().zip(&*by_strain).for_each(|(to, by)| to.0[0] += factor * by);
+        }
+        let (mut sums, mut own_sums) = ([0.0; 4], [[0.0; 3]; 3]);
+        for (sum, list) in sums.iter_mut().zip(history) {
+            *sum = list.iter().zip(&*by_strain).map(|(x, by)| x * by).sum();
+        }
+        for (i, rest) in slopes.laws.rest.iter_mut().enumerate() {
+            *rest -= (1.0 + history[0][i]) * (form.all[0] * by_strain[i]);
+        }
+        for (i, by) in by_own.iter().enumerate() {
+            let kind = rod.kind(i);
+            let own = &form.own[kind];
+            strain[i].0[0] += own[1] * by;
+            strain_rate[i].0[0] += own[2] * by;
+            (0..3).for_each(|k| own_sums[kind][k] += history[k][i] * by);
+            if let Some(rest) = slopes.laws.rest.get_mut(i) {
+                *rest -= (1.0 + history[0][i]) * (own[0] * by);
+            }
+        }
+        for place in 0..COUNT {
+            let slope = self.form_slope(moment, place);
+            let all = slope.all.iter().zip(sums);
+            let own = slope.own.as_flattened().iter().zip(own_sums.as_flattened());
+            slopes.numbers[place] += all.map(|(a, b)| a * b).sum::<f64>();
+            slopes.numbers[place] += own.map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+
+    /// Replaces the derivatives of a misfit by the internal variables at the end of the step by those at its start, and
+    /// adds the parts by the unknowns and frames at the end.
+    pub fn history_transposed(
+        &self,
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut HistoryRoom<1>,
+    ) {
+        let (before, now) = (&self.step.before.internal, &self.step.after.internal);
+        let InternalVariables { strain, strain_rate, relaxing, .. } = &mut state.internal;
+        let mut by_relaxation = [0.0; 2];
+        let [left, taken] = self.relaxation().unwrap_or([Dual64::from(0.0); 2]);
+        let by_strain = &mut room.by_strain;
+        // The start takes back the part of a strain's change over the step.
+        for i in 0..now.strain.len() {
+            let change = now.strain[i] - before.strain[i];
+            let mut by_change = strain_rate[i].0[0] / self.nodal.h();
+            if let Some(Lanes([z])) = relaxing.get_mut(i) {
+                by_change += taken.re * *z;
+                by_relaxation[0] += before.relaxing[i] * *z;
+                by_relaxation[1] += change * *z;
+                *z *= left.re;
+            }
+            let by_end = strain[i].0[0] + by_change;
+            (strain[i], strain_rate[i]) = (Lanes([-by_change]), Lanes::ZERO);
+            by_strain[i] = by_end;
+            if let Some(rest) = slopes.laws.rest.get_mut(i) {
+                *rest -= (1.0 + now.strain[i]) * by_end;
+            }
+        }
+        slopes.numbers[RELAXATION] += by_relaxation[0] * left.eps + by_relaxation[1] * taken.eps;
+        let at = (&self.step.after.q[..], &self.step.before.frames);
+        let q = state.q.as_flattened_mut();
+        add_by_strains(self.step.rod, self.step.end, at, by_strain, (q, &mut state.frames));
+    }
+}
+
+/// Adds the derivatives of a misfit by the unknowns and by frames that follow from those by the strains.
+pub fn add_by_strains<R: Transposed>(
+    rod: &R,
+    geometry: &R::Geometry,
+    at: (&[f64], &R::Frames),
+    by_strain: &[f64],
+    (q, frames): (&mut [f64], &mut [FrameRate<1>]),
+) {
+    // Strains of edges are not weighed with the length as axial forces are.
+    let mut lengths = vec![1.0; by_strain.len()];
+    rod.by_length(&mut lengths);
+    let stress: Vec<Lanes<1>> =
+        by_strain.iter().zip(lengths).map(|(by, length)| Lanes([by / length])).collect();
+    let mut out = vec![[0.0]; q.len()];
+    R::stressed_rate(None, &stress, geometry, at, Derivatives::Hand, &mut out);
+    let out = out.into_flattened();
+    q.iter_mut().zip(&out).for_each(|(q, out)| *q += out);
+    R::turn_frames(geometry, &out, frames);
+}

@@ -1,0 +1,226 @@
+//! The equations of a step, unknown by unknown, as linear maps of derivatives.
+//!
+//! From the derivatives `q0, v0, a0, n0` of places, velocities, accelerations and forces at the start, and `f` of the
+//! forces at the end at fixed unknowns follow
+//!
+//! ```text
+//! n  = f + c m (d . [-q0, v0, a0])               forces with mass damping at fixed unknowns
+//! r  = m (q0 + h v0 - i a0) - end n - start n0   right-hand side of J q1 = r
+//! v1 = w . [q1 - q0, v0, a0]                     velocities at the end
+//! a1 = b . [q1 - q0, v0, a0]                     accelerations at the end
+//! n1 = n + (r - m q1)/end                        forces at the end: J = M + end dn1/dq1
+//! ```
+//!
+//! with the factors of the [coefficients](StepCoefficients) of the step. Every function here stands beside its transpose.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::numerics::lanes::Lanes;
+use crate::numerics::scalar::Scalar;
+use num_dual::Dual64;
+
+/// The factors of the equations, or their derivatives by the scheme's parameter.
+#[derive(Clone, Copy, Debug)]
+struct StepFactors {
+    /// Factors of the forces at both ends, s^2.
+    end: f64,
+    start: f64,
+    /// Factor of mass and acceleration at the start, s^2; zero for schemes without accelerations.
+    inertia: f64,
+    /// Factors of change, velocity and acceleration at the start in the velocity that mass damping acts on.
+    damped: [f64; 3],
+    /// The same in the velocity at the end.
+    velocity: [f64; 3],
+    /// The same in the acceleration at the end.
+    acceleration: [f64; 3],
+}
+
+/// The change of an unknown over a step, its velocity and its acceleration at the start.
+pub type Begun = [f64; 3];
+
+/// The equations of one unknown.
+#[derive(Clone, Copy, Debug)]
+pub struct NodalEquations {
+    /// Length of the step, s.
+    h: f64,
+    /// Mass damping, 1/s.
+    damping: f64,
+    value: StepFactors,
+    /// Derivatives by the scheme's parameter.
+    slope: StepFactors,
+    by_end: f64,
+}
+
+#[inline(always)]
+fn dot(factors: &[f64; 3], begun: &Begun) -> f64 {
+    factors[0] * begun[0] + factors[1] * begun[1] + factors[2] * begun[2]
+}
+
+/// `a . [x, y, z]`.
+#[inline(always)]
+fn combined<const G: usize>([a, b, c]: [f64; 3], [x, y, z]: [Lanes<G>; 3]) -> Lanes<G> {
+    x * a + y * b + z * c
+}
+
+impl StepFactors {
+    /// A part of the factors that are made of coefficients.
+    fn new<D: Scalar>(coefficients: &StepCoefficients<D>, part: fn(D) -> f64) -> Self {
+        let [zero, one] = [0.0, 1.0].map(D::from);
+        let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        Self {
+            end: part(coefficients.end),
+            start: part(coefficients.start),
+            inertia: part(coefficients.acceleration.map_or(zero, |a| a.inertia)),
+            damped: units.map(|[dq, v, a]| part(coefficients.damped_velocity(dq, v, a))),
+            velocity: units.map(|[dq, v, a]| part(coefficients.velocity(dq, v, a))),
+            acceleration: units.map(|[dq, v, a]| {
+                let v1 = coefficients.velocity(dq, v, a);
+                part(coefficients.acceleration_at_end(dq, [v, v1], a))
+            }),
+        }
+    }
+}
+
+impl NodalEquations {
+    /// The equations with the coefficients of a step, the same with derivatives by the scheme's parameter, and the mass
+    /// damping, 1/s.
+    pub fn new(
+        coefficients: &StepCoefficients<f64>,
+        dual: &StepCoefficients<Dual64>,
+        damping: f64,
+    ) -> Self {
+        let value = StepFactors::new(coefficients, |x| x);
+        let slope = StepFactors::new(dual, |x| x.eps);
+        Self { h: coefficients.h, damping, value, slope, by_end: value.end.recip() }
+    }
+
+    /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`.
+    #[inline(always)]
+    pub fn residual<const G: usize>(
+        &self,
+        m: f64,
+        [q0, v0, a0, n0, force]: [Lanes<G>; 5],
+    ) -> [Lanes<G>; 2] {
+        let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
+        let n = force + combined([-dq, dv, da], [q0, v0, a0]) * (self.damping * m);
+        [n, (q0 + v0 * self.h - a0 * inertia) * m - n * end - n0 * start]
+    }
+
+    /// The derivatives of a number by the arguments of [`residual`](Self::residual) from those by its results.
+    #[inline(always)]
+    pub fn residual_transposed(&self, m: f64, [n, r]: [f64; 2]) -> [f64; 5] {
+        let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
+        let force = n - end * r;
+        let damped = self.damping * m * force;
+        [
+            m * r - dq * damped,
+            self.h * m * r + dv * damped,
+            da * damped - inertia * m * r,
+            -start * r,
+            force,
+        ]
+    }
+
+    /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`.
+    #[inline(always)]
+    pub fn end<const G: usize>(&self, [q0, v0, a0, q1]: [Lanes<G>; 4]) -> [Lanes<G>; 2] {
+        let begun = [q1 - q0, v0, a0];
+        [combined(self.value.velocity, begun), combined(self.value.acceleration, begun)]
+    }
+
+    /// The derivatives of a number by the arguments of [`end`](Self::end) from those by its results.
+    #[inline(always)]
+    pub fn end_transposed(&self, [v1, a1]: [f64; 2]) -> [f64; 4] {
+        let StepFactors { velocity: w, acceleration: b, .. } = &self.value;
+        let change = v1 * w[0] + a1 * b[0];
+        [-change, v1 * w[1] + a1 * b[1], v1 * w[2] + a1 * b[2], change]
+    }
+
+    /// The forces `n1` at the end from `[n, r, q1]`.
+    #[inline(always)]
+    pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
+        n + (r - q1 * m) * self.by_end
+    }
+
+    /// The derivatives of a number by the arguments of [`force`](Self::force) from that by its result.
+    #[inline(always)]
+    pub fn force_transposed(&self, m: f64, n1: f64) -> [f64; 3] {
+        [n1, n1 * self.by_end, -(m * n1 * self.by_end)]
+    }
+
+    /// The velocity that mass damping acts on, the change over the step less that at constant momentum, and the force at
+    /// the end in all, where the others there are `force`, N.
+    #[inline(always)]
+    fn motion(&self, m: f64, begun: &Begun, force: f64) -> [f64; 3] {
+        let velocity = dot(&self.value.damped, begun);
+        let inertial = begun[0] - begun[1] * self.h + self.value.inertia * begun[2];
+        [velocity, inertial, force + self.damping * m * velocity]
+    }
+
+    /// The derivative of minus the residual by the scheme's parameter at fixed forces, and that of the mass damping.
+    #[inline(always)]
+    fn by_scheme(&self, m: f64, begun: &Begun, [n1, n0]: [f64; 2]) -> [f64; 2] {
+        let StepFactors { end, start, inertia, damped, .. } = &self.slope;
+        let residual = m * (inertia * begun[2]) + end * n1 + start * n0;
+        [residual, self.damping * m * dot(damped, begun)]
+    }
+
+    /// Adds the parts of `[n, r]` by the rates of the mass, the mass damping and the scheme's parameter, where the other
+    /// forces at the end and all forces at the start are those given, N.
+    #[inline(always)]
+    pub fn with_numbers<const G: usize>(
+        &self,
+        m: f64,
+        begun: &Begun,
+        forces: [f64; 2],
+        [mass, damping, scheme]: [Lanes<G>; 3],
+        [n, r]: [Lanes<G>; 2],
+    ) -> [Lanes<G>; 2] {
+        let [velocity, inertial, n1] = self.motion(m, begun, forces[0]);
+        let [residual, damped] = self.by_scheme(m, begun, [n1, forces[1]]);
+        let end = self.value.end;
+        let rate = (damping * m + mass * self.damping) * velocity;
+        let scheme_rate = scheme * damped;
+        let r = r - mass * inertial - rate * end - scheme_rate * end - scheme * residual;
+        [n + rate + scheme_rate, r]
+    }
+
+    /// The derivatives of a number by the mass, the mass damping and the scheme's parameter from those by `[n, r]`.
+    #[inline(always)]
+    pub fn numbers_transposed(
+        &self,
+        m: f64,
+        begun: &Begun,
+        forces: [f64; 2],
+        [n, r]: [f64; 2],
+    ) -> [f64; 3] {
+        let [velocity, inertial, n1] = self.motion(m, begun, forces[0]);
+        let [residual, damped] = self.by_scheme(m, begun, [n1, forces[1]]);
+        let force = n - self.value.end * r;
+        [
+            self.damping * velocity * force - r * inertial,
+            m * velocity * force,
+            damped * force - r * residual,
+        ]
+    }
+
+    /// The derivatives of `[v1, a1]` by the scheme's parameter.
+    #[inline(always)]
+    pub fn end_by_scheme(&self, begun: &Begun) -> [f64; 2] {
+        [dot(&self.slope.velocity, begun), dot(&self.slope.acceleration, begun)]
+    }
+
+    /// Length of the step, s.
+    pub fn h(&self) -> f64 {
+        self.h
+    }
+
+    /// Factors of change, velocity and acceleration at the start in the velocity that mass damping and drag act on.
+    pub fn damped_factors(&self) -> [f64; 3] {
+        self.value.damped
+    }
+
+    /// That velocity, and its derivative by the scheme's parameter.
+    pub fn damped_velocity(&self, begun: &Begun) -> [f64; 2] {
+        [dot(&self.value.damped, begun), dot(&self.slope.damped, begun)]
+    }
+}

@@ -1,0 +1,211 @@
+//! Derivatives of states and of the numbers of a simulation along parameters, and of a misfit by both.
+
+use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step_map::numbers::{COUNT, list};
+use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::vector::{components, map_components};
+use crate::problem::boundary::BoundaryMotion;
+use crate::rod::{
+    DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive, Transposed,
+    still_frames,
+};
+use num_dual::Dual64;
+
+/// A simulation whose numbers contain the derivative along one parameter.
+pub type DualSimulation<R> = Simulation<Dual64, <R as Rod<f64>>::Dual>;
+
+/// The derivatives of a state along `G` parameters, or with one lane those of a misfit by a state.
+#[derive(Clone)]
+pub struct StateRates<const G: usize> {
+    /// Of the unknowns.
+    pub q: Vec<[f64; G]>,
+    /// Of the velocities.
+    pub v: Vec<[f64; G]>,
+    /// Of the accelerations; empty for schemes without.
+    pub acceleration: Vec<[f64; G]>,
+    /// Of the forces that the next step takes as those of its start.
+    pub unbalanced: Vec<[f64; G]>,
+    /// Of the reference frames.
+    pub frames: Vec<FrameRate<G>>,
+    /// Of the internal variables; empty where no stress depends on the past.
+    pub internal: InternalVariables<Lanes<G>>,
+}
+
+/// The derivatives of one list of `G` simulations.
+fn lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<[f64; G]> {
+    let count = lists.iter().map(|list| list.len()).min().unwrap_or(0);
+    (0..count).map(|i| map_components(&lists, |list| list[i].eps)).collect()
+}
+
+/// The same of a list of internal variables.
+fn internal_lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<Lanes<G>> {
+    lanes(lists).into_iter().map(Lanes).collect()
+}
+
+impl<const G: usize> StateRates<G> {
+    /// The derivatives that the states of simulations contain.
+    pub fn new<R: Sensitive>(simulations: [&DualSimulation<R>; G]) -> Self {
+        let states = simulations.map(|simulation| simulation.state());
+        let internal = states.map(|state| &state.internal);
+        Self {
+            q: lanes(states.map(|state| &state.q[..])),
+            v: lanes(states.map(|state| &state.v[..])),
+            acceleration: lanes(states.map(|state| &state.acceleration[..])),
+            unbalanced: lanes(states.map(|state| &state.unbalanced[..])),
+            frames: R::frame_rates(states.map(|state| &state.frames)),
+            internal: InternalVariables {
+                strain: internal_lanes(internal.map(|internal| &internal.strain[..])),
+                strain_rate: internal_lanes(internal.map(|internal| &internal.strain_rate[..])),
+                slid: internal_lanes(internal.map(|internal| &internal.slid[..])),
+                relaxing: internal_lanes(internal.map(|internal| &internal.relaxing[..])),
+            },
+        }
+    }
+}
+
+impl StateRates<1> {
+    /// No derivatives of a misfit, by the state of a simulation with so many frames.
+    pub fn zeros<R: Rod<f64>>(simulation: &Simulation<f64, R>, frames: usize) -> Self {
+        let state = simulation.state();
+        let (unknowns, strains) = (vec![[0.0]; state.q.len()], state.internal.strain.len());
+        let zeros = |count: usize| vec![Lanes::ZERO; count];
+        Self {
+            q: unknowns.clone(),
+            v: unknowns.clone(),
+            acceleration: unknowns.clone(),
+            unbalanced: unknowns,
+            frames: still_frames(frames),
+            internal: InternalVariables {
+                strain: zeros(strains),
+                strain_rate: zeros(strains),
+                slid: Vec::new(),
+                relaxing: zeros(state.internal.relaxing.len()),
+            },
+        }
+    }
+
+    /// The sum of the products of all derivatives of a misfit by a state with those of the state along one parameter.
+    pub fn product(&self, along: &Self) -> f64 {
+        let unknowns = |a: &[[f64; 1]], b: &[[f64; 1]]| dot(a.as_flattened(), b.as_flattened());
+        let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| a.0[0] * b.0[0]).sum()
+        };
+        let frames = self
+            .frames
+            .iter()
+            .zip(&along.frames)
+            .map(|(a, b)| strains(&a.tangent, &b.tangent) + a.turn.0[0] * b.turn.0[0]);
+        unknowns(&self.q, &along.q)
+            + unknowns(&self.v, &along.v)
+            + unknowns(&self.acceleration, &along.acceleration)
+            + unknowns(&self.unbalanced, &along.unbalanced)
+            + frames.sum::<f64>()
+            + strains(&self.internal.strain, &along.internal.strain)
+            + strains(&self.internal.strain_rate, &along.internal.strain_rate)
+            + strains(&self.internal.relaxing, &along.internal.relaxing)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The derivatives of the numbers of a simulation along `G` parameters.
+#[derive(Clone)]
+pub struct ParameterRates<R: Sensitive, const G: usize> {
+    /// The rods with one derivative each.
+    pub rods: [R::Dual; G],
+    /// Of laws and loads.
+    pub laws: R::Rates<G>,
+    /// Of the masses; none where none changes.
+    pub mass: Option<Vec<[f64; G]>>,
+    /// Of the [numbers](list) of damping and the scheme.
+    pub numbers: [Lanes<G>; COUNT],
+    /// Of the stiffness of springs of internal friction.
+    pub friction: Lanes<G>,
+    /// Whether kinds of strain have damping times of their own.
+    pub has_own_times: bool,
+    /// Drag, with the lanes where there is any.
+    pub drag: Vec<(usize, NodalDrag<Dual64>)>,
+    /// The supports, where parameters may move them.
+    pub boundary_motion: Option<[BoundaryMotion<Dual64>; G]>,
+}
+
+impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
+    /// The derivatives that the numbers of simulations contain; none for schemes that solve no equations.
+    pub fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
+        let parameter = |simulation: &DualSimulation<R>| Some(simulation.newton()?.parameter());
+        let parameters: [Dual64; G] = all(simulations.map(parameter))?;
+        let rods = simulations.map(|simulation| simulation.rod().clone());
+        let mut laws = R::Rates::default();
+        R::set_rates(&rods, &mut laws);
+        let mass = lanes(rods.each_ref().map(|rod| rod.mass()));
+        let damping = simulations.map(Simulation::damping);
+        let numbers: [[Dual64; COUNT]; G] =
+            std::array::from_fn(|g| list(&damping[g], parameters[g]));
+        let friction = damping.map(|damping| damping.friction.map_or(0.0, |f| f.stiffness.eps));
+        let times = damping.iter().flat_map(|damping| damping.additional_times());
+        let drags = simulations.iter().map(|simulation| simulation.drag()).enumerate();
+        // Supports with a recorded motion have no derivatives.
+        let motion = simulations.map(|simulation| {
+            simulation.boundary_motion().filter(|motion| motion.has_numbers()).cloned()
+        });
+        Some(Self {
+            laws,
+            mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
+            numbers: components(|k| Lanes(components(|g| numbers[g][k].eps))),
+            friction: Lanes(friction),
+            has_own_times: times.into_iter().any(|time| time.re != 0.0 || time.eps != 0.0),
+            drag: drags
+                .filter_map(|(g, drag)| Some((g, drag?.clone())))
+                .filter(|(_, drag)| !drag.is_none())
+                .collect(),
+            boundary_motion: all(motion),
+            rods,
+        })
+    }
+}
+
+/// The derivatives of a misfit by the numbers of a simulation.
+pub struct ParameterSlopes {
+    /// By laws and loads.
+    pub laws: Laws,
+    /// By the masses.
+    pub mass: Vec<f64>,
+    /// By the [numbers](list) of damping and the scheme.
+    pub numbers: [f64; COUNT],
+    /// By the numbers of drag.
+    pub drag: Option<DragSlopes>,
+}
+
+impl ParameterSlopes {
+    /// Zeros for a simulation. `moments`: whether those by dead moments are needed.
+    pub fn zeros<R: Transposed>(simulation: &Simulation<f64, R>, moments: bool) -> Self {
+        Self {
+            laws: simulation.rod().no_laws(moments),
+            mass: vec![0.0; simulation.rod().mass().len()],
+            numbers: [0.0; COUNT],
+            drag: simulation.drag().map(NodalDrag::no_slopes),
+        }
+    }
+
+    /// The sum of the products with the derivatives of the numbers along one parameter; `rod` is that of the run.
+    pub fn product<R: Transposed>(&self, rod: &R, along: &ParameterRates<R, 1>) -> f64 {
+        let [dual] = &along.rods;
+        let mut total = rod.along(dual, &along.laws, &self.laws)
+            + dot(&self.numbers, &along.numbers.map(|Lanes([rate])| rate));
+        if let Some(mass) = &along.mass {
+            total += dot(&self.mass, mass.as_flattened());
+        }
+        if let (Some(by), Some((_, drag))) = (&self.drag, along.drag.first()) {
+            let sum = |by: &[f64], drag: &[Dual64]| -> f64 {
+                by.iter().zip(drag).map(|(by, x)| by * x.eps).sum()
+            };
+            total += sum(&by.normal, &drag.normal)
+                + sum(&by.tangential, &drag.tangential)
+                + sum(&by.fluid, &drag.fluid)
+                + sum(&by.lengths, &drag.lengths);
+        }
+        total
+    }
+}

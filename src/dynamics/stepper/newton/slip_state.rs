@@ -1,0 +1,60 @@
+//! Strains, and stretches of the springs of internal friction, at the end of a step.
+
+use crate::numerics::scalar::Nestable;
+use crate::rod::{InternalVariables, Rod};
+
+/// Largest change of a strain by a correction of a node, divided by the correction over the length of an edge.
+const MAX_STRAIN_CHANGE: f64 = 20.0;
+
+/// The strains at the end of a step, and the stretches of the springs of internal friction there.
+#[derive(Clone, Debug)]
+pub(super) struct SlipState<D> {
+    pub strains: Vec<D>,
+    /// Stretches of the springs without slip.
+    z: Vec<D>,
+    /// Stretches of the springs with slip.
+    pub slid: Vec<D>,
+    /// Whether these are those at the current unknowns.
+    pub is_current: bool,
+}
+
+impl<D: Nestable> SlipState<D> {
+    /// Before the first step.
+    pub fn new() -> Self {
+        Self { strains: Vec::new(), z: Vec::new(), slid: Vec::new(), is_current: false }
+    }
+
+    /// Computes strains and stretches at the unknowns `q` of a step that began with these internal variables.
+    pub fn update<R: Rod<D>>(
+        &mut self,
+        elastic: &R,
+        before: &InternalVariables<D>,
+        (q, frames): (&[D], &R::Frames),
+    ) {
+        elastic.strains(q, frames, &mut self.strains);
+        stretched(elastic.slides(), before, &self.strains, &mut self.z);
+        self.slid.clone_from(&self.z);
+        elastic.slip(&mut self.slid);
+        self.is_current = true;
+    }
+
+    /// Whether no spring began to slip or stick by the last correction of up to `size`, as a part of the rod's length.
+    pub fn is_unchanged<R: Rod<D>>(&self, elastic: &R, size: f64) -> bool {
+        let edges = (self.strains.len() - self.z.len()) as f64;
+        elastic.distance_to_slipping(&self.z) > MAX_STRAIN_CHANGE * size * edges
+    }
+}
+
+/// Writes the stretches without slip of `count` springs after a change to these strains.
+pub fn stretched<D: Nestable>(
+    count: usize,
+    before: &InternalVariables<D>,
+    strains: &[D],
+    z: &mut Vec<D>,
+) {
+    let first = strains.len() - count;
+    z.clone_from(&before.slid);
+    for (z, (now, then)) in z.iter_mut().zip(strains[first..].iter().zip(&before.strain[first..])) {
+        *z = *z + *now - *then;
+    }
+}
