@@ -63,14 +63,14 @@
 //! ```
 //!
 //! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and
-//! `b = (1 - am + af)^2/4` for the factor `rho` by which a step takes down what is far too fast for
-//! it: second order at every `rho`, and so little dissipation of what is slow that rods which hardly
+//! `b = (1 - am + af)^2/4` for the factor `rho` of unresolved fast modes over a step:
+//! second order at every `rho`, and so little dissipation of slow modes that rods which hardly
 //! stretch go in large steps without ringing. Without `a1` the first line is, times
 //! `b h^2/(1 - am)`, of Newmark's form with one more term, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
 //!
 //! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates
 //! of this step and the last, so that the rate at the end counts as
-//! `((3/2 - af) d1 - d0/2)/(1 - af)` beside `d0` at the start: what Newmark-beta takes at `rho = 1`,
+//! `((3/2 - af) d1 - d0/2)/(1 - af)` beside `d0` at the start: that of Newmark-beta at `rho = 1`,
 //! and at `rho = 0` the difference formula BDF2, which is stable however stiff the damping.
 //!
 //! Where accelerations at the start are not known, the first step is one of implicit Euler.
@@ -92,7 +92,7 @@ pub struct StepCoefficients<D> {
     pub rate: D,
     /// (1 - beta)/beta.
     pub memory: D,
-    /// What the acceleration at the start does, if the scheme goes on from it.
+    /// Terms of the acceleration at the start, for schemes that use it.
     pub acceleration: Option<Acceleration<D>>,
     /// Factors of the changes of strains and of their rates before in the rates at the end, 1/s and 1.
     strain_rate: [D; 2],
@@ -223,7 +223,7 @@ impl<D: Scalar> StepCoefficients<D> {
         self.stages.len() > 1
     }
 
-    /// These numbers of a scheme that has no accelerations: loops that are told so need not ask.
+    /// The same without accelerations, so that loops over unknowns do not test for them.
     #[inline(always)]
     pub fn without_acceleration(self) -> Self {
         Self { acceleration: None, ..self }
@@ -343,7 +343,7 @@ impl<D: Scalar> StepCoefficients<D> {
         if self.averages() { viscous } else { viscous + 1.0 }
     }
 
-    /// What the rate of a strain at the end is short of by what was before, 1/s: times the time of
+    /// The part of minus a strain's rate at the end that follows from the strain and rate before, 1/s: times the time of
     /// Kelvin-Voigt damping, the shift of a natural strain.
     #[inline]
     pub fn viscous_past(&self, strain0: D, rate0: D) -> D {

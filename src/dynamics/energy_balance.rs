@@ -1,7 +1,7 @@
 //! Energy that a time integrator adds to a motion, or takes from it.
 //!
 //! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an
-//! error of the scheme. The largest kinetic energy is the scale: what changes by all of it is not the motion of the
+//! error of the scheme. The largest kinetic energy is the scale: a motion whose energy changes by all of it is not that of the
 //! scene. Gains stop a run ([`StepControl`](crate::dynamics::step_control::StepControl)); losses are reported here.
 
 use crate::code::Code;

@@ -1,4 +1,4 @@
-//! A step of Newton's method, linearized at its solution.
+//! Linearization of an implicit step at its solution.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
@@ -23,8 +23,8 @@ pub struct StageForces<D: Scalar, R: Rod<D>> {
     pub geometry: R::Geometry,
 }
 
-/// A step that Newton's method has solved, with everything its derivatives are made from: what the
-/// forward sensitivities read of a step, and what an adjoint would store of it.
+/// A step solved by Newton's method, with the tangents, factors and states from which its derivatives and their transpose
+/// follow.
 #[derive(Debug)]
 pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     /// The rod under its loads.

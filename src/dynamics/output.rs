@@ -277,7 +277,7 @@ impl SimulationReport {
         }
     }
 
-    /// Whether what kinetic energy there is are rounding errors.
+    /// Whether the kinetic energy is a rounding error.
     fn is_still(&self) -> bool {
         self.largest_kinetic_energy <= self.negligible_energy
     }

@@ -147,7 +147,7 @@ impl<D: Scalar> Record<D> {
 
     /// The record to be read at any time.
     pub fn read(&self) -> Recorded<'_, D> {
-        let motions = Motions::Own(&self.motion);
+        let motions = RecordedMotions::Own(&self.motion);
         Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
@@ -158,15 +158,15 @@ pub(crate) struct Recorded<'a, D = f64> {
     tracked: &'a [usize],
     edges: &'a [usize],
     times: &'a [f64],
-    motions: Motions<'a, D>,
+    motions: RecordedMotions<'a, D>,
 }
 
 /// The motions of a record.
 #[derive(Clone, Copy, Debug)]
-enum Motions<'a, D> {
-    /// As they are.
+enum RecordedMotions<'a, D> {
+    /// In the record's own scalar.
     Own(&'a [Motion<D>]),
-    /// Plain ones, whose derivatives, if they have any, stand beside them, and what makes one of both.
+    /// Plain ones with their derivatives, if they have any, and the function that combines both.
     Along(&'a [Motion], Option<&'a [Motion]>, fn(&Motion, &Motion) -> Motion<D>),
 }
 
@@ -174,8 +174,8 @@ impl<D: Scalar> Recorded<'_, D> {
     #[inline]
     fn at(&self, index: usize) -> Motion<D> {
         match self.motions {
-            Motions::Own(all) => all[index],
-            Motions::Along(all, rates, both) => {
+            RecordedMotions::Own(all) => all[index],
+            RecordedMotions::Along(all, rates, both) => {
                 both(&all[index], rates.map_or(&[[0.0; 3]; 2], |rates| &rates[index]))
             }
         }
@@ -339,7 +339,7 @@ impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
     pub fn along(&self, k: Option<usize>) -> Recorded<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
-        let motions = Motions::Along(&self.motion, rates, both);
+        let motions = RecordedMotions::Along(&self.motion, rates, both);
         Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }

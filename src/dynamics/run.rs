@@ -210,7 +210,7 @@ where
 
         // Step to the next time of the scene, bisected where it is rejected, with its derivatives.
         let start = Instant::now();
-        let target = Target { time: time.at(k), halvings: 0 };
+        let target = StepTarget { time: time.at(k), halvings: 0 };
         let result = advance(simulation, carrier, &mut control, target, &mut |simulation| {
             record.taken.push(simulation.state().time);
             (observers.after_substep)(simulation);
@@ -238,7 +238,7 @@ where
 
 /// The end of a step, s, and how many halvings have led to it.
 #[derive(Clone, Copy)]
-struct Target {
+struct StepTarget {
     time: f64,
     halvings: u32,
 }
@@ -249,7 +249,7 @@ fn advance<R: Sensitive>(
     simulation: &mut Simulation<f64, R>,
     carrier: &mut SensitivityCarrier<R>,
     control: &mut StepControl,
-    Target { time, halvings }: Target,
+    StepTarget { time, halvings }: StepTarget,
     accepted: &mut dyn FnMut(&Simulation<f64, R>),
 ) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
@@ -269,7 +269,7 @@ fn advance<R: Sensitive>(
             // Two halves instead.
             let middle = 0.5 * (simulation.state().time + time);
             for time in [middle, time] {
-                let target = Target { time, halvings: halvings + 1 };
+                let target = StepTarget { time, halvings: halvings + 1 };
                 advance(simulation, carrier, control, target, accepted)?;
             }
             Ok(())

@@ -136,7 +136,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn work(&self) -> Work {
         self.work
     }
-    /// Newton's method, if it is what solves the steps.
+    /// Newton's method, if it solves the steps.
     pub(crate) fn newton(&self) -> Option<&Newton<D, R>> {
         self.stepper.newton()
     }
@@ -231,7 +231,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     ///
     /// # Errors
     /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`] or [`Error::Fold`]; the
-    /// state is then what it was before the step.
+    /// state is then the one before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);

@@ -1,12 +1,12 @@
-//! Steps that went wrong: seen, and taken again in halves.
+//! Detection of wrong steps by the energy, and their bisection.
 //!
-//! At beta = 1/2 nothing dissipates what a large step gets wrong about a stiff rod: energy grows
-//! until Newton's method fails, or finds a root of the step's equations that is not the motion. Above
+//! At beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until
+//! Newton's method fails, or finds a root of the step's equations that is not the motion. Above
 //! 1/2 the scheme dissipates, but does so no less with steps that find another root, each at another
 //! height. Explicit schemes grow where the rod stiffens beyond their step. Dead loads do no net work,
 //! so a rod's total energy can only fall, unless moving supports do work: growth is always an error.
 //!
-//! What a sound run gains by the scheme's own error is far below the limits: in 250 random scenes at
+//! The energy that a valid run gains by the scheme's own error is far below the limits: in 250 random scenes at
 //! betas from 0.51 to 1 and steps of 1/300 to half a first period, a step gained either less than
 //! 0.005 of the largest kinetic energy, or 0.01 to 1000 of it and was nonsense; at beta = 1 none
 //! gained 0.001.
@@ -34,12 +34,12 @@ const INTERVAL: usize = 16;
 const EXPLICIT_INTERVAL: usize = 32;
 /// Newton iterations of a step that was easy to solve, where the energy must fall. At beta = 1/2 the
 /// energy of limp rods in large steps swings by a hundredth for long without growing; to take such
-/// steps in halves would make what depends on parameters jump.
+/// steps in halves would make the motion discontinuous in parameters.
 const EASY: usize = 5;
 /// Coordinates are right to this part of themselves.
 const COORDINATES: f64 = 8.0 * f64::EPSILON;
 
-/// What a scheme may do to the energy, as parts of the largest kinetic energy.
+/// Limits of the change of the energy by a scheme, as parts of the largest kinetic energy.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     /// A step that adds more is taken in halves.
@@ -57,12 +57,12 @@ struct Limits {
     /// Changes of this part of the other energies are taken for rounding errors: a rod at rest has
     /// nothing else to compare.
     rounding: f64,
-    /// What the user can do.
+    /// The remedy in the error message.
     remedy: &'static str,
 }
 
 impl Limits {
-    /// What the scene's scheme may do; none where supports do work.
+    /// The limits of the scene's scheme; none where supports do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
         if scene.supports.move_ends() || scene.loads.have_flow() {
@@ -107,7 +107,7 @@ impl Limits {
     }
 }
 
-/// What a user can do about growing energy.
+/// Remedies of growing energy.
 const SMALLER: &str = "take a smaller time.step";
 const SMALLER_OR_KEEPING: &str = "take a smaller time.step, or scheme = \"average-vector-field\"";
 const SMALLER_OR_DISSIPATION: &str =
@@ -117,13 +117,13 @@ const SMALLER_OR_SMALLER_RHO: &str =
 const SMALLER_OR_LARGER_BETA: &str =
     "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"";
 
-/// Watches the energy of a run, and takes steps in halves.
+/// The energy of a run so far, by which its steps are accepted or rejected.
 #[derive(Clone, Debug)]
 pub(crate) struct StepControl {
     limits: Option<Limits>,
     /// The energy that gains count from, J.
     start: f64,
-    /// What rounding errors of the coordinates make of a rod at rest, J.
+    /// Energy of a rod at rest by rounding errors of its coordinates, J.
     still: f64,
     /// Total energy when all energies were last summed, J.
     last: f64,
@@ -198,7 +198,7 @@ impl StepControl {
         let steps = (self.unseen + 1) as f64;
         let change = |from: f64| if limits.losses { (now - from).abs() } else { now - from };
         let per_step = if at_last { limits.at_last } else { limits.per_step };
-        // What is no number is no energy either.
+        // NaN fails both comparisons.
         let sound = change(self.last) <= per_step * steps * kinetic + floor
             && change(self.start) <= limits.in_all * kinetic + floor;
         if !sound {
@@ -231,7 +231,7 @@ impl StepControl {
     }
 }
 
-/// Where the work of supports or of a fluid hides what a wrong root does to the energy: refuses the
+/// The check where supports or a fluid do work, so that a wrong root does not show in the energy: rejects the
 /// step `simulation` has just made if an edge leapt.
 fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());

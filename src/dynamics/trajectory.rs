@@ -270,7 +270,7 @@ impl Trajectory {
         self.record.energies.as_deref().unwrap_or_default()
     }
 
-    /// What the supports exert on the rod at each of [`times`](Self::times); empty unless it was to
+    /// Forces and moments of the supports on the rod at each of [`times`](Self::times); empty unless it was to
     /// be [kept](Self::keep_reactions).
     ///
     /// ```

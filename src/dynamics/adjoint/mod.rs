@@ -18,7 +18,9 @@ use crate::dynamics::adjoint::lists::RequestedParameters;
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, run};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
-use crate::dynamics::step_map::{MovingSupports, ParameterSlopes, Room, StateRates, StepMap};
+use crate::dynamics::step_map::{
+    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace,
+};
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
@@ -331,7 +333,7 @@ where
     let frames = frame_count(discretized.model, start.rod());
     let mut by_state = StateRates::zeros(start, frames);
     let mut by_parameters = ParameterSlopes::zeros(start, moments);
-    let mut room = Room::new(by_state.q.len(), Vec::new());
+    let mut room = StepWorkspace::new(by_state.q.len(), Vec::new());
     let (tracked, times) = (record.tracked(), record.times());
     let mut row = times.len();
     checkpoints.reverse(&mut |state, step| {

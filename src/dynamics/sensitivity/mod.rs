@@ -1,8 +1,9 @@
 //! Derivatives of a trajectory with respect to parameters, by the implicit function theorem.
 //!
 //! A converged step satisfies `R(q1; q0, v0, n0, p) = 0`, so its derivative solves
-//! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` is what the step's own
-//! residual formula makes of the derivatives of its arguments: one scheme, written once.
+//! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` follows from the
+//! derivatives of the start and of the parameters by the [linear map](crate::dynamics) of the step, which the adjoint
+//! applies transposed.
 //!
 //! Several parameters go side by side (in lanes), four, two or one at once: where the edges are and how
 //! they are strained is found once for all of them, and solves share their memory traffic and fill
@@ -13,7 +14,9 @@
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
-use crate::dynamics::step_map::{DualSimulation, ParameterRates, Room, StateRates, StepMap};
+use crate::dynamics::step_map::{
+    DualSimulation, ParameterRates, StateRates, StepMap, StepWorkspace,
+};
 use crate::error::Error;
 use crate::rod::{DualFrames, InternalVariables, Sensitive, State};
 use num_dual::Dual64;
@@ -22,7 +25,7 @@ use num_dual::Dual64;
 struct Implicit<R: Sensitive, const G: usize> {
     parameters: ParameterRates<R, G>,
     state: StateRates<G>,
-    room: Room<R, G>,
+    room: StepWorkspace<R, G>,
     /// Frames with the derivatives along each parameter.
     dual_frames: [DualFrames<R, f64>; G],
 }
@@ -42,7 +45,7 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
             state.internal = InternalVariables::default();
         }
         let dual_frames = simulations.map(|simulation| simulation.state().frames.clone());
-        let room = Room::new(state.q.len(), dual_frames.to_vec());
+        let room = StepWorkspace::new(state.q.len(), dual_frames.to_vec());
         Some(Self { parameters, state, room, dual_frames })
     }
 }
@@ -83,9 +86,9 @@ struct LanePlace {
 }
 
 /// The derivatives of a simulation's state with respect to parameters.
-pub struct Sensitivities<R: Sensitive>(Kind<R>);
+pub struct Sensitivities<R: Sensitive>(SensitivityMethod<R>);
 
-enum Kind<R: Sensitive> {
+enum SensitivityMethod<R: Sensitive> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
     Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
@@ -139,16 +142,16 @@ impl<R: Sensitive> Sensitivities<R> {
         let grouped = add_groups(&parts.0, &simulations, &mut groups, &mut places)
             .and_then(|()| add_groups(&parts.1, &simulations, &mut groups, &mut places));
         match grouped {
-            Some(()) => Self(Kind::Implicit(groups, places)),
-            None => Self(Kind::Direct(simulations)),
+            Some(()) => Self(SensitivityMethod::Implicit(groups, places)),
+            None => Self(SensitivityMethod::Direct(simulations)),
         }
     }
 
     /// How many parameters there are.
     pub fn count(&self) -> usize {
         match &self.0 {
-            Kind::Implicit(_, places) => places.len(),
-            Kind::Direct(simulations) => simulations.len(),
+            SensitivityMethod::Implicit(_, places) => places.len(),
+            SensitivityMethod::Direct(simulations) => simulations.len(),
         }
     }
 
@@ -175,8 +178,8 @@ impl<R: Sensitive> Sensitivities<R> {
         plain: &State<f64, R::Frames>,
     ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64>) {
         let frames = match &self.0 {
-            Kind::Direct(simulations) => simulations[k].state().frames.clone(),
-            Kind::Implicit(groups, places) => {
+            SensitivityMethod::Direct(simulations) => simulations[k].state().frames.clone(),
+            SensitivityMethod::Implicit(groups, places) => {
                 let LanePlace { group, lane } = places[k];
                 groups[group].frames(lane, &plain.frames)
             }
@@ -191,11 +194,11 @@ impl<R: Sensitive> Sensitivities<R> {
     /// dq/dp and dv/dp of parameter `k` and unknown `i`.
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
-            Kind::Implicit(groups, places) => {
+            SensitivityMethod::Implicit(groups, places) => {
                 let LanePlace { group, lane } = places[k];
                 groups[group].rate(lane, i)
             }
-            Kind::Direct(simulations) => {
+            SensitivityMethod::Direct(simulations) => {
                 let state = simulations[k].state();
                 [state.q[i].eps, state.v[i].eps]
             }
@@ -208,7 +211,7 @@ impl<R: Sensitive> Sensitivities<R> {
     /// # Errors
     /// Those of [`Simulation::step_to`].
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
-        let Kind::Direct(duals) = &mut self.0 else { return simulation.step_to(time) };
+        let SensitivityMethod::Direct(duals) = &mut self.0 else { return simulation.step_to(time) };
         if let Some(dual) = duals.first_mut() {
             dual.step_to(time).inspect_err(|_| simulation.stay())?;
             simulation.adopt(dual);
@@ -219,7 +222,7 @@ impl<R: Sensitive> Sensitivities<R> {
     /// Takes back the step that was just made, or tried.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         simulation.step_back();
-        if let Kind::Direct(duals) = &mut self.0
+        if let SensitivityMethod::Direct(duals) = &mut self.0
             && let Some(dual) = duals.first_mut()
             && dual.state().time > simulation.state().time
         {
@@ -233,10 +236,10 @@ impl<R: Sensitive> Sensitivities<R> {
     /// [`Error::SingularTangent`] where the step has no derivatives.
     pub(crate) fn advance_over(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit(groups, _) => {
+            SensitivityMethod::Implicit(groups, _) => {
                 groups.iter_mut().try_for_each(|group| group.advance(step))
             }
-            Kind::Direct(_) => Ok(()),
+            SensitivityMethod::Direct(_) => Ok(()),
         }
     }
 
@@ -248,11 +251,11 @@ impl<R: Sensitive> Sensitivities<R> {
     /// made again in dual numbers.
     pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit(..) => {
+            SensitivityMethod::Implicit(..) => {
                 let Some(step) = simulation.linearization() else { return Ok(()) };
                 self.advance_over(&step)
             }
-            Kind::Direct(duals) => {
+            SensitivityMethod::Direct(duals) => {
                 let time = simulation.state().time;
                 let behind = duals.iter_mut().filter(|dual| dual.state().time < time);
                 behind.into_iter().try_for_each(|dual| dual.step_to(time))

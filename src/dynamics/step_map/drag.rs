@@ -10,14 +10,14 @@ use num_dual::Dual64;
 
 /// Places and velocities with their derivatives along one parameter, and the drag there.
 #[derive(Clone, Default)]
-pub struct DragRoom {
+pub struct DragWorkspace {
     places: Vec<Dual64>,
     v: Vec<Dual64>,
     tangents: Vec<Vector<Dual64>>,
     forces: Vec<Dual64>,
 }
 
-impl DragRoom {
+impl DragWorkspace {
     /// Adds the derivatives of the drag to lane `g`.
     fn add_rates<const G: usize>(
         &mut self,
@@ -46,7 +46,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         parameters: &ParameterRates<R, G>,
         state: &StateRates<G>,
         held: &[Held<G>],
-        room: &mut DragRoom,
+        room: &mut DragWorkspace,
         out: &mut [[f64; G]],
     ) {
         let (before, now) = (self.step.before, self.step.after);
@@ -54,7 +54,7 @@ impl<R: Sensitive> StepMap<'_, R> {
             let g = *g;
             let scheme = Dual64::new(self.step.parameter, parameters.numbers[SCHEME].0[g]);
             let coefficients = self.coefficients(scheme);
-            let DragRoom { places, v, .. } = room;
+            let DragWorkspace { places, v, .. } = room;
             // Until they are moved on, the velocities are those at the start.
             set_duals(&before.v, &state.v, g, v);
             set_duals(&before.q, &state.q, g, places);
@@ -80,7 +80,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        room: &mut DragRoom,
+        room: &mut DragWorkspace,
     ) {
         for (g, drag) in &parameters.drag {
             set_duals(&self.step.after.q, &state.q, *g, &mut room.places);
@@ -91,8 +91,8 @@ impl<R: Sensitive> StepMap<'_, R> {
 }
 
 impl<R: Transposed> StepMap<'_, R> {
-    /// Adds the derivatives of a misfit by what the drag in the equations of the step follows from, where those by the
-    /// forces are `d`, except for those by the places that the nodes would reach, which it returns.
+    /// Adds the derivatives of a misfit by the arguments of the drag in the equations of the step, where those by the
+    /// forces are `d`, and returns those by the places that the nodes would reach.
     pub fn drag_transposed(
         &self,
         d: &[f64],
@@ -124,7 +124,7 @@ impl<R: Transposed> StepMap<'_, R> {
         by_place
     }
 
-    /// Adds the derivatives of a misfit by what the drag at the end of the step follows from, where those by the forces
+    /// Adds the derivatives of a misfit by the arguments of the drag at the end of the step, where those by the forces
     /// that the next step takes as those of its start are `d`.
     pub fn next_drag_transposed(
         &self,

@@ -67,7 +67,7 @@ fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
 
 /// Strains and stresses of a step with their derivatives along `G` parameters.
 #[derive(Clone, Default)]
-pub struct HistoryRoom<const G: usize> {
+pub struct HistoryWorkspace<const G: usize> {
     /// Derivatives of the strains at the end: at fixed unknowns, and in all.
     rest: Vec<Lanes<G>>,
     strain: Vec<Lanes<G>>,
@@ -145,7 +145,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        room: &mut HistoryRoom<G>,
+        room: &mut HistoryWorkspace<G>,
     ) {
         room.rest.resize(internal.strain.len(), Lanes::ZERO);
         R::rest_strain_rates(&parameters.laws, self.step.end, &mut room.rest);
@@ -163,7 +163,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        room: &mut HistoryRoom<G>,
+        room: &mut HistoryWorkspace<G>,
     ) {
         room.strain.clone_from(&room.rest);
         self.step.rod.add_strain_rates(&state.frames, self.step.end, &state.q, &mut room.strain);
@@ -189,9 +189,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        room: &mut HistoryRoom<G>,
+        room: &mut HistoryWorkspace<G>,
     ) {
-        let (count, HistoryRoom { strain, z, slid, .. }) = (internal.slid.len(), room);
+        let (count, HistoryWorkspace { strain, z, slid, .. }) = (internal.slid.len(), room);
         let (before, now) = (&self.step.before.internal, &self.step.after.internal.strain);
         slid.clone_from(&internal.slid);
         if count == 0 {
@@ -241,9 +241,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         form: &HistoryForm,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        room: &mut HistoryRoom<G>,
+        room: &mut HistoryWorkspace<G>,
     ) {
-        let HistoryRoom { rest, strain, slid, effective, stress, .. } = room;
+        let HistoryWorkspace { rest, strain, slid, effective, stress, .. } = room;
         self.set_effective(moment, form, parameters.has_own_times, effective);
         let history = self.history(moment);
         let count = effective.values.len();
@@ -297,10 +297,10 @@ impl<R: Transposed> StepMap<'_, R> {
         d: &[f64],
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut HistoryRoom<1>,
+        room: &mut HistoryWorkspace<1>,
     ) {
         let rod = self.step.rod;
-        let HistoryRoom { effective, along, by_strain, by_own, .. } = room;
+        let HistoryWorkspace { effective, along, by_strain, by_own, .. } = room;
         let internal = &mut state.internal;
         let has_history = !internal.strain.is_empty();
         let form = has_history.then(|| self.form(moment));
@@ -359,7 +359,7 @@ impl<R: Transposed> StepMap<'_, R> {
         &self,
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut HistoryRoom<1>,
+        room: &mut HistoryWorkspace<1>,
     ) {
         let (before, now) = (&self.step.before.internal, &self.step.after.internal);
         let InternalVariables { strain, strain_rate, relaxing, .. } = &mut state.internal;

@@ -1,7 +1,7 @@
 //! The derivative of an implicit step as a linear map, and its transpose.
 //!
 //! A converged step satisfies `R(q1; q0, v0, a0, n0, p) = 0`. Derivatives along parameters go forward through it: with the
-//! tangent `J` of the step at its solution, `J dq1 = -dR|q1`, and what else the next step needs follows from `dq1`. The
+//! tangent `J` of the step at its solution, `J dq1 = -dR|q1`, and velocities, forces and internal variables follow from `dq1`. The
 //! derivatives of a misfit by the state at the end go back through it, with the transposed operations in reverse order;
 //! `J` is symmetric, so that its factors solve both. One description serves both directions: the factors of the
 //! [equations of every unknown](nodal), the [forms of the strains' history](history), and the rod's products with the
@@ -20,8 +20,8 @@ pub use supports::MovingSupports;
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::Linearization;
-use crate::dynamics::step_map::drag::DragRoom;
-use crate::dynamics::step_map::history::{HistoryMoment, HistoryRoom};
+use crate::dynamics::step_map::drag::DragWorkspace;
+use crate::dynamics::step_map::history::{HistoryMoment, HistoryWorkspace};
 use crate::dynamics::step_map::nodal::{Begun, NodalEquations};
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};
 use crate::error::Error;
@@ -54,7 +54,7 @@ pub struct Held<const G: usize> {
 
 /// Lists that the map works in.
 #[derive(Clone)]
-pub struct Room<R: Rod<f64>, const G: usize> {
+pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
     /// Derivatives of the forces at fixed unknowns, or of a misfit by the forces.
     direct: Vec<[f64; G]>,
     /// The right-hand side of the step's equations, and its solution.
@@ -64,12 +64,12 @@ pub struct Room<R: Rod<f64>, const G: usize> {
     held: Vec<Held<G>>,
     /// Frames with derivatives, for supports that parameters move; empty elsewhere.
     dual_frames: Vec<DualFrames<R, f64>>,
-    history: HistoryRoom<G>,
-    drag: DragRoom,
+    history: HistoryWorkspace<G>,
+    drag: DragWorkspace,
 }
 
-impl<R: Rod<f64>, const G: usize> Room<R, G> {
-    /// Room for a rod with so many unknowns.
+impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
+    /// StepWorkspace for a rod with so many unknowns.
     pub fn new(unknowns: usize, dual_frames: Vec<DualFrames<R, f64>>) -> Self {
         let zero = vec![[0.0; G]; unknowns];
         Self {
@@ -79,8 +79,8 @@ impl<R: Rod<f64>, const G: usize> Room<R, G> {
             stiff: vec![0.0; unknowns],
             held: Vec::new(),
             dual_frames,
-            history: HistoryRoom::default(),
-            drag: DragRoom::default(),
+            history: HistoryWorkspace::default(),
+            drag: DragWorkspace::default(),
         }
     }
 }
@@ -121,12 +121,12 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        room: &mut Room<R, G>,
+        room: &mut StepWorkspace<R, G>,
     ) -> Result<(), Error> {
         let has_history = !state.internal.strain.is_empty();
         state.acceleration.resize(self.step.after.acceleration.len(), [0.0; G]);
         self.hold(parameters, state, room);
-        // How the forces at the end change at fixed unknowns.
+        // Derivatives of the forces at the end at fixed unknowns.
         if has_history {
             self.set_end_stress(parameters, &state.internal, &mut room.history);
         }
@@ -135,7 +135,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             true => self.set_average_forces(parameters, state, has_history, room),
         }
         self.add_drag(parameters, state, &room.held, &mut room.drag, &mut room.direct);
-        // What that and the start change of the equations, and how the solution answers.
+        // Right-hand side of the equations, their solution, and the state at the end.
         match state.acceleration.is_empty() {
             true => self.set_right::<G, false>(state, room),
             false => self.set_right::<G, true>(state, room),
@@ -147,7 +147,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             false => self.set_end::<G, true>(state, room),
         }
         self.add_scheme(parameters, state, room);
-        // What the next step takes from the material.
+        // Internal variables, and the forces that the next step takes as those of its start.
         if has_history {
             self.advance_history(parameters, state, &mut room.history);
             self.set_next_forces(parameters, state, room);
@@ -164,7 +164,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         state: &StateRates<G>,
-        room: &mut Room<R, G>,
+        room: &mut StepWorkspace<R, G>,
     ) {
         room.held.clear();
         let Some(motions) = &parameters.boundary_motion else {
@@ -196,7 +196,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         parameters: &ParameterRates<R, G>,
         state: &StateRates<G>,
         has_history: bool,
-        Room { direct, held, history, .. }: &mut Room<R, G>,
+        StepWorkspace { direct, held, history, .. }: &mut StepWorkspace<R, G>,
     ) {
         let (step, elastic) = (self.step, (&parameters.rods, &parameters.laws));
         let at = (&step.after.q[..], &step.before.frames);
@@ -219,7 +219,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         parameters: &ParameterRates<R, G>,
         state: &StateRates<G>,
         has_history: bool,
-        Room { direct, held, history, .. }: &mut Room<R, G>,
+        StepWorkspace { direct, held, history, .. }: &mut StepWorkspace<R, G>,
     ) {
         let (step, elastic) = (self.step, (&parameters.rods, &parameters.laws));
         let stages = step.coefficients(step.parameter).stages;
@@ -253,7 +253,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     fn set_right<const G: usize, const A: bool>(
         &self,
         state: &StateRates<G>,
-        room: &mut Room<R, G>,
+        room: &mut StepWorkspace<R, G>,
     ) {
         let (nodal, free) = (self.nodal, self.step.free.clone());
         let mass = &self.step.rod.mass()[free.clone()];
@@ -275,7 +275,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     fn add_numbers<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        room: &mut Room<R, G>,
+        room: &mut StepWorkspace<R, G>,
     ) {
         let [damping, scheme] = [parameters.numbers[MASS], parameters.numbers[SCHEME]];
         if parameters.mass.is_none() && [damping, scheme] == [Lanes::ZERO; 2] {
@@ -292,8 +292,8 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         }
     }
 
-    fn solve<const G: usize>(&self, room: &mut Room<R, G>) -> Result<(), Error> {
-        let (step, Room { right, solution, .. }) = (self.step, room);
+    fn solve<const G: usize>(&self, room: &mut StepWorkspace<R, G>) -> Result<(), Error> {
+        let (step, StepWorkspace { right, solution, .. }) = (self.step, room);
         step.led.fill(right, [0.0; G]);
         solution.copy_from_slice(right);
         step.factors.solve_many(solution);
@@ -310,7 +310,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     fn set_end<const G: usize, const A: bool>(
         &self,
         state: &mut StateRates<G>,
-        room: &mut Room<R, G>,
+        room: &mut StepWorkspace<R, G>,
     ) {
         let (nodal, free) = (self.nodal, self.step.free.clone());
         let mass = &self.step.rod.mass()[free.clone()];
@@ -331,12 +331,12 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         }
     }
 
-    /// Adds the parts of velocities and accelerations by the scheme's parameter, and takes what is held or led as it is.
+    /// Adds the parts of velocities and accelerations by the scheme's parameter, and sets held and prescribed unknowns.
     fn add_scheme<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        room: &Room<R, G>,
+        room: &StepWorkspace<R, G>,
     ) {
         let scheme = parameters.numbers[SCHEME];
         if scheme != Lanes::ZERO {
@@ -363,7 +363,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        Room { direct, history, .. }: &mut Room<R, G>,
+        StepWorkspace { direct, history, .. }: &mut StepWorkspace<R, G>,
     ) {
         let (step, (gradient, tangent)) = (self.step, self.step.next);
         let elastic = (!self.averages).then_some((&parameters.rods, &parameters.laws));
@@ -408,7 +408,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
         supports: &mut MovingSupports<R>,
-        room: &mut Room<R, 1>,
+        room: &mut StepWorkspace<R, 1>,
     ) -> Result<(), Error> {
         let step = self.step;
         R::rebase_back(step.end, &mut state.frames, state.q.as_flattened_mut());
@@ -441,7 +441,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         &self,
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut Room<R, 1>,
+        room: &mut StepWorkspace<R, 1>,
     ) {
         let step = self.step;
         let d = std::mem::take(&mut state.unbalanced).into_flattened();
@@ -468,7 +468,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         &self,
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut Room<R, 1>,
+        room: &mut StepWorkspace<R, 1>,
     ) {
         let has_acceleration = !self.step.after.acceleration.is_empty();
         room.direct.fill([0.0]);
@@ -489,7 +489,10 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     }
 
     /// Adds the derivatives by the right-hand side that follow from those by the solution.
-    fn solve_transposed(&self, Room { right, solution, .. }: &mut Room<R, 1>) -> Result<(), Error> {
+    fn solve_transposed(
+        &self,
+        StepWorkspace { right, solution, .. }: &mut StepWorkspace<R, 1>,
+    ) -> Result<(), Error> {
         let (factors, x) = (self.step.factors, solution.as_flattened_mut());
         let b = (factors.negative_pivots() > 0).then(|| x.to_vec());
         factors.solve(x);
@@ -505,7 +508,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         &self,
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut Room<R, 1>,
+        room: &mut StepWorkspace<R, 1>,
     ) {
         let step = self.step;
         for i in step.free.clone() {
@@ -531,7 +534,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         d: &[f64],
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
-        room: &mut Room<R, 1>,
+        room: &mut StepWorkspace<R, 1>,
     ) {
         let step = self.step;
         self.stress_transposed(HistoryMoment::End, d, state, slopes, &mut room.history);

@@ -63,7 +63,7 @@ impl<R: Transposed> MovingSupports<R> {
         frames: &mut [FrameRate<1>],
     ) {
         if self.prescribed.is_empty() {
-            // What is held stays where it is.
+            // Held unknowns do not move.
             (0..v.len()).filter(|i| !step.free.contains(i)).for_each(|i| v[i] = 0.0);
             return;
         }

@@ -2,7 +2,7 @@
 //! Wanner, *Solving Ordinary Differential Equations II*, section VI.3 and the code of that name).
 //!
 //! Each stage solves a linear system with the tangent at the start of the step. For `q' = v`,
-//! `M v' = -n(q) - c M v` the rates eliminate themselves: with `u` and `w` what a stage adds to
+//! `M v' = -n(q) - c M v` the rates eliminate themselves: with `u` and `w` the increments of a stage in
 //! `q` and `v`, `a = gamma h`, and `r`, `s` its right-hand sides,
 //!
 //! ```text
@@ -19,8 +19,7 @@ use crate::rod::{FactorsOf, Rod, State};
 
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
-/// How much of the stages before goes into where the forces of a stage are taken; the last row is
-/// the end of the step.
+/// Weights of earlier stages in the place of the forces of a stage; the last row is the end of the step.
 const PLACE: [&[f64]; STAGES + 1] = [
     &[],
     &[1.544],
@@ -32,7 +31,7 @@ const PLACE: [&[f64]; STAGES + 1] = [
 ];
 const FIFTH: [f64; 4] =
     [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895];
-/// How much of them, over the step, goes into a stage's right-hand side.
+/// Weights of earlier stages, over the step size, in the right-hand side of a stage.
 const RATE: [&[f64]; STAGES] = [
     &[],
     &[-5.6688],
@@ -48,13 +47,13 @@ const RATE: [&[f64]; STAGES] = [
     ],
 ];
 
-/// The room of a step.
+/// The work arrays of a step.
 #[derive(Clone, Debug)]
 pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
     gradient: Vec<D>,
     tangent: R::Tangent,
     factors: FactorsOf<R, D>,
-    /// What the stages add to `q` and to `v`.
+    /// The increments of the stages in `q` and in `v`.
     u: [Vec<D>; STAGES],
     w: [Vec<D>; STAGES],
     q: Vec<D>,
@@ -103,7 +102,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         Ok(())
     }
 
-    /// `q` and `v` become those of the state with parts of the stages added.
+    /// Sets `q` and `v` to those of the state plus parts of the stages.
     fn move_to<F>(&mut self, parts: &[f64], state: &State<D, F>) {
         for (to, from, stages) in
             [(&mut self.q, &state.q, &self.u), (&mut self.v, &state.v, &self.w)]
@@ -117,7 +116,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Finds what `stage` adds, from the gradient and the velocities there.
+    /// Solves for the increments of `stage`, from the gradient and the velocities there.
     fn solve(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);

@@ -39,7 +39,7 @@ pub struct Splitting<D> {
     inverse_mass: Vec<D>,
 }
 
-/// What a splitting is composed of; none for other schemes.
+/// The composition of a splitting scheme; none for other schemes.
 fn composition(scheme: Scheme) -> Option<&'static Composition> {
     match scheme {
         Scheme::Verlet => Some(&VERLET),
@@ -49,14 +49,13 @@ fn composition(scheme: Scheme) -> Option<&'static Composition> {
 }
 
 impl<D: Scalar> Splitting<D> {
-    /// A scheme's, if it is a splitting, for a rod of these masses, kg (kg m^2 for angles).
+    /// The splitting of a scheme, if it is one, for a rod of these masses, kg (kg m^2 for angles).
     pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
         let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
         composition(scheme).map(|composition| Self { composition, inverse_mass: inverse_mass() })
     }
 
-    /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
-    /// without it.
+    /// Makes a step. `state.unbalanced` is the gradient at `state.q` before and after, for schemes that use it there.
     pub(crate) fn step<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,

@@ -1,14 +1,14 @@
 //! The initial acceleration of a rod from its places and velocities, filtered by the step size.
 //!
 //! Where places come from a measurement, forces there are mostly errors of places: of a rod that hardly stretches, a
-//! micrometre along an edge is many times its weight. An implicit step only takes from them what it resolves, and
+//! micrometre along an edge is many times its weight. An implicit step takes the resolved part of them only, and
 //! so does this: with the forces `n` and their derivatives `K` and `C`,
 //!
 //! ```text
 //! (M + h C + h^2 K) a = -n
 //! ```
 //!
-//! which is what Newton's method solves in a step of implicit Euler.
+//! the linear system of a step of implicit Euler.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::{Step, System, Work};
