@@ -33,6 +33,22 @@ pub struct BandMatrix<D, const W: usize> {
     below: Vec<[D; W]>,
 }
 
+/// A product that is added to a list, as work for a vector unit. A closure instead would be compiled without its instructions.
+struct Product<'a, D, const W: usize, const G: usize> {
+    matrix: &'a BandMatrix<D, W>,
+    x: &'a [[D; G]],
+    out: &'a mut [[D; G]],
+}
+
+impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.matrix.add_product_inlined(self.x, self.out);
+    }
+}
+
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     /// Number of rows.
     pub fn order(&self) -> usize {
@@ -176,10 +192,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     }
 
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        with_simd_if_wide::<_, G>(
-            #[inline(always)]
-            || self.add_product_inlined(x, out),
-        );
+        with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
     }
 
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {

@@ -70,6 +70,38 @@ impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
     }
 }
 
+/// A factorization as work for a vector unit. A closure instead would be compiled without its instructions.
+struct Factor<'a, D, const W: usize> {
+    factors: &'a mut Ldlt<D, W>,
+    sum: WeightedSum<'a, D, W>,
+}
+
+impl<D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, W> {
+    type Output = Result<(), Singular>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.factors.eliminate_inlined(self.sum)
+    }
+}
+
+/// A solution of linear systems, likewise.
+struct Solve<'a, D, E, const W: usize, const R: usize> {
+    factors: &'a Ldlt<D, W>,
+    x: &'a mut [[E; R]],
+}
+
+impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
+    for Solve<'_, D, E, W, R>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factors.solve_blocks::<E, R, true>(self.x);
+    }
+}
+
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
@@ -112,10 +144,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
         match E::PLAIN && has_simd() {
-            true => with_simd(
-                #[inline(always)]
-                || self.solve_blocks::<E, R, true>(x),
-            ),
+            true => with_simd(Solve { factors: self, x }),
             false => self.solve_blocks::<E, R, false>(x),
         }
     }
@@ -125,10 +154,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     /// Factors a matrix, with vector instructions for numbers without derivatives.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
-            true => with_simd(
-                #[inline(always)]
-                || self.eliminate_inlined(sum),
-            ),
+            true => with_simd(Factor { factors: self, sum }),
             false => self.eliminate_inlined(sum),
         }
     }
