@@ -266,7 +266,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         for i in 0..count {
             let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
             let start = [Lanes(q[i]), Lanes(v[i]), a0, Lanes(n0[i]), Lanes(direct[i])];
-            let [n, r] = nodal.residual(mass[i], start);
+            let [n, r] = nodal.residual::<G, A>(mass[i], start);
             (direct[i], right[i]) = (n.0, r.0);
         }
     }
@@ -322,7 +322,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let (right, solution) = (&right[..count], &room.solution[free][..count]);
         for i in 0..count {
             let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
-            let [v1, a1] = nodal.end([Lanes(q[i]), Lanes(v[i]), a0, Lanes(solution[i])]);
+            let [v1, a1] = nodal.end::<G, A>([Lanes(q[i]), Lanes(v[i]), a0, Lanes(solution[i])]);
             let solved = [Lanes(direct[i]), Lanes(right[i]), Lanes(solution[i])];
             (q[i], v[i], n1[i]) = (solution[i], v1.0, nodal.force(mass[i], solved).0);
             if A {

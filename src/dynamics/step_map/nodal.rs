@@ -55,10 +55,14 @@ fn dot(factors: &[f64; 3], begun: &Begun) -> f64 {
     factors[0] * begun[0] + factors[1] * begun[1] + factors[2] * begun[2]
 }
 
-/// `a . [x, y, z]`.
+/// `a . [x, y, z]`, without `z` where the scheme has no accelerations, `A`.
 #[inline(always)]
-fn combined<const G: usize>([a, b, c]: [f64; 3], [x, y, z]: [Lanes<G>; 3]) -> Lanes<G> {
-    x * a + y * b + z * c
+fn combined<const G: usize, const A: bool>(
+    [a, b, c]: [f64; 3],
+    [x, y, z]: [Lanes<G>; 3],
+) -> Lanes<G> {
+    let sum = x * a + y * b;
+    if A { sum + z * c } else { sum }
 }
 
 impl StepFactors {
@@ -93,16 +97,23 @@ impl NodalEquations {
         Self { h: coefficients.h, damping, value, slope, by_end: value.end.recip() }
     }
 
-    /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`.
+    /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn residual<const G: usize>(
+    pub fn residual<const G: usize, const A: bool>(
         &self,
         m: f64,
         [q0, v0, a0, n0, force]: [Lanes<G>; 5],
     ) -> [Lanes<G>; 2] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
-        let n = force + combined([-dq, dv, da], [q0, v0, a0]) * (self.damping * m);
-        [n, (q0 + v0 * self.h - a0 * inertia) * m - n * end - n0 * start]
+        let mut n = force;
+        if self.damping != 0.0 {
+            n += combined::<G, A>([-dq, dv, da], [q0, v0, a0]) * (self.damping * m);
+        }
+        let mut moved = q0 + v0 * self.h;
+        if A {
+            moved -= a0 * inertia;
+        }
+        [n, moved * m - n * end - n0 * start]
     }
 
     /// The derivatives of a number by the arguments of [`residual`](Self::residual) from those by its results.
@@ -120,11 +131,17 @@ impl NodalEquations {
         ]
     }
 
-    /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`.
+    /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn end<const G: usize>(&self, [q0, v0, a0, q1]: [Lanes<G>; 4]) -> [Lanes<G>; 2] {
+    pub fn end<const G: usize, const A: bool>(
+        &self,
+        [q0, v0, a0, q1]: [Lanes<G>; 4],
+    ) -> [Lanes<G>; 2] {
         let begun = [q1 - q0, v0, a0];
-        [combined(self.value.velocity, begun), combined(self.value.acceleration, begun)]
+        [
+            combined::<G, A>(self.value.velocity, begun),
+            combined::<G, A>(self.value.acceleration, begun),
+        ]
     }
 
     /// The derivatives of a number by the arguments of [`end`](Self::end) from those by its results.
