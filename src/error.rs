@@ -188,7 +188,7 @@ pub enum Error {
     /// Not all of the lowest modes were found.
     #[error(
         "the {asked} lowest of {unknowns} modes were not found reliably: too many frequencies are close together, \
-         or the rounding errors of a very fine mesh are too large. Ask for fewer modes, or use a coarser mesh"
+         or the rounding errors of a very fine mesh are too large. Request fewer modes, or use a coarser mesh"
     )]
     Unconverged {
         /// Number of requested modes.
@@ -317,8 +317,8 @@ impl From<marker_files::Error> for Error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),
             marker_files::Error::Data { path, line, message } => Self::Data { path, line, message },
             marker_files::Error::Accelerations { path, allowed } => {
-                let found = "accelerations instead of positions; those of a moved end, `ax, ay, az`, belong in \
-                             [[supports.motion]]";
+                let found = "accelerations instead of positions. Give accelerations `ax, ay, az` \
+                             of a moved end in [[supports.motion]]";
                 Self::Data { path, line: 1, message: format!("found {found}, allowed: {allowed}") }
             }
             other => Self::Fit(other.to_string()),

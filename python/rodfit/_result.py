@@ -90,7 +90,7 @@ class FitResult:
         """The result with the data of plots; the fit is repeated if they were not kept."""
         if self._native.plots() is None:
             if self._fit is None:
-                raise refused("plots", "none in a result that was read", "solve(plots=True) before it is written")
+                raise refused("plots", "no plot data in this result", "a result of solve(plots=True)")
             self._native = self._fit.solve(True, None)
         return self._native
 

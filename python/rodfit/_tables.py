@@ -41,4 +41,4 @@ def _plain(value: Any) -> Any:
         return os.fspath(value)
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError(f"{type(value).__name__} is nothing that a scene holds")
+    raise TypeError(f"{type(value).__name__} is not a type that a scene can contain")

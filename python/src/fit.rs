@@ -88,13 +88,13 @@ impl PyFit {
         if rows != t.len() || !(1..=3).contains(&axes) {
             let n = t.len();
             let words = format!(
-                "xyz: found {rows} by {axes}, allowed: {n} by 1 to 3, a row for every time"
+                "xyz: found {rows} by {axes}, allowed: {n} by 1 to 3, one row for each time"
             );
             return Err(refused(py, words));
         }
         if ![0, 1, rows].contains(&sigma.len()) {
             let words = format!(
-                "sigma: found {} values, allowed: one, or {rows}, one for every time",
+                "sigma: found {} values, allowed: one value, or {rows}, one for each time",
                 sigma.len()
             );
             return Err(refused(py, words));

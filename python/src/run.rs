@@ -43,7 +43,7 @@ impl PyRun {
                 let array = flat.reshape([steps, nodes, 2, 3]);
                 array.map(|array| array.unbind())
             };
-            let shaped = "as many numbers as the shape has";
+            let shaped = "as many numbers as the shape contains";
             let energies = energies.into_flattened().into_pyarray(py).reshape([steps, 5]);
             Self {
                 problem,

@@ -62,7 +62,7 @@ def test_a_task_of_its_own(tmp_path):
     command("plan", tmp_path / "campaign.toml", "--out", out)
     other = rodfit._rodfit.Campaign(out).open_tasks()
     assert len(other) == 20 and rodfit.campaign.solve(out, other[0]) == 0
-    with pytest.raises(rodfit.InputError, match="one of the plan"):
+    with pytest.raises(rodfit.InputError, match="a task of the plan"):
         rodfit.campaign.solve(out, ids[0])
     assert results(out) == 2
 

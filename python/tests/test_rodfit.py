@@ -140,13 +140,13 @@ def test_scenes_convert_to_tables_and_back(scene):
     for other in (rodfit.Scene(table, DATA), rodfit.Scene(DATA / "cantilever.toml"), rodfit.Scene.load(DATA / "cantilever.toml")):
         assert np.array_equal(other.simulate().tip, scene.simulate().tip)
     # A fit file is no scene, and a number neither.
-    with pytest.raises(rodfit.InputError, match="rodfit.Scene; a fit file is read by Fit.load"):
+    with pytest.raises(rodfit.InputError, match="rodfit.Scene. Read a fit file with Fit.load"):
         rodfit.Fit("cantilever-fit.toml")
-    with pytest.raises(rodfit.InputError, match="point: found an argument, allowed: beside numbers at, sigma"):
+    with pytest.raises(rodfit.InputError, match="point: found an argument, allowed: only at, sigma"):
         rodfit.Fit(scene).observe([0.0], [[0.5]], point="tip")
     with pytest.raises(rodfit.InputError, match="found 0.1 s after 0.2 s"):
         rodfit.Fit(scene).observe([0.2, 0.1], [[0.5], [0.5]]).add("youngs_modulus").solve()
-    with pytest.raises(rodfit.InputError, match="nearest: youngs_modulus"):
+    with pytest.raises(rodfit.InputError, match="Similar names: youngs_modulus"):
         rodfit.Fit(scene).add("E")
     with pytest.raises(rodfit.InputError, match="scene: found int, allowed: a table, or the name"):
         rodfit.Scene(3)
@@ -371,9 +371,9 @@ def test_errors_have_file_key_and_line(scene, tmp_path):
     assert isinstance(error.value, rodfit.RodfitError) and isinstance(error.value, ValueError)
     again = pickle.loads(pickle.dumps(error.value))
     assert (str(again), again.key) == (str(error.value), "rod.segments")
-    with pytest.raises(rodfit.InputError, match="nearest: .*youngs_modulus"):
+    with pytest.raises(rodfit.InputError, match="Similar names: .*youngs_modulus"):
         scene.simulate(["youngs_moduls"])
-    with pytest.raises(rodfit.InputError, match="nearest: .*youngs_modulus"):
+    with pytest.raises(rodfit.InputError, match="Similar names: .*youngs_modulus"):
         rodfit.Fit(scene).add("youngs_moduls")
     with pytest.raises(rodfit.InputError, match="xyz"):
         rodfit.Fit(scene).observe([0.0, 1.0], [[0.0, 1.0]])

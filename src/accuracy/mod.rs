@@ -143,8 +143,11 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
     if edges > MAX_SEGMENTS {
-        let found = format!("left out for a rod that needs {edges}");
-        let allowed = format!("left out where {MAX_SEGMENTS} are enough, or a number");
+        let found = format!("no value, for a rod that needs {edges} segments");
+        let allowed = format!(
+            "a number, or no value for a rod that needs at most {MAX_SEGMENTS} \
+                               segments"
+        );
         return Err(Error::invalid("rod.segments", found, allowed));
     }
     Ok(allowed_edges(scene, edges))

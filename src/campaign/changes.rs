@@ -49,8 +49,8 @@ impl Key {
             return Ok(Self::Fit(parts));
         }
         scene_path(&parts).map(Self::Scenes).ok_or_else(|| {
-            let allowed = "a key of the fit file, as in observation.0.file, of its scene, as in rod.segments, or a \
-                           number of the scene by its short name, as in radius";
+            let allowed = "a key of the fit file, such as observation.0.file, a key of its scene, \
+                           such as rod.segments, or the short name of a scene parameter, such as radius";
             Error::invalid(name, "no such key", allowed)
         })
     }
@@ -93,7 +93,7 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
 /// Sets the value at a path, and creates missing tables on the way. A number in the place of a text becomes a text.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
-        let allowed = "a key of the file; items of lists are counted from 0";
+        let allowed = "a key of the file; list items are counted from 0";
         Error::invalid(path.join("."), "a key that the file does not have", allowed)
     };
     let [first, rest @ ..] = path else { return Ok(()) };

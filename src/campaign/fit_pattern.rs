@@ -36,7 +36,7 @@ pub(crate) fn matching_files(
     walk.visit(folder, &parts).map_err(|scope| {
         let found = format!("{pattern:?}, which would search {scope}");
         let allowed =
-            "a pattern that begins with the folder of the fits, as in specimens/**/fit.toml";
+            "a pattern that begins with the folder of the fits, such as specimens/**/fit.toml";
         Error::invalid(key, found, allowed)
     })?;
     Ok(walk.files.into_iter().collect())

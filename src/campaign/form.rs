@@ -161,8 +161,9 @@ impl CampaignFile {
                 }
             }
             if all.len() == before {
-                let allowed = "the name of a fit file, or a pattern of such, from the folder of the campaign file";
-                let found = format!("{pattern:?}, which no other file matches");
+                let allowed = "the name of a fit file, or a pattern of names, relative to the \
+                               folder of the campaign file";
+                let found = format!("{pattern:?}, which matches no further file");
                 return Err(Error::invalid(key, found, allowed));
             }
         }
@@ -182,8 +183,8 @@ fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
         let own = Key::new(key).map_err(|error| error.below("grid"))?;
         // A short name and a path may be the same parameter.
         if let Some((other, _)) = known.iter().find(|(_, other)| *other == own) {
-            let allowed = format!("one of the two: {other} is the same");
-            return Err(Error::invalid(path, "the same number twice", allowed));
+            let allowed = format!("one of the two keys; {other} is the same parameter");
+            return Err(Error::invalid(path, "the same parameter twice", allowed));
         }
         known.push((key, own));
         let Value::Array(values) = value else {
@@ -191,7 +192,7 @@ fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
         };
         if values.is_empty() || all.len().saturating_mul(values.len()) > MOST_TASKS {
             let allowed =
-                format!("a list of one value or more, and up to {MOST_TASKS} combinations");
+                format!("a list of at least one value, and at most {MOST_TASKS} combinations");
             return Err(Error::invalid(path, format!("{} values", values.len()), allowed));
         }
         let more = values.iter().map(|value| Changes::from([(key.clone(), value.clone())]));

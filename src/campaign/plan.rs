@@ -209,7 +209,7 @@ impl Plan {
         let tasks = text(&file)?;
         let found = tasks.lines().count();
         if found != planned || hash(tasks.as_bytes(), DIGEST_BYTES) != digest {
-            let found = format!("{found} lines that are not those that were planned");
+            let found = format!("{found} lines that differ from the planned ones");
             let allowed = format!("the {planned} planned lines; run `rodfit campaign plan` again");
             return Err(Error::invalid("tasks", found, allowed).in_file(Some(&file)));
         }
@@ -339,8 +339,8 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     match folder.join(DESCRIPTION_FILE).is_file() || entries.all(is_own) {
         true => Ok(()),
         false => {
-            let found = format!("{}, which has other files in it", folder.display());
-            Err(Error::invalid("--out", found, "a new folder, or that of a campaign"))
+            let found = format!("{}, a folder with other files", folder.display());
+            Err(Error::invalid("--out", found, "a new folder, or the folder of a campaign"))
         }
     }
 }
@@ -356,7 +356,7 @@ fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> 
     serde_json::from_str(text).map_err(|error| {
         let error = error.to_string();
         let found = with_tokens_cut(&error, '"');
-        let message = format!("found {found}, allowed: what `rodfit campaign plan` wrote");
+        let message = format!("found {found}, allowed: a line that `rodfit campaign plan` wrote");
         Error::Data { path: path.into(), line, message }
     })
 }

@@ -59,8 +59,10 @@ impl Shard {
             let count = number("SLURM_ARRAY_TASK_COUNT")?.or(count);
             let count = count.ok_or_else(|| unknown_count("SLURM_ARRAY_TASK_ID", id))?;
             let gaps = || {
-                let found = format!("{id} in an array of {count} from {first} in steps of {step}");
-                let allowed = "an array without gaps, in which fits with a result are skipped, or --shard i/n";
+                let found =
+                    format!("{id} in an array of {count} indices from {first} in steps of {step}");
+                let allowed = "an array without gaps, or --shard i/n. Fits with a result are \
+                               skipped";
                 Error::invalid("SLURM_ARRAY_TASK_ID", found, allowed)
             };
             let index = id.saturating_sub(first) / step;

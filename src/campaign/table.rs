@@ -30,8 +30,12 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
     check_header(&header).map_err(|message| error(1, message))?;
     let names_fits = header.contains(&FIT);
     if names_fits != fits.is_empty() {
-        let found =
-            if names_fits { "a column fit beside fits" } else { "neither a column fit nor fits" };
+        let found = if names_fits {
+            "both a column fit and the key fits"
+        } else {
+            "neither a column fit \
+                             nor the key fits"
+        };
         return Err(error(1, format!("found {found}, allowed: one of the two")));
     }
     let mut all = Vec::new();
@@ -71,16 +75,20 @@ fn check_header(header: &[&str]) -> Result<(), String> {
     let mut keys: Vec<(&str, Key)> = Vec::new();
     for (k, column) in header.iter().enumerate() {
         if header[..k].contains(column) {
-            return Err(format!("found {} twice, allowed: every column once", token(column)));
+            return Err(format!(
+                "found the column {} twice, allowed: each column once",
+                token(column)
+            ));
         }
         if [FIT, NAME].contains(column) || column.starts_with('#') {
             continue;
         }
-        let also = "; fit, name, and columns whose name begins with #";
+        let also = "; also fit, name, and columns whose name begins with #";
         let key = Key::new(column).map_err(|error| format!("{error}{also}"))?;
         if let Some((other, _)) = keys.iter().find(|(_, other)| *other == key) {
             return Err(format!(
-                "found {} beside {}, allowed: one of the two, which are the same",
+                "found the columns {} and {}, which are the same parameter, allowed: one of the \
+                 two",
                 token(column),
                 token(other)
             ));

@@ -491,7 +491,7 @@ impl CheckReport {
             .warnings(Vec::<String>::new());
         if let Some(w) = &self.worst {
             let text = format!(
-                "{} of {}, {}: by hand {:e}, by dual numbers {:e}",
+                "{} of {}, {}: hand-derived {:e}, dual numbers {:e}",
                 w.quantity, w.element, w.dof, w.hand, w.dual
             );
             summary = summary.fact("Largest difference", text);

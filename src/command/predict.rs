@@ -19,16 +19,16 @@ pub struct PredictOptions {
     /// compared. Else each file is the motion of `--point`, or, without `[time]` in the scene, a shape at rest.
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Point of the rod that a file shows: `tip`, or its arc length in metres.
+    /// Observed point of the rod: `tip`, or its arc length in meters.
     #[arg(long, value_name = "POINT", default_value = "tip")]
     point: String,
-    /// Marker of the file, by its name.
+    /// Name of the marker in the file.
     #[arg(long, value_name = "NAME")]
     marker: Option<String>,
     /// Standard deviation of the measured positions, m.
     #[arg(long, value_name = "M")]
     sigma: Option<f64>,
-    /// Clock of the file at the start of the motion, in its unit.
+    /// Time in the file at which the motion starts, in the unit of the file.
     #[arg(long, value_name = "TIME")]
     time_zero: Option<f64>,
     #[command(flatten)]
@@ -38,7 +38,7 @@ pub struct PredictOptions {
     /// Write a page with errors, data and model, `predict.html`, and `predict.json` into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Which derivatives to step with.
+    /// Derivatives of the energies in the time stepper.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: DerivativesOption,
 }

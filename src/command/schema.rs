@@ -15,6 +15,7 @@ const SHARED: &str = include_str!("schema/shared.json");
 #[derive(clap::Args)]
 pub struct SchemaOptions {
     /// Kind of the file or result.
+    #[arg(value_name = "KIND")]
     of: SchemaKind,
 }
 
@@ -31,6 +32,16 @@ enum SchemaKind {
     Result,
     /// JSON of `rodfit simulate`.
     Simulation,
+    /// JSON of `rodfit static`.
+    Static,
+    /// JSON of `rodfit modes`.
+    Modes,
+    /// JSON of `rodfit study`.
+    Study,
+    /// JSON of `rodfit predict`.
+    Predict,
+    /// JSON of `rodfit design`.
+    Design,
 }
 
 /// Prints the schema.
@@ -63,6 +74,11 @@ impl SchemaKind {
             Self::Campaign => include_str!("schema/campaign.json"),
             Self::Result => include_str!("schema/result.json"),
             Self::Simulation => include_str!("schema/simulation.json"),
+            Self::Static => include_str!("schema/static.json"),
+            Self::Modes => include_str!("schema/modes.json"),
+            Self::Study => include_str!("schema/study.json"),
+            Self::Predict => include_str!("schema/predict.json"),
+            Self::Design => include_str!("schema/design.json"),
         }
     }
 }

@@ -42,8 +42,7 @@ pub(super) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let percent = 100.0 * change;
     let words = format!(
         "the scheme {} changed the total energy by {percent:.0} % of the largest kinetic energy, though the scene has no \
-         damping. The motion is damped by the numerics. Take a smaller time.step or scheme = \"average-vector-field\", \
-         or give the rod the damping that it has",
+         damping. The motion has numerical damping. Use a smaller time.step or scheme = \"average-vector-field\", or add the physical damping of the rod",
         time.scheme.name()
     );
     (change.is_nan() || change > most).then_some((Code::NumericalDamping, words))

@@ -255,22 +255,28 @@ impl SimulationReport {
         let time = scene.time.as_ref();
         let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
-            "the rod stays where it is".into()
+            "the rod does not move".into()
         } else if scene.supports.move_ends() {
-            format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
+            format!("energy changed from {start:.3e} to {end:.3e} J, work of the supports included")
         } else if scene.loads.have_flow() {
-            format!("energy went from {start:.3e} to {end:.3e} J, with the work of the fluid")
+            format!("energy changed from {start:.3e} to {end:.3e} J, work of the fluid included")
         } else if scene.loads.are_dissipative() {
-            format!("damping took {:.3e} J of energy", start - end)
+            format!("damping dissipated {:.3e} J", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
-            format!("beta = {beta} took {part} of the largest kinetic energy")
+            format!(
+                "numerical damping (beta = {beta}) dissipated {part} of the largest kinetic \
+                     energy"
+            )
         } else if let Some(time) = time.filter(|t| t.scheme == Scheme::GeneralisedAlpha) {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
             let rho_inf = time.rho_inf;
-            format!("rho_inf = {rho_inf} took {part} of the largest kinetic energy")
+            format!(
+                "numerical damping (rho_inf = {rho_inf}) dissipated {part} of the largest \
+                     kinetic energy"
+            )
         } else if self.energy_drift() <= MAX_KEPT {
-            format!("energy kept to {} of the largest kinetic energy", percent(drift))
+            format!("energy conserved within {} of the largest kinetic energy", percent(drift))
         } else {
             let name = self.scene.scheme().name();
             format!("{name} changed the energy by {} of the largest kinetic energy", percent(drift))

@@ -258,7 +258,7 @@ impl<D: Scalar> Recorded<'_, D> {
     /// Rejects times outside of the record.
     fn check(&self, time: f64) -> Result<(), Error> {
         let Some(&last) = self.times.last() else {
-            return Err(Error::invalid("trajectory", "no records", "one that has run"));
+            return Err(Error::invalid("trajectory", "no record", "a trajectory that has run"));
         };
         match time >= 0.0 && time <= last * (1.0 + 1e-9) {
             true => Ok(()),

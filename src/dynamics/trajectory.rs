@@ -187,16 +187,16 @@ impl Trajectory {
             return Err(Error::invalid(
                 "trajectory",
                 found,
-                "an empty one: a new one for each run",
+                "an empty record. Make a new trajectory for each run",
             ));
         }
         if problem.scene() != self.problem.scene() {
-            let allowed = "the one the trajectory was made for: a new one for each problem";
+            let allowed = "the problem of the trajectory. Make a new trajectory for each problem";
             return Err(Error::invalid("problem", "another scene", allowed));
         }
         let most = problem.time()?.steps();
         if steps > most {
-            let allowed = format!("up to {most}, where the scene's time ends");
+            let allowed = format!("up to {most}, the end of the time of the scene");
             return Err(Error::invalid("steps", steps, allowed));
         }
         Ok(())

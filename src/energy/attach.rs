@@ -62,19 +62,19 @@ impl Scene {
         let key = format!("energy.{name}");
         let names: Vec<&str> = self.energies.iter().map(Attached::name).collect();
         let Some(place) = names.iter().position(|other| *other == name) else {
-            let allowed = format!("those of the file: {}", names.join(", "));
+            let allowed = format!("the energies of the file: {}", names.join(", "));
             return Err(Error::invalid(key, "no such energy", allowed));
         };
         let written = &self.energies[place];
         let known: Vec<&str> = E::PARAMETERS.iter().map(|(name, _)| *name).collect();
         if let Some((other, _)) = written.values().find(|(name, _)| !known.contains(name)) {
-            let allowed = format!("its parameters: {}", known.join(", "));
-            return Err(Error::invalid(key, format!("a number {other}"), allowed));
+            let allowed = format!("the parameters of the energy: {}", known.join(", "));
+            return Err(Error::invalid(key, format!("a parameter {other}"), allowed));
         }
         let mut values = [0.0; P];
         for (value, name) in values.iter_mut().zip(&known) {
             let there = written.values().find(|(other, _)| other == name);
-            *value = *there.ok_or_else(|| Error::invalid(&key, "no number", *name))?.1;
+            *value = *there.ok_or_else(|| Error::invalid(&key, "no value", *name))?.1;
         }
         self.energies[place] = Attached::new(name, written.at(), code(energy), &values);
         Ok(())

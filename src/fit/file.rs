@@ -139,7 +139,10 @@ impl TryFrom<toml::Value> for SceneForm {
             toml::Value::Table(scene) => Ok(Self::Inline(scene)),
             other => {
                 let found = other.type_str();
-                Err(format!("found {found} as a scene, allowed: its file, or a table with it"))
+                Err(format!(
+                    "found {found} as a scene, allowed: the name of a scene file, or a \
+                             table with a scene"
+                ))
             }
         }
     }
@@ -170,9 +173,9 @@ impl ExperimentForm {
         if paths.is_empty() {
             return Ok(vec![self.named_after_recording()]);
         }
-        ensure(self.path.is_none(), key("paths"), "besides path", "one of the two")?;
+        ensure(self.path.is_none(), key("paths"), "both path and paths", "one of the two")?;
         let found = format!("{:?}", self.name.as_deref().unwrap_or_default());
-        let allowed = "no name besides paths: each experiment has that of its file";
+        let allowed = "no name together with paths, as each experiment is named after its file";
         ensure(self.name.is_none(), key("name"), found, allowed)?;
         let of_recording = |path| Self { path: Some(path), ..self.clone() }.named_after_recording();
         Ok(paths.into_iter().map(of_recording).collect())
@@ -375,7 +378,8 @@ impl FitFile {
         };
         let is_alone =
             unknown.start.is_none() && unknown.bounds.is_none() && unknown.prior.is_none();
-        let allowed = "no start, bounds or prior beside it: it is not identified";
+        let allowed = "no start, bounds or prior together with value, as the parameter is not \
+                       identified";
         ensure(is_alone, format!("{key}.fixed"), value, allowed)?;
         unknown.check(&self.experiments, &key)?;
         for experiment in self.experiments.iter_mut().filter(|e| unknown.is_of(e)) {
@@ -405,8 +409,8 @@ impl FitFile {
     ///
     /// [`Error::Invalid`] for a file with lists along the rod, which [`field_fit`](Self::field_fit) identifies.
     pub fn of_parameters(self) -> Result<Self, Error> {
-        let allowed = "[[parameter]] alone; `rodfit fit` finds numbers along the rod";
-        ensure(self.fields.is_empty(), "field", "numbers along the rod", allowed)?;
+        let allowed = "[[parameter]] only. Use `rodfit fit` for distributed parameters ([[field]])";
+        ensure(self.fields.is_empty(), "field", "distributed parameters", allowed)?;
         Ok(self)
     }
 
@@ -447,11 +451,11 @@ impl FitForm {
                 frequencies,
             }]),
             Some(_) => {
-                let allowed = "either scene, or [[experiment]] with a scene each";
-                Err(Error::invalid("scene", "besides [[experiment]]", allowed))
+                let allowed = "one scene, or a scene in each [[experiment]]";
+                Err(Error::invalid("scene", "both scene and [[experiment]]", allowed))
             }
             None if listed.is_empty() => {
-                Err(Error::invalid("scene", "none", "a scene, or [[experiment]] with a scene each"))
+                Err(Error::invalid("scene", "none", "one scene, or a scene in each [[experiment]]"))
             }
             None => {
                 let tables = [
@@ -460,8 +464,8 @@ impl FitForm {
                     ("frequencies", frequencies.is_empty()),
                 ];
                 for (table, is_empty) in tables {
-                    let allowed = format!("[[experiment.{table}]] below its [[experiment]]");
-                    ensure(is_empty, table, "besides [[experiment]]", allowed)?;
+                    let allowed = format!("[[experiment.{table}]] after its [[experiment]]");
+                    ensure(is_empty, table, "outside of [[experiment]]", allowed)?;
                 }
                 let (count, allowed) = (listed.len(), format!("up to {MOST_EXPERIMENTS}"));
                 ensure(count <= MOST_EXPERIMENTS, "experiment", count, allowed)?;

@@ -55,8 +55,14 @@ impl FrequenciesForm {
         };
         if let Some(modes) = self.modes {
             if modes.len() != values.len() {
-                let found = format!("{} modes for {} values", modes.len(), values.len());
-                return Err(Error::invalid(format!("{key}.modes"), found, "one each"));
+                let found =
+                    format!("{} mode numbers for {} frequencies", modes.len(), values.len());
+                return Err(Error::invalid(
+                    format!("{key}.modes"),
+                    found,
+                    "one mode number for \
+                                                   each frequency",
+                ));
             }
             frequencies = frequencies.of_modes(&modes)?;
         }

@@ -83,8 +83,8 @@ pub(crate) fn check(
             let (found, allowed) = match unknown.prior {
                 Some(_) => ("which has a prior", "a prior or a [[known]], not both"),
                 None => (
-                    "which is identified",
-                    "inputs that are not identified; give a parameter a prior instead",
+                    "which is a parameter of the fit",
+                    "inputs that are not fitted. Give a fitted parameter a prior instead",
                 ),
             };
             let found = format!("{}, {found}", known.parameter);
@@ -114,8 +114,8 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
             let others: Vec<usize> = (0..n).filter(|j| *j != i && is_named(&knowns[*j])).collect();
             let [j] = others[..] else {
                 let found = format!("{with}, of which there are {} others", others.len());
-                let allowed =
-                    "the name of one other [[known]], with its experiment where several have it";
+                let allowed = "the name of one other [[known]], with its experiment if several have that \
+                     name";
                 return Err(Error::invalid(key("with"), found, allowed));
             };
             ensure((-1.0..=1.0).contains(value), key("value"), value, "-1 .. 1")?;
@@ -131,7 +131,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     // A matrix with a negative eigenvalue is no correlation matrix.
     let least = SymmetricEigen::new(matrix.clone()).eigenvalues.iter().copied().fold(0.0, f64::min);
     let found = "correlations that contradict each other";
-    let allowed = "a matrix of correlations without negative eigenvalues";
+    let allowed = "a correlation matrix without negative eigenvalues";
     ensure(least >= -ROUNDING * n as f64, "known", found, allowed)?;
     Ok(matrix)
 }

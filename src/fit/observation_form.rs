@@ -161,7 +161,8 @@ impl ObservationForm {
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
             let alone = form.every.is_none() && form.glitches.is_none() && markers.is_none();
-            let allowed = "only point, offset, fps, axes, sigma and held_out with the duration of a planned observation";
+            let allowed = "only point, offset, fps, axes, sigma and held_out together with the \
+                           duration of a planned observation";
             let is_plan = file.is_none() && alone && recorded == Recording::default();
             ensure(is_plan, format!("{key}.duration"), duration, allowed)?;
             let planned = Observation::planned(duration, fps.unwrap_or_default());
@@ -177,7 +178,11 @@ impl ObservationForm {
             for (own, is_absent) in
                 [("every", form.every.is_none()), ("glitches", form.glitches.is_none())]
             {
-                let (found, allowed) = ("no markers beside it", "with markers = \"free\" only");
+                let (found, allowed) = (
+                    "an observation without markers",
+                    "with markers = \
+                                         \"free\" only",
+                );
                 ensure(is_absent, format!("{key}.{own}"), found, allowed)?;
             }
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
@@ -186,14 +191,16 @@ impl ObservationForm {
                 return Ok(vec![measurement(read.at(point.unwrap_or_default()))]);
             };
             let are_alone = recording.marker.is_none() && point.is_none() && !markers.is_empty();
-            let found = format!("{} markers, marker or point beside them", markers.len());
-            let allowed = "one marker or more, each with its point, and neither marker nor point in the observation";
+            let found = format!("{} markers together with marker or point", markers.len());
+            let allowed = "at least one marker with its point, and neither marker nor point in \
+                           the observation";
             ensure(are_alone, format!("{key}.markers"), found, allowed)?;
             let read = Observation::read_markers(file, &recording, &markers)?;
             return Ok(read.into_iter().map(measurement).collect());
         };
         let are_alone = file.is_none() && point.is_none() && recording == Recording::default();
-        let allowed = "no file, point, or keys of files beside free markers, which are those of supports.path";
+        let allowed = "no file, point or keys of files together with markers = \"free\", which \
+                       are markers of supports.path";
         ensure(are_alone, format!("{key}.markers"), "\"free\"", allowed)?;
         let every = form.every.unwrap_or(1);
         let glitches = form.glitches.unwrap_or_default();

@@ -75,7 +75,8 @@ impl ExperimentNames {
             Self::All => Ok(Vec::new()),
             Self::One(name) => Ok(vec![name]),
             Self::Some(names) if names.is_empty() => {
-                let allowed = "names; without the key all experiments share the number";
+                let allowed = "names of experiments, or no key, so that all experiments share the \
+                               parameter";
                 Err(Error::invalid(format!("{key}.experiment"), "[]", allowed))
             }
             Self::Some(names) => Ok(names),

@@ -48,7 +48,7 @@ impl ShapeForm {
                 RestShape::read_as(marker_files::file::at(folder, file), &recording)?
             }
             None if self.at.is_empty() => {
-                let allowed = "a file, or at = [arc lengths in m] of what is planned";
+                let allowed = "a file, or at = [arc lengths in m] for a planned shape";
                 return Err(Error::invalid(format!("{key}.file"), "none", allowed));
             }
             None if recording == Recording::default() => RestShape::planned(&self.at),

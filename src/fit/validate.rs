@@ -34,11 +34,11 @@ pub(crate) fn check(
 ) -> Result<(), Error> {
     // Validation data do not determine parameters.
     let fitted = fitted(experiments);
-    let allowed =
-        "at least one measurement without held_out; `rodfit predict` compares without a fit";
+    let allowed = "at least one measurement without held_out. Use `rodfit predict` for a comparison without \
+         a fit";
     ensure(all(&fitted).next().is_some(), "observation", "none", allowed)?;
     let allowed =
-        "at least one; for a prediction without a fit set held_out = true in every measurement";
+        "at least one. For a prediction without a fit set held_out = true in every measurement";
     ensure(!unknowns.is_empty(), "parameter", "none", allowed)?;
     check_experiments(experiments)?;
     check_unknowns(experiments, unknowns)?;
@@ -79,7 +79,7 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     for (place, size) in &analysis.plausible {
         let key = format!("analysis.plausible.{place:?}");
         let is_known = places.contains(&&place[..]);
-        ensure(is_known, &key, "no term that is looked for", places.join(", "))?;
+        ensure(is_known, &key, "no effect that is tested", places.join(", "))?;
         positive(&key, *size)?;
     }
     Ok(())
@@ -98,8 +98,13 @@ pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
         for (i, measurement) in experiment.measurements.iter().enumerate() {
             let key = format!("{}.file", measurement_key(experiment, i));
-            let allowed = "a file; use `rodfit design` for a plan";
-            ensure(!measurement.planned(), key, "none, as it is only planned", allowed)?;
+            let allowed = "a file. Use `rodfit design` for a plan";
+            ensure(
+                !measurement.planned(),
+                key,
+                "no file, as the measurement is only planned",
+                allowed,
+            )?;
         }
     }
     Ok(())
@@ -152,14 +157,17 @@ fn check_measurements(
     for (i, measurement) in experiment.measurements.iter().enumerate() {
         let key = measurement_key(experiment, i);
         measurement.check(experiment, &key, other_clock)?;
-        let allowed = "\"tip\" or { arc_length = metres from the wall }, and a column s in the place of node: \
-                       without rod.segments no node has an index";
+        let allowed = "\"tip\" or { arc_length = distance from the wall in m }, and a column s \
+                       instead of node, as nodes have no index without rod.segments";
         let has_index = chosen.segments && names_nodes(measurement);
         ensure(!has_index, &key, "a node by its index", allowed)?;
         let values = measurement.values();
         let has_no_weight = several && measurement.sigma().is_none() && values < FEW;
-        let found = format!("none, with {values} values");
-        let allowed = format!("a number; only {FEW} values or more show their noise");
+        let found = format!("no sigma and {values} values");
+        let allowed = format!(
+            "a number, as the noise cannot be estimated from fewer than {FEW} \
+                               values"
+        );
         ensure(!has_no_weight, format!("{key}.sigma"), found, allowed)?;
     }
     Ok(())
@@ -178,8 +186,8 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
             let Some(motion) = measurement.motion() else { continue };
             if let Err(error) = problem.stencil(motion.point) {
                 let key = measurement_key(experiment, k);
-                let found = format!("{start}, with which {key}.point is not on the rod: {error}");
-                let allowed = "a rod that has all observed points";
+                let found = format!("{start}, for which {key}.point is not on the rod: {error}");
+                let allowed = "values for which all observed points are on the rod";
                 return Err(Error::invalid(format!("parameter[{i}].start"), found, allowed));
             }
         }
@@ -293,7 +301,10 @@ impl Measurement {
         let Some(typical) = typical.filter(|x| *x > FARTHEST * problem.length()) else {
             return Ok(());
         };
-        let found = format!("points typically {typical:.4} m from the wall of the rod");
+        let found = format!(
+            "points at a typical distance of {typical:.4} m from the wall of the \
+                             rod"
+        );
         let allowed = format!(
             "points of a rod of {} m. Check the unit in the header, as in x[mm], the origin and the scale",
             problem.length()
@@ -314,7 +325,13 @@ impl Measurement {
         let (count, values) = (factors.len(), self.values());
         let are_factors = count == 0 || [points, values].contains(&count) && self.sigma().is_some();
         let found = format!("{count} for {points} points with {values} values");
-        ensure(are_factors, format!("{key}.sigma_factors"), found, "one each, and a sigma")?;
+        ensure(
+            are_factors,
+            format!("{key}.sigma_factors"),
+            found,
+            "one factor for each value, \
+                                     and a sigma",
+        )?;
         let context = ValidationContext { problem, key, label: &label, other_clock };
         self.data.check(&self.header, &context)
     }

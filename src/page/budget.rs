@@ -40,7 +40,7 @@ fn budget(e: &Estimate) -> String {
     let value = Scale::for_size(expanded[1], unit);
     table.render()
         + &note(&format!(
-            "Combined standard uncertainty {}; coverage factor {factor:.2}; expanded interval (95 %) <b>{} {}</b>.",
+            "Combined standard uncertainty {}; coverage factor {factor:.2}; 95 % interval of these sources <b>{} {}</b>.",
             escaped(&scale.format_with_unit(combined, Some(combined))),
             interval(expanded, Some(combined), &value),
             escaped(&value.unit),

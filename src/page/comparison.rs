@@ -3,6 +3,7 @@
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};
 use crate::page::chart::{ChartAxis, IntervalPoint, PageChart};
+use crate::page::drawing::shortened;
 use crate::page::estimate::{NOT_IDENTIFIABLE, error_heading, quoted_interval};
 use crate::page::figure::{OBSERVED, figure};
 use crate::page::html::{capitalized, escaped, percent_encoded, section, with_explanation};
@@ -12,6 +13,7 @@ use crate::page::plane::range;
 use crate::page::table::HtmlTable;
 use crate::summary::quantity::counted;
 use crate::summary::{Tone, distinct};
+use std::collections::BTreeSet;
 
 /// Height of a row of a plot, px.
 const ROW_HEIGHT: f64 = 24.0;
@@ -98,10 +100,12 @@ impl<'a> ComparedParameter<'a> {
     /// The intervals of all fits.
     fn plot(&self) -> String {
         let count = self.estimates.len();
+        let has_numbers = self.has_numbers();
         // Names of many fits would overlap.
-        let name = |(k, own): (usize, &ComparedEstimate)| match count <= MAX_NAMED {
-            true => own.fit.name.clone(),
-            false => (k + 1).to_string(),
+        let name = |(k, own): (usize, &ComparedEstimate)| match (has_numbers, count <= MAX_NAMED) {
+            (false, _) => own.fit.name.clone(),
+            (true, true) => format!("{}: {}", k + 1, own.fit.name),
+            (true, false) => (k + 1).to_string(),
         };
         let point = |(k, own): (usize, &ComparedEstimate)| {
             let value = own.estimate.value?;
@@ -118,28 +122,37 @@ impl<'a> ComparedParameter<'a> {
         figure("Estimates", &name, &chart, "bars: 95 % intervals")
     }
 
+    /// Whether names shortened for an axis do not identify the fits, so that axis and table have numbers.
+    fn has_numbers(&self) -> bool {
+        let names: BTreeSet<String> =
+            self.estimates.iter().map(|own| shortened(&own.fit.name)).collect();
+        self.estimates.len() > MAX_NAMED || names.len() < self.estimates.len()
+    }
+
     /// The estimates of all fits with their grades.
     fn table(&self) -> String {
+        let has_numbers = self.has_numbers();
         let scale = self.scale();
         let quoted: Vec<QuotedEstimate> =
             self.estimates.iter().map(|own| QuotedEstimate::new(own.estimate)).collect();
         let bound_error = |std: Option<f64>, bound: f64| std.unwrap_or(1e-3 * bound.abs());
         let show = |row: &QuotedEstimate, x: f64| scale.format(x, Some(bound_error(row.std, x)));
-        let rows = self.estimates.iter().zip(&quoted);
+        let numbers = (1..).map(|k| if has_numbers { format!("{k}: ") } else { String::new() });
+        let rows = self.estimates.iter().zip(&quoted).zip(numbers);
         HtmlTable::new(&format!("{} of every fit", self.label), rows)
-            .html("fit", |(own, _)| linked_name(own.fit))
-            .html("estimate", |(own, row)| match own.estimate.value {
+            .html("fit", |((own, _), number)| format!("{number}{}", linked_name(own.fit)))
+            .html("estimate", |((own, row), _)| match own.estimate.value {
                 Some(value) => format!("<b>{}</b>", show(row, value)),
                 None if own.estimate.lower95.is_some() => MISSING.into(),
                 None => NOT_IDENTIFIABLE.into(),
             })
-            .text(error_heading(&quoted), |(_, row)| row.std.map(|std| show(row, std)))
-            .text(interval_heading(&quoted), |(_, row)| {
+            .text(error_heading(&quoted), |((_, row), _)| row.std.map(|std| show(row, std)))
+            .text(interval_heading(&quoted), |((_, row), _)| {
                 let bound_error = |bound: f64| bound_error(row.std, bound);
                 row.interval.map(|x| quoted_interval(x, row.std, &scale, bound_error))
             })
             .text("unit", |_| scale.unit.clone())
-            .html("grade", |(own, _)| colored_grade(own.fit))
+            .html("grade", |((own, _), _)| colored_grade(own.fit))
             .render_folded(SHOWN_FITS, "fits")
     }
 }

@@ -92,7 +92,7 @@ fn row_name(names: &[String], height: f64) -> String {
 }
 
 /// A name with an ellipsis in its middle if it has more than [`MAX_LETTERS`] letters.
-fn shortened(name: &str) -> String {
+pub(super) fn shortened(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= MAX_LETTERS {
         return name.into();

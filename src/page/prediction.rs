@@ -57,7 +57,7 @@ fn error_table(errors: &[MeasurementError]) -> String {
         .text("worst", |e| quantity(e.worst, &e.unit))
         .text("RMS", |e| quantity(e.rms, &e.unit))
         .text("values", |e| e.values.to_string())
-        .text("remarks", |e| e.remarks().replace("sigma", "\u{3c3}"));
+        .text("relative RMS", |e| e.remarks().replace("sigma", "\u{3c3}"));
     note("Absolute differences between simulated and measured values.")
         + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
 }

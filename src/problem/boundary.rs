@@ -318,7 +318,7 @@ impl BoundaryMotion {
                 turns(LARGEST_TURN),
                 turns(LARGEST_TWIST)
             );
-            let found = format!("an end that is {stages:.1e} times too far for one step");
+            let found = format!("a motion {stages:.1e} times the largest one of a single stage");
             return Err(Error::invalid("supports.motion", found, allowed));
         }
         Ok(stages as usize)

@@ -33,7 +33,7 @@ impl<D: Scalar> Scene<D> {
 
 /// End of the message that a factor on the curvature has no effect.
 pub(super) const BESIDE_STRAIGHT: &str =
-    "beside a straight rest shape, which has no curvature to be multiplied";
+    "in a scene with a straight rest shape, whose curvature is zero";
 
 /// Allowed lengths of edges, m, whose fourth powers double precision can represent.
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
@@ -123,14 +123,14 @@ pub(crate) fn choose(
     let StartAndLoads { start, loads } = check_on_mesh(scene, mesh)?;
     let asked = scene.rod.dimension;
     let why = match asked {
-        Dimension::Spatial => "asked for".to_string(),
+        Dimension::Spatial => "requested by rod.dimension".to_string(),
         Dimension::Auto | Dimension::Planar => {
             match PlanarModel::new(scene, mesh, start.as_deref(), correction) {
                 Ok(model) => {
                     let n = model.normal();
                     let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
                     let why = match asked {
-                        Dimension::Planar => "asked for".into(),
+                        Dimension::Planar => "requested by rod.dimension".into(),
                         _ => format!(
                             "rest shape, loads and section lie in the plane with normal {n:?}"
                         ),

@@ -217,9 +217,16 @@ impl Problem {
         }
         let found = with_model!(self, |discretized| discretized.not_finite());
         found.map_or(Ok(()), |(name, place)| {
-            let found =
-                format!("a value or a slope that is no finite number, {place} m along the rod");
-            Err(Error::invalid(format!("energy.{name}"), found, "finite ones where the rod begins"))
+            let found = format!(
+                "a value or a gradient that is not a finite number, {place} m along the \
+                         rod"
+            );
+            Err(Error::invalid(
+                format!("energy.{name}"),
+                found,
+                "finite numbers in the initial \
+                                        state",
+            ))
         })
     }
 

@@ -60,11 +60,12 @@ pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {
         Some(turn) => {
             let found = format!(
-                "a natural turn of {:.3e} rad at node {} of {segments} segments",
+                "a natural turning angle of {:.3e} rad at node {} of {segments} segments",
                 turn.angle, turn.node
             );
             let allowed = format!(
-                "less than half a turn an edge: more than {:.0} segments, or less curvature",
+                "less than half a turn for each edge. Use more than {:.0} segments, or less \
+                 curvature",
                 turn.edges_for(segments, PI)
             );
             Err(Error::invalid(turn.key(), found, allowed))
@@ -126,7 +127,7 @@ mod tests {
                 (false, found) => {
                     let words = found.unwrap_err();
                     assert!(words.starts_with("rod.natural_curvature"), "{words}");
-                    assert!(words.contains("half a turn an edge"), "{words}");
+                    assert!(words.contains("half a turn for each edge"), "{words}");
                 }
             }
         }

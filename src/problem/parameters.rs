@@ -110,7 +110,7 @@ impl Problem {
     fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
         match self.scene().time.as_ref().map(|time| time.scheme) {
             Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
-                let found = format!("{parameter} beside the scheme {}", scheme.traits().name);
+                let found = format!("{parameter} with the scheme {}", scheme.traits().name);
                 let takers = Scheme::names(|traits| traits.takes_viscosity);
                 Err(Error::invalid("parameter", found, format!("with the schemes {takers}")))
             }
@@ -141,7 +141,7 @@ impl Problem {
                 && self.scene().supports.at(*end) != Support::Clamped
         };
         if ends.iter().any(of_end) {
-            let found = format!("{parameter}, where the end has no support");
+            let found = format!("{parameter} of an end without a clamp");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
         }
         for (k, motion) in self.scene().supports.motion.iter().enumerate() {
@@ -150,18 +150,18 @@ impl Problem {
             let rotates = own == "twist" || own.starts_with("rotation.");
             match self.scene().supports.at(motion.end) {
                 Support::Pinned if rotates => {
-                    let found = format!("{parameter}, a turn of a pinned end");
-                    return Err(Error::invalid("parameter", found, "turns of clamped ends"));
+                    let found = format!("{parameter}, a rotation of a pinned end");
+                    return Err(Error::invalid("parameter", found, "rotations of clamped ends"));
                 }
                 Support::Recorded if own != "twist" => {
-                    let found = format!("{parameter}, of an end that a recording moves");
-                    return Err(Error::invalid("parameter", found, "its twist"));
+                    let found = format!("{parameter} of an end with recorded motion");
+                    return Err(Error::invalid("parameter", found, "the twist of that end"));
                 }
                 _ => {}
             }
         }
         let beside = |what: &str, allowed: &str| {
-            Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))
+            Err(Error::invalid("parameter", format!("{parameter} in a scene with {what}"), allowed))
         };
         let turns = parameter == Parameter::ClampAngle;
         if turns && self.scene().initial.shape.is_some() {
@@ -175,7 +175,7 @@ impl Problem {
                 discretized.check_roller(parameter, &setup)
             }
             AnyProblem::Spatial(_) if turns || parameter.is_moment() => {
-                beside("a scene in space", "in planar scenes")
+                beside("a spatial model", "in planar scenes")
             }
             AnyProblem::Spatial(discretized) => {
                 discretized.check_roller(parameter, &discretized.setup_over(seed))
@@ -203,8 +203,8 @@ impl PlanarProblem<'_> {
         };
         let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
         let allowed = format!(
-            "a number that keeps {key} in the plane with normal {n:?} that the scene was found to lie \
-             in; with rod.dimension = \"spatial\" any"
+            "a parameter that keeps {key} in the plane of the scene, with the normal {n:?}. Set rod.dimension = \"spatial\" to \
+             allow all parameters"
         );
         let error = Error::invalid("parameter", parameter, allowed);
         Err(error.in_file(self.scene().path.as_deref()))
@@ -226,7 +226,7 @@ impl<M: Model> Discretized<'_, M> {
         if edge.iter().all(|c| c.eps.abs() * size <= 1e-9) {
             return Ok(());
         }
-        let found = format!("{parameter}, which turns the end that rolls along the rod");
-        Err(Error::invalid("parameter", found, "with supports.roller, a direction that stays"))
+        let found = format!("{parameter}, which rotates the direction of the roller");
+        Err(Error::invalid("parameter", found, "with supports.roller, a fixed direction"))
     }
 }

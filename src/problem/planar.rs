@@ -62,7 +62,7 @@ impl PlanarModel {
         };
         vectors.extend(normal.iter().map(crossed));
         let up = scene.rod.section.up().map(Vector3::from);
-        let leaves = |what: &str| format!("{what} leaves the plane of the rest");
+        let leaves = |what: &str| format!("{what} leaves the plane of the rest shape");
         let mut plane = Plane::through(nodes, &vectors, up).map_err(|what| leaves(&what))?;
         for KeyedVector { key, vector } in &normal {
             let vector = Vector3::from(*vector);
@@ -93,7 +93,7 @@ impl PlanarModel {
             };
         }
         let second_moment = second_moment_in(scene, &plane, &tilted)
-            .ok_or("rod.section.up is neither in the plane of the rest nor across it")?;
+            .ok_or("rod.section.up is neither in the plane of the rest shape nor normal to it")?;
         model = Self { plane, second_moment, nodes: nodes.len(), ..model };
         Ok(model)
     }

@@ -53,8 +53,8 @@ impl SpatialModel {
     ) -> Result<Self, Error> {
         if let Some(load) = loads.iter().find(|load| load.moment != [0.0; 3]) {
             let found = format!("{:?} on node {} of a spatial scene", load.moment, load.node);
-            let allowed = "planar scenes only: in space the work of a constant moment depends on \
-                           the way; turn an end by [[supports.motion]]";
+            let allowed = "no moment in spatial scenes, as its work depends on the path. Rotate \
+                           an end with [[supports.motion]]";
             return Err(Error::invalid("loads.point.moment", found, allowed));
         }
         let turned = normal.map(|normal| tilted(scene, &mesh.nodes, &normal));

@@ -40,8 +40,9 @@ use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
-/// Energies by term, J.
+/// Terms of the energy of a rod, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Energies {
     /// Kinetic energy, J.
     pub kinetic: f64,
@@ -51,7 +52,7 @@ pub struct Energies {
     pub bend: f64,
     /// Energy of twisting, J.
     pub twist: f64,
-    /// Potential of the dead loads, weight and point forces, J.
+    /// Potential of the dead loads (weight and point forces), J.
     pub potential: f64,
     /// Energy of [user-defined energies](crate::energy::own), J.
     #[serde(default, skip_serializing_if = "is_zero")]

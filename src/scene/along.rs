@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 #[serde(
     untagged,
     bound = "D: SceneNumber",
-    expecting = "expected a number, a list of numbers, one for each part of the rod, or { from = number, to = number }"
+    expecting = "expected a number, a list with one number for each part of the rod, or { from = \
+                 number, to = number }"
 )]
 pub enum Along<D = f64> {
     /// One number for the whole rod.

@@ -84,11 +84,11 @@ impl Initial {
             return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
         }
         if self.perturbation != 0.0 && self.state == InitialState::Recorded {
-            let allowed = "0 beside state = \"recorded\"";
+            let allowed = "0 with state = \"recorded\"";
             return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
         }
         if self.state != InitialState::Equilibrium && !self.point.is_empty() {
-            let found = "forces that hold a rod that is not in equilibrium";
+            let found = "forces, but no equilibrium to compute with them";
             let allowed = "only with state = \"equilibrium\"";
             return Err(Error::invalid("initial.point", found, allowed));
         }
@@ -97,7 +97,7 @@ impl Initial {
                 shape.check("initial.shape")
             }
             (None, InitialState::Shape) => {
-                let allowed = "a shape beside state = \"shape\"";
+                let allowed = "a shape together with state = \"shape\"";
                 Err(Error::invalid("initial.shape", "no such key", allowed))
             }
             (Some(_), InitialState::Rest | InitialState::Recorded) => {

@@ -240,15 +240,17 @@ impl Scene {
         let recorded = *state == InitialState::Recorded;
         let (found, allowed) = match &self.supports.path {
             None if recorded => ("\"recorded\"", "only with [supports.path]"),
-            Some(_) if !recorded && *state != InitialState::Equilibrium => {
-                ("a start elsewhere than the recorded ends", "\"recorded\" or \"equilibrium\"")
-            }
+            Some(_) if !recorded && *state != InitialState::Equilibrium => (
+                "an initial state that ignores the recorded ends",
+                "\"recorded\" or \
+                  \"equilibrium\"",
+            ),
             Some(_) if shape.is_some() => (
-                "initial.shape beside recorded ends",
+                "initial.shape together with recorded ends",
                 "no such key: the markers give the initial shape",
             ),
             Some(_) if recorded && self.initial.moves() => (
-                "a velocity beside a recorded start",
+                "a velocity together with a recorded start",
                 "no such key: the markers give the initial velocity",
             ),
             _ => return Ok(()),

@@ -44,8 +44,8 @@ impl MotionRate {
             let steps = fraction * per_period;
             let taken = steps * largest / step;
             [
-                format!("{found} with time.step = {step} s, {taken:.2} steps a {interval}"),
-                format!("{steps} steps a {interval}, a time.step of {largest:.3e} s"),
+                format!("{found} with time.step = {step} s, {taken:.2} steps per {interval}"),
+                format!("{steps} steps per {interval}, a time.step of {largest:.3e} s"),
             ]
         })
     }
@@ -82,7 +82,10 @@ impl Supports {
         for rate in self.rates().chain(self.path_rate()) {
             if let Some([found, needed]) = rate.too_large(step, FEWEST_STEPS) {
                 let good = rate.step(GOOD_STEPS);
-                let allowed = format!("at least {needed}; {good:.3e} s follows it well");
+                let allowed = format!(
+                    "at least {needed}. A time.step of {good:.3e} s resolves \
+                                       the motion well"
+                );
                 return Err(Error::invalid(rate.key, found, allowed));
             }
         }

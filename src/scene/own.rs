@@ -45,7 +45,7 @@ impl At {
         if fine {
             return Ok(());
         }
-        let allowed = format!("arc lengths from 0 to {length} m, an interval's in their order");
+        let allowed = format!("arc lengths from 0 to {length} m, ascending in an interval");
         Err(Error::invalid(format!("{key}.at"), format!("{self:?}"), allowed))
     }
 }
@@ -136,21 +136,21 @@ impl Attached {
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
-            let allowed = "in code: Scene::load_with gives it to the scene of a file";
-            return Err(Error::invalid(key, "an energy of one's own, which is code", allowed));
+            let allowed = "an energy that the program attaches with Scene::load_with";
+            return Err(Error::invalid(key, "a user-defined energy without its function", allowed));
         };
         let is_name = |name: &str| {
             let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letters)
         };
         if !is_name(&self.name) {
-            let allowed = "a letter, and letters, digits, - and _ after it";
+            let allowed = "a letter followed by letters, digits, - and _";
             return Err(Error::invalid("energy", format!("the name {:?}", self.name), allowed));
         }
         for ((name, value), (_, quantity)) in self.values.iter().zip(code.parameters()) {
             let key = format!("{key}.{name}");
             if !is_name(name) || &**name == "at" {
-                let allowed = "a letter, and letters, digits, - and _ after it; and not \"at\"";
+                let allowed = "a letter followed by letters, digits, - and _, other than \"at\"";
                 return Err(Error::invalid(key, "the name of a parameter", allowed));
             }
             let [low, high] = quantity.limits;
@@ -158,11 +158,11 @@ impl Attached {
                 return Err(Error::invalid(key, value, format!("from {low:e} to {high:e}")));
             }
             if Parameter::at(&key).quantity() != *quantity {
-                let found = "two kinds of numbers under this name, in one program";
+                let found = "two parameters with this name and different units or limits";
                 return Err(Error::invalid(
                     key,
                     found,
-                    "one; give one of the energies another name",
+                    "one parameter with this name. Rename one of the energies",
                 ));
             }
         }
@@ -207,7 +207,12 @@ pub(super) fn check(energies: &[Attached]) -> Result<(), Error> {
     for (i, energy) in energies.iter().enumerate() {
         energy.check()?;
         if energies[..i].iter().any(|other| other.name == energy.name) {
-            return Err(Error::invalid(energy.key(), "two of this name", "a name for each"));
+            return Err(Error::invalid(
+                energy.key(),
+                "two energies of this name",
+                "a different \
+                                                     name for each energy",
+            ));
         }
     }
     Ok(())

@@ -304,8 +304,8 @@ impl Parameter {
         let all: Vec<Self> = Self::all(scene).into_iter().filter(of_list).collect();
         match all.is_empty() {
             true => {
-                let allowed = "a list of the scene along the rod: rod.natural_curvature, rod.natural_twist, \
-                               rod.natural_bending.d1 or rod.natural_bending.d2, with numbers there";
+                let allowed = "a list of values along the rod in the scene: \
+                               rod.natural_curvature, rod.natural_twist, rod.natural_bending.d1 or rod.natural_bending.d2";
                 Err(Error::invalid("parameter", name, allowed))
             }
             false => Ok(all),
@@ -323,19 +323,19 @@ impl Parameter {
             "time.beta" => "with [time] and the scheme newmark-beta",
             "time.rho_inf" => "with [time] and the scheme generalised-alpha",
             "rod.natural_curvature" | "rod.natural_twist" => {
-                "with one number there, not a list, whose parts are counted, .1, .2, .."
+                "with a single number there; parts of a list are .1, .2, .."
             }
             _ if is_of_user_energy(self.path) => {
-                "with an energy of one's own of that name and parameter, which is attached in code"
+                "with a user-defined energy of that name and parameter, attached by the program"
             }
             _ => match place {
                 "material" => "with its key in [material]",
                 "rod.natural_curvature" | "rod.natural_twist" => {
-                    "with a list of so many numbers there"
+                    "with a list there that has this index"
                 }
                 _ if place.starts_with("rod.taper") => "with that factor in rod.taper",
                 "initial.velocity" | "initial.angular_velocity" => "with a [time]",
-                _ => "a number that the scene has",
+                _ => "a parameter of the scene",
             },
         };
         let allowed = format!("{needs}; the scene has {}", nearest(self.name(), &names));
@@ -383,8 +383,8 @@ impl TryFrom<String> for Parameter {
             let short = SHORT_NAMES.iter().map(|(short, _)| *short);
             let names: Vec<&str> = places.iter().map(String::as_str).chain(short).collect();
             format!(
-                "unknown parameter {name:?}, allowed: a number of the scene by its place in the file, or by \
-                 its short name, such as youngs_modulus; nearest: {}",
+                "found the unknown parameter {name:?}, allowed: the path of a parameter in the \
+                 scene file, or its short name, such as youngs_modulus. Similar names: {}",
                 nearest(&name, &names)
             )
         })

@@ -135,7 +135,12 @@ impl Recorded {
     pub(crate) fn track(&self) -> Result<&Track, Error> {
         self.track.as_deref().ok_or_else(|| {
             let found = format!("{}, which has not been read", self.file.display());
-            Error::invalid("supports.path.file", found, "that of a loaded scene or a problem")
+            Error::invalid(
+                "supports.path.file",
+                found,
+                "the recording of a loaded scene or of a \
+                            problem",
+            )
         })
     }
 
@@ -152,7 +157,7 @@ impl Recorded {
         let markers = self.track()?.markers().len();
         let spans = markers.saturating_sub(1);
         if spans == 0 || !segments.is_multiple_of(spans) {
-            let found = format!("{segments} with {markers} markers along the rod");
+            let found = format!("{segments} segments with {markers} markers along the rod");
             let allowed = format!("a multiple of {spans}, so that all markers are at nodes");
             return Err(Error::invalid("rod.segments", found, allowed));
         }
@@ -189,13 +194,13 @@ impl Recorded {
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
-            let found = "a recording without an end that it moves";
+            let found = "a recording that prescribes no motion";
             let allowed = "only with start or end = \"recorded\", or with inner markers that prescribe the motion";
             return Err(Error::invalid("supports.path", found, allowed));
         }
         for (end, name, support) in [(End::Start, "start", start), (End::End, "end", end)] {
             if self.free_twist.contains(&end) && support != Support::Recorded {
-                let found = format!("{name:?}, which no recording prescribes");
+                let found = format!("{name:?}, whose motion is not recorded");
                 let allowed = "ends that are \"recorded\"";
                 return Err(Error::invalid("supports.path.free_twist", found, allowed));
             }
@@ -213,7 +218,7 @@ impl Recorded {
         let held = ends.saturating_mul(self.held_nodes(segments));
         if held > segments {
             let found = format!("{} at {ends} ends, {held} of {} nodes", self.held, segments + 1);
-            let allowed = "fewer, so that a node is free";
+            let allowed = "fewer markers, so that at least one node is free";
             return Err(Error::invalid("supports.path.held", found, allowed));
         }
         if self.inner.is_empty() {
@@ -239,7 +244,12 @@ impl Recorded {
         }
         if first + last + self.inner_markers().len() > segments {
             let found = format!("{:?}, which leaves no node free", self.inner);
-            return Err(Error::invalid("supports.path.inner", found, "fewer, or a finer mesh"));
+            return Err(Error::invalid(
+                "supports.path.inner",
+                found,
+                "fewer markers, or a finer \
+                                       mesh",
+            ));
         }
         Ok(())
     }

@@ -60,8 +60,8 @@ impl Polyline {
         let columns = [column("x")?, column("y")?, column("z")?];
         let place = table.find("s").map(|_| column("s")).transpose()?;
         if place.is_some() && !on_a_rod {
-            let message = "column `s`, allowed: only in the file of initial.shape, where it gives the arc length \
-                           of a row";
+            let message = "found the column `s`, allowed: in the file of initial.shape only, \
+                           where it is the arc length of a row";
             return Err(table.error(1, message).into());
         }
         let mut points: Vec<Vector3<f64>> = Vec::with_capacity(table.rows.len());
@@ -69,7 +69,7 @@ impl Polyline {
         for row in &table.rows {
             let value =
                 |(column, factor): (usize, f64)| row.values[column].map(|value| value * factor);
-            let blank = || table.error(row.line, "a blank, allowed: a length");
+            let blank = || table.error(row.line, "found a blank, allowed: a length");
             let mut point = Vector3::zeros();
             for (c, column) in columns.iter().enumerate() {
                 point[c] = value(*column).ok_or_else(blank)?;
@@ -78,7 +78,10 @@ impl Polyline {
             if let Some(place) = place {
                 let s = value(place).ok_or_else(blank)?;
                 if let Some(before) = arc_length.last().filter(|before| **before >= s) {
-                    let message = format!("s = {s} m after {before} m, allowed: increasing");
+                    let message = format!(
+                        "found s = {s} m after {before} m, allowed: increasing \
+                                           values"
+                    );
                     return Err(table.error(row.line, &message).into());
                 }
                 arc_length.push(s);
@@ -107,7 +110,12 @@ impl Polyline {
     ) -> Result<Self, Error> {
         if let Some(i) = points.windows(2).position(|pair| pair[0] == pair[1]) {
             let found = "the same point as before";
-            return Err(source.error(i + 1, found, "a different point, as edges need a length"));
+            return Err(source.error(
+                i + 1,
+                found,
+                "a different point, as the length of an edge is \
+                                                   above 0",
+            ));
         }
         if points.len() < 3 {
             let found = format!("{} points", points.len());
@@ -203,8 +211,8 @@ impl Polyline {
             if let Some((i, turn)) = turns.find(|(_, turn)| *turn > SHARPEST) {
                 let found = format!("the line turns by {turn:.0} degrees here");
                 let allowed = format!(
-                    "up to {SHARPEST}, where nodes stand between its points, as walls at mid-edge need \
-                     it; more points make a smooth curve"
+                    "up to {SHARPEST} degrees if nodes are between the points, as with a wall in \
+                     the middle of an edge. Give more points of a smooth curve"
                 );
                 return Err(self.source.error(i + 1, &found, &allowed));
             }

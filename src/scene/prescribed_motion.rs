@@ -165,17 +165,17 @@ impl Motion {
             Support::Clamped => Ok(()),
             Support::Pinned if self.rotation == [0.0; 3] && self.twist == 0.0 => Ok(()),
             Support::Pinned => {
-                invalid("rotation", &"a turn of a pinned end", "turns of clamped ends")
+                invalid("rotation", &"a rotation of a pinned end", "rotations of clamped ends")
             }
             Support::Recorded if *self == twist_alone => Ok(()),
             Support::Recorded => invalid(
                 "end",
-                &"a motion of a recorded end other than a twist that stays",
-                "twist alone: the recording moves the end",
+                &"a motion of a recorded end other than a constant twist",
+                "twist only, as the recording prescribes the motion of the end",
             ),
             Support::Free | Support::Roller => invalid(
                 "end",
-                &"a motion of an end that no wall or hinge holds",
+                &"a motion of an end without clamp or hinge",
                 "clamped, pinned or recorded ends",
             ),
         }

@@ -36,7 +36,8 @@ impl Track {
         match track.markers() {
             [_] => Ok(track),
             more => {
-                let message = format!("{} points, allowed: one, x, y and z", more.len());
+                let message =
+                    format!("found {} points, allowed: one point with x, y and z", more.len());
                 Err(Error::Data { path: path.into(), line: 1, message })
             }
         }
@@ -58,8 +59,10 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     if let Some(other) = (0..table.columns.len()).find(|i| *i != clock && !axes.contains(&Some(*i)))
     {
         let name = &table.columns[other].0;
-        let message =
-            format!("column `{name}` beside accelerations, allowed: t, ax, ay and az, once each");
+        let message = format!(
+            "found the column `{name}` in a file of accelerations, allowed: t, ax, ay and \
+                     az, once each"
+        );
         return Err(table.error(1, &message));
     }
     let unit = table.factor(clock, &TIMES, "")?;
@@ -70,7 +73,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     let mut path: Vec<PathPoint> = Vec::with_capacity(table.rows.len());
     let mut last = [0.0; 3];
     for row in &table.rows {
-        let blank = || table.error(row.line, "a blank, allowed: a number");
+        let blank = || table.error(row.line, "found a blank, allowed: a number");
         let time = (row.values[clock].ok_or_else(blank)? - time_zero.unwrap_or(0.0)) * unit;
         if time_zero.is_some() && time < -CLOCK_TOLERANCE {
             continue;
@@ -103,7 +106,11 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
         last = a;
     }
     if path.len() < 2 {
-        return Err(table.error(1, "fewer than two rows below the header, allowed: two"));
+        return Err(table.error(
+            1,
+            "found fewer than two rows below the header, allowed: at least \
+                                   two",
+        ));
     }
     let gravity = gravity_fault(&path);
     let track = Track::from_integrated(path).map_err(|message| table.error(1, &message))?;

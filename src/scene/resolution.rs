@@ -245,8 +245,8 @@ impl Scene {
             return Err(Error::invalid("accuracy", accuracy, allowed));
         }
         if self.left_open().segments && self.mesh_is_given() {
-            let allowed = "2 .. 1e7 beside loads or masses on nodes that are named by their index; without \
-                           segments name their places, { arc_length = metres from the wall } or \"tip\"";
+            let allowed = "2 .. 1e7 in a scene with loads or masses on node indices. Without \
+                           segments give { arc_length = distance from the wall in m } or \"tip\" instead of an index";
             return Err(Error::invalid("rod.segments", "no such key", allowed));
         }
         Ok(())

@@ -17,7 +17,7 @@ impl Scene {
             let allowed = format!("with the schemes {}", Scheme::names(supports));
             unsupported.push(UnsupportedTerm { key: key.into(), found, allowed });
         };
-        let beside = |term: &str| format!("{term} beside the scheme {}", traits.name);
+        let beside = |term: &str| format!("{term} with the scheme {}", traits.name);
         if !traits.takes_friction {
             if damping.friction.is_some() {
                 add("loads.damping.friction", beside("friction"), |traits| traits.takes_friction);

@@ -77,7 +77,12 @@ impl Section {
             return Ok(());
         }
         let found = "a direction along the first edge";
-        Err(Error::invalid("rod.section.up", found, "a direction with a part across it"))
+        Err(Error::invalid(
+            "rod.section.up",
+            found,
+            "a direction with a component normal to the \
+                            first edge",
+        ))
     }
 
     /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu`: G. R. Cowper, J. Appl. Mech. 33 (1966) 335.

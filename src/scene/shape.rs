@@ -252,7 +252,12 @@ impl<D: Scalar> Shape<D> {
             Self::Polyline { ref file, ref line, scale, .. } => {
                 let line = line.as_deref().ok_or_else(|| {
                     let found = format!("{}, which has not been read", file.display());
-                    Error::invalid("shape.file", found, "a shape of a loaded scene or a problem")
+                    Error::invalid(
+                        "shape.file",
+                        found,
+                        "the shape of a loaded scene or of a \
+                                    problem",
+                    )
                 })?;
                 ShapeCurve::Points(line, scale)
             }

@@ -144,7 +144,7 @@ impl Supports {
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
         match self.motion.iter().position(away) {
             Some(i) => {
-                let found = "an end away from where the rod starts";
+                let found = "an end that is displaced from the initial state";
                 let allowed = "ramp or frequency, or initial.state = \"equilibrium\"";
                 Err(Error::invalid(format!("supports.motion[{i}]"), found, allowed))
             }
@@ -186,14 +186,14 @@ impl Supports {
     /// Rejects invalid values and supports that contradict each other.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if (self.start, self.end) == (Support::Roller, Support::Roller) {
-            let allowed = "one roller: a rod on two slides away";
+            let allowed = "one roller, as a rod on two rollers can slide without resistance";
             return Err(Error::invalid("supports.end", "a second roller", allowed));
         }
         self.check_numbers("supports", TABLE)?;
         if let Some(roller) = &self.roller {
             direction("supports.roller", roller)?;
             if self.rolling().is_none() {
-                let allowed = "with start or end = \"roller\" only";
+                let allowed = "with start = \"roller\" or end = \"roller\" only";
                 return Err(Error::invalid("supports.roller", "no end that rolls", allowed));
             }
         }
@@ -210,7 +210,7 @@ impl Supports {
         match &self.path {
             Some(path) => path.check(ends)?,
             None if ends.contains(&Support::Recorded) => {
-                let allowed = "with the file of a recording beside \"recorded\" ends";
+                let allowed = "with the file of a recording for \"recorded\" ends";
                 return Err(Error::invalid("supports.path", "no such table", allowed));
             }
             None => {}
@@ -220,13 +220,13 @@ impl Supports {
             motion.check(&key, self.at(motion.end))?;
             let held = self.path.as_ref().map_or(0, |path| path.held);
             if self.turns_freely(motion.end) {
-                let found = "a twist of an end that turns freely";
+                let found = "a twist of an end with free twist";
                 let allowed = "ends that are not in supports.path.free_twist";
                 return Err(Error::invalid(format!("{key}.twist"), found, allowed));
             }
             if self.at(motion.end) == Support::Recorded && held < 2 {
-                let found = "a twist of an end at which one marker is held";
-                let allowed = "supports.path.held = 2 or more: an edge that it turns";
+                let found = "a twist of an end with one held marker";
+                let allowed = "supports.path.held = 2 or more, so that the twist rotates an edge";
                 return Err(Error::invalid(format!("{key}.twist"), found, allowed));
             }
         }

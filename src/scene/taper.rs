@@ -144,8 +144,7 @@ impl Taper {
         for (key, factor) in self.factors() {
             let key = format!("rod.taper.{key}");
             if !keys.iter().any(|known| key.ends_with(&format!(".{known}"))) {
-                let allowed =
-                    format!("a factor on a number that the scene has: {}", keys.join(", "));
+                let allowed = format!("a factor for a number of the scene: {}", keys.join(", "));
                 return Err(Error::invalid(key, "a factor", allowed));
             }
             if let Some(wrong) = factor.values().into_iter().find(|factor| *factor <= 0.0) {

@@ -83,15 +83,15 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
         let scheme = scheme.unwrap_or_default();
         let parameter = scheme.traits().parameter;
         if beta.is_some() && parameter != Some(SchemeParameter::Beta) {
-            return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
+            return Err("time.beta: found with another scheme, allowed: with newmark-beta only");
         }
         if rho_inf.is_some() && parameter != Some(SchemeParameter::RhoInf) {
             return Err(
-                "time.rho_inf: found beside another scheme, allowed: with generalised-alpha only",
+                "time.rho_inf: found with another scheme, allowed: with generalised-alpha only",
             );
         }
         if tolerance.is_some() && parameter.is_none() {
-            return Err("time.tolerance: found beside another scheme, allowed: with newmark-beta \
+            return Err("time.tolerance: found with another scheme, allowed: with newmark-beta \
                         and generalised-alpha only");
         }
         Ok(Self {

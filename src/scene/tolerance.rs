@@ -33,8 +33,7 @@ impl StepTolerance {
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
             Self::Predicted(part) if !(part > 0.0 && part <= LARGEST) => {
-                let allowed =
-                    "in (0, 1e-6], the part of the length that may be left, or \"rounding\"";
+                let allowed = "a fraction of the length in (0, 1e-6], or \"rounding\"";
                 Err(Error::invalid("time.tolerance", part, allowed))
             }
             _ => Ok(()),
@@ -69,7 +68,7 @@ impl<'de> Deserialize<'de> for StepTolerance {
             type Value = StepTolerance;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "a part of the length, such as 3e-14, or \"{ROUNDING}\"")
+                write!(f, "a fraction of the length, such as 3e-14, or \"{ROUNDING}\"")
             }
             fn visit_f64<E: de::Error>(self, part: f64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part))

@@ -82,7 +82,11 @@ impl Track {
         let (mut times, mut markers) = (Vec::new(), Vec::with_capacity(chosen.len()));
         for marker in chosen {
             if !marker.axes[0] || !marker.axes[1] {
-                let message = format!("marker `{0}` without a column x{0} or y{0}", marker.name);
+                let message = format!(
+                    "found the marker `{0}` without a column x{0} or y{0}, \
+                                       allowed: both columns",
+                    marker.name
+                );
                 return Err(file.error(1, message).into());
             }
             let along = recording.observed_axes(marker.axes);
@@ -126,13 +130,17 @@ impl Track {
         let of = |(name, seen): (String, Vec<Option<[f64; 3]>>)| {
             let known = known_positions(&times, &seen);
             if known.len() < 2 {
-                return Err(format!("marker `{name}` seen {} times, allowed: twice", known.len()));
+                return Err(format!(
+                    "found the marker `{name}` in {} frames, allowed: at least two \
+                                    frames",
+                    known.len()
+                ));
             }
             Ok(Marker { path: with_velocities(&known), name, seen })
         };
         let markers = markers.into_iter().map(of).collect::<Result<Vec<_>, _>>()?;
         if markers.is_empty() {
-            return Err("no marker, allowed: one at least".into());
+            return Err("found no marker, allowed: at least one".into());
         }
         Ok(Self {
             times,
@@ -248,14 +256,13 @@ impl Marker {
 /// Largest time of the first frame, s, that counts as 0.
 pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
 /// Remedy in the message of a clock that starts at another time.
-pub(super) const TIME_ZERO_REMEDY: &str = "; state time_zero, the start on the file's clock";
+pub(super) const TIME_ZERO_REMEDY: &str = ". Set time_zero to the time in the file at which the \
+                                           motion starts";
 
 /// Rejects a first time, s, other than 0, the start of the simulation: the motion before it would be extrapolated.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     match first.abs() > CLOCK_TOLERANCE {
-        true => {
-            Err(format!("the clock starts at {first} s, allowed: at 0, as the scene's{remedy}"))
-        }
+        true => Err(format!("found {first} s as the first time, allowed: 0 s{remedy}")),
         false => Ok(()),
     }
 }

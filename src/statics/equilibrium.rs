@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 /// The equilibrium of a rod under its loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Equilibrium {
     /// `planar` or `spatial`.

@@ -25,6 +25,7 @@ use std::ops::Range;
 
 /// Force and moment that a support exerts on the rod, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Reaction {
     /// The force, N.
     pub force: [f64; 3],
@@ -34,6 +35,7 @@ pub struct Reaction {
 
 /// The reactions at both ends of the rod; zero where an end is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Reactions {
     /// Reaction of the support at the first node.
     pub start: Reaction,

@@ -86,7 +86,14 @@ impl<M: Model> Discretized<'_, M> {
     fn track(&self) -> Result<&Track, Error> {
         let path = self.scene().supports.path.as_ref();
         path.map_or_else(
-            || Err(Error::invalid("supports.path", "no such table", "one beside a recorded start")),
+            || {
+                Err(Error::invalid(
+                    "supports.path",
+                    "no such table",
+                    "this table with a recorded \
+                                   start",
+                ))
+            },
             Recorded::track,
         )
     }

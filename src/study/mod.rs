@@ -37,6 +37,7 @@ const DEFAULT_BETA: f64 = 0.5;
 
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StudyRow {
     /// The time integrator.
@@ -66,6 +67,7 @@ pub struct StudyRow {
 
 /// The fastest run for an error of the tip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FastestRun {
     /// Largest error of the tip over the length.
@@ -76,6 +78,7 @@ pub struct FastestRun {
 
 /// A work-precision study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Study {
     /// All runs, in the order of schemes, meshes and steps.

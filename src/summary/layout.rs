@@ -35,7 +35,11 @@ fn words(text: &str) -> Vec<String> {
 
 /// A text in lines of up to `width` columns. The first line begins with `head`, the others with `indent` spaces.
 pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
-    let width = width.max(indent + MIN_TEXT_WIDTH);
+    lines_behind(head, text, width.max(indent + MIN_TEXT_WIDTH), indent)
+}
+
+/// The lines of [`wrapped_behind`] for any width.
+fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = Vec::new();
     let mut start = head.to_string();
     for part in text.lines() {
@@ -64,8 +68,8 @@ pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize
 }
 
 /// A text in lines of up to `width` columns; all but the first begin with `indent` spaces.
-pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> Vec<String> {
-    wrapped_behind("", text, width, indent)
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
+    lines_behind("", text, width, 0)
 }
 
 /// A message of one or several lines, such as a warning or an error, in lines of a limited width. Lines that quote a file

@@ -184,7 +184,7 @@ impl Summary {
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
         let code = self.code.map(|code| format!(" [{code}]")).unwrap_or_default();
         let text = format!("{subject}{}{code}", printable(&self.status));
-        let mut lines = layout::wrapped(&text, style.width, INDENT);
+        let mut lines = layout::wrapped_behind("", &text, style.width, INDENT);
         // The color covers the status, which begins on the first line.
         if let Some(first) = lines.first_mut() {
             let status = first.split_off(subject.len().min(first.len()));

@@ -12,6 +12,8 @@ const PREFIX_FROM: f64 = 0.1;
 const MAX_COUNT: f64 = 100.0;
 /// Seconds of a minute, and minutes of an hour.
 const SECONDS_PER_MINUTE: f64 = 60.0;
+/// p-values below this are not shown exactly.
+const SMALLEST_P: f64 = 1e-99;
 
 /// A number with this many significant digits, and with an exponent outside [`FIXED_POINT`].
 pub(crate) fn number(value: f64, digits: usize) -> String {
@@ -45,6 +47,14 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
+/// The p-value of a test with one digit, or an upper bound of a p-value that rounding errors exceed.
+pub(crate) fn p_value(p: f64) -> String {
+    match p < SMALLEST_P {
+        true => format!("p < {SMALLEST_P:e}"),
+        false => format!("p = {p:.0e}"),
+    }
+}
+
 /// A count with its noun, whose plural ends in s.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
@@ -62,7 +72,12 @@ pub fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::summary::quantity::{counted, duration, number, quantity};
+    use crate::summary::quantity::{counted, duration, number, p_value, quantity};
+
+    #[test]
+    fn p_value_below_rounding_errors_is_a_bound() {
+        assert_eq!([p_value(0.0), p_value(3.2e-7)], ["p < 1e-99", "p = 3e-7"]);
+    }
 
     #[test]
     fn small_values_have_prefixes() {

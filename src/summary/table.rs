@@ -6,7 +6,7 @@ use marker_files::printable::printable_name;
 /// Spaces between columns.
 const GAP: usize = 2;
 /// The narrowest a column gets whose cells are wrapped.
-const MIN_COLUMN: usize = 14;
+const MIN_COLUMN: usize = 12;
 
 /// Position of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,13 +140,19 @@ impl SummaryTable {
             cells.max().unwrap_or(0).max(columns(&self.columns[*k].heading))
         };
         let mut widths: Vec<usize> = used.iter().map(natural).collect();
+        let longest_word = |k: usize| {
+            let words = self.rows.iter().flat_map(|row| row[k].split_whitespace());
+            words.map(columns).max().unwrap_or(0)
+        };
+        // A column keeps its longest word.
+        let least = |i: &usize| longest_word(used[*i]).max(MIN_COLUMN);
         let is_wrapped = |i: &usize| self.columns[used[*i]].alignment == Alignment::Wrapped;
         let wrapped: Vec<usize> = (0..used.len()).filter(is_wrapped).collect();
-        // The widest of them is narrowed first.
+        // The widest column that may shrink gives way first.
         while line_width(&widths) > available {
-            let widest = wrapped.iter().copied().max_by_key(|i| widths[*i]);
-            match widest.filter(|i| widths[*i] > MIN_COLUMN) {
-                Some(i) => widths[i] -= 1,
+            let can_shrink = wrapped.iter().filter(|i| widths[**i] > least(*i));
+            match can_shrink.max_by_key(|i| widths[**i]) {
+                Some(i) => widths[*i] -= 1,
                 None => break,
             }
         }
@@ -162,7 +168,7 @@ impl SummaryTable {
         for row in std::iter::once(&headings).chain(&self.rows) {
             // A row is as high as its highest wrapped cell.
             let cell_lines = |(k, width): (&usize, &usize)| match self.columns[*k].alignment {
-                Alignment::Wrapped if columns(&row[*k]) > *width => wrapped(&row[*k], *width, 0),
+                Alignment::Wrapped if columns(&row[*k]) > *width => wrapped(&row[*k], *width),
                 _ => vec![row[*k].clone()],
             };
             let cells: Vec<Vec<String>> = used.iter().zip(&widths).map(cell_lines).collect();

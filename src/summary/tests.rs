@@ -85,3 +85,26 @@ fn quoted_lines_of_a_message_stay_whole() {
     assert!(text.lines().take(2).all(|line| line.len() <= 80), "{text}");
     assert!(text.lines().nth(1).unwrap().starts_with("  word"), "{text}");
 }
+
+#[test]
+fn table_with_a_long_path_fits_into_80_columns() {
+    let row = [
+        "cantilever-tip: ./data/cantilever-tip.csv",
+        "0.803 mm",
+        "0.698 mm",
+        "2.73 mm",
+        "1.01 mm",
+        "1.01 sigma, 1.36 % of the measured change",
+    ];
+    let table = ItemTable::new([row])
+        .wrapped("measurement", |row| row[0].to_string())
+        .right("mean", |row| row[1].to_string())
+        .right("median", |row| row[2].to_string())
+        .right("worst", |row| row[3].to_string())
+        .right("RMS", |row| row[4].to_string())
+        .wrapped("relative RMS", |row| row[5].to_string());
+    let text = Summary::new("done", Tone::Good).table("", table).to_string();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.iter().all(|line| line.len() <= 80), "{lines:#?}");
+    assert!(lines.iter().any(|line| line.contains("./data/cantilever-tip.csv ")), "{lines:#?}");
+}

@@ -266,7 +266,8 @@ fn checked_mode(
         |other: &Eigenpair| (other.frequency() / pair.frequency() - 1.0).abs() < CLUSTER_DISTANCE;
     match (0..all.len()).find(|i| differentiated && *i != k && is_equal(&all[*i])) {
         Some(i) => rejected(format!(
-            "{} mode {} of all vibrates as fast, so that neither has derivatives of its own",
+            "{} mode {} of all modes has the same frequency, so that neither has a unique \
+             derivative",
             all[i].kind.name(),
             all[..=i].iter().filter(|pair| !pair.is_free()).count()
         )),

@@ -105,7 +105,7 @@ pub struct Mode {
     pub shape: Vec<[f64; 3]>,
 }
 
-/// The lowest modes about a state.
+/// Lowest vibration modes about the equilibrium or the rest shape.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
@@ -117,10 +117,10 @@ pub struct Modes {
     /// Number of directions that deform the rod without a measurable stiffness, as at a critical load.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub marginal: usize,
-    /// Angular frequencies, ascending, in and out of plane, rad/s; unstable directions first, as
-    /// minus their growth rates.
+    /// Angular frequencies in and out of the plane, ascending, rad/s; unstable modes are first, with negative growth
+    /// rates, 1/s.
     pub frequencies_rad_s: Vec<f64>,
-    /// The modes, in the same order.
+    /// Modes, in the order of the frequencies.
     pub modes: Vec<Mode>,
     /// The mesh that the command chose, and the relative error of a frequency; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]

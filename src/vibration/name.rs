@@ -82,7 +82,7 @@ impl ModeFilter {
             return Err(Error::invalid(format!("{key}.direction"), format!("{d:?}"), allowed));
         }
         if self.plane.is_some() && problem.planar().is_none() {
-            let allowed = "kind or direction: the scene is spatial, and its modes count in order";
+            let allowed = "kind or direction, as the modes of a spatial scene have no plane";
             return Err(Error::invalid(format!("{key}.plane"), "a plane", allowed));
         }
         let plane = self.plane_of(problem);
@@ -99,7 +99,8 @@ impl ModeFilter {
         if plane == Some(ModePlane::Out) && !problem.can_twist() {
             let found = "modes out of the plane of a scene without poisson_ratio or shear_modulus, \
                          or with moments";
-            let allowed = "modes in the plane; give [material] one of the two for others";
+            let allowed = "modes in the plane. Give poisson_ratio or shear_modulus in [material] \
+                           for other modes";
             return Err(Error::invalid(key, found, allowed));
         }
         Ok(())

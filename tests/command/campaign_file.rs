@@ -54,7 +54,7 @@ fn table_row_defines_a_fit() {
         (
             "observation.0.file",
             "radius",
-            ["rods.csv:1: ", "radius beside rod.section.radius", "one of the two"],
+            ["rods.csv:1: ", "the columns radius and rod.section.radius", "one of the two"],
         ),
         ("stiff,", "stiff,,,", ["rods.csv:3: ", "found 6 fields", "4 as in the header"]),
     ] {
@@ -177,7 +177,7 @@ fn invalid_campaign_is_rejected() {
     folder.write("along.toml", &along(&folder));
     for (campaign, words) in [
         ("", ["campaign.toml", "fits", "table"]),
-        ("fits = [\"none/*.toml\"]", ["campaign.toml", "fits[0]", "no other file matches"]),
+        ("fits = [\"none/*.toml\"]", ["campaign.toml", "fits[0]", "matches no further file"]),
         (
             "fits = [\"fit.toml\"]\n[grid]\nradios = [1]",
             ["campaign.toml", "grid.radios", "short name"],

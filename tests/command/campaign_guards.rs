@@ -92,7 +92,7 @@ fn pattern_over_the_whole_disk_is_rejected() {
     for pattern in ["/[dp][er][vo]*/**/fd/*", "/pro*/*/fd/*"] {
         folder.write("campaign.toml", &format!("fits = [\"{pattern}\"]\n"));
         let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "out"]);
-        refused(&output, &["campaign.toml", "fits[0]", "no other file matches"]);
+        refused(&output, &["campaign.toml", "fits[0]", "matches no further file"]);
     }
 }
 

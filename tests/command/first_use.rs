@@ -18,7 +18,7 @@ fn open_value_of_a_template_is_refused_by_name() {
     let shown = stdout(&output);
     assert!(words(&shown).contains("To fill in scale"), "{shown}");
     let output = folder.run(&["fit", "out/cantilever-fit.toml"]);
-    refused(&output, &["cantilever-fit.toml", "scale is still to be filled in", "metres"]);
+    refused(&output, &["cantilever-fit.toml", "scale is still to be filled in", "m per unit"]);
     assert!(!stderr(&output).contains("mantissa"), "{}", stderr(&output));
     // Of a scene as well, and several at once.
     let open = replaced(SCENE, "density = 1273.52", "density = ..   # kg/m^3");
@@ -174,7 +174,7 @@ fn photograph_needs_no_arc_lengths() {
     folder.write("droop.csv", "x[mm],y[mm]\n1,0\n2,0\n");
     refused(
         &folder.run(&["fit", "droop-fit.toml"]),
-        &["droop.csv:1", "no column s or node, and 2 points", "3 or more"],
+        &["droop.csv:1", "no column s or node and 2 points", "at least 3"],
     );
 }
 

@@ -124,7 +124,7 @@ fn inspection_reports_faults_of_a_file() {
     folder.write("faulty.csv", &csv(&Track::new(times, jumping).unwrap()));
     let shown = words(&stdout(&folder.run(&["inspect", "faulty.csv"])));
     for words in [
-        "the clock leaps after 0.79 s: frames missing: 3",
+        "the time jumps after 0.79 s: frames missing: 3",
         "lost once for up to 5",
         "jumps once for one frame, first at 0.5 s",
         "the labels of markers 4 and 5 are swapped",
@@ -201,7 +201,7 @@ fn templates_with_recorded_data_run() {
     }
     // What is missing is asked for.
     let output = folder.run(&["init", "cantilever", "--force", "--from", "deeplabcut.csv"]);
-    refused(&output, &["deeplabcut.csv", "fps = frames a second"]);
+    refused(&output, &["deeplabcut.csv", "Set fps to the number of frames per second"]);
     refused(
         &folder.run(&["init", "frequencies", "--from", "table.csv"]),
         &["--from", "frequencies"],
@@ -213,7 +213,7 @@ fn templates_with_recorded_data_run() {
     folder
         .write("few.csv", "t,xa,ya,xb,yb,xc,yc\n0,0,0,1,0,2,0\n0.1,0,0,1,0,2,0\n0.2,0,0,1,0,2,0\n");
     let output = folder.run(&["init", "cable", "--from", "few.csv"]);
-    refused(&output, &["--from", "3 markers", "5 or more"]);
+    refused(&output, &["--from", "3 markers", "at least 5"]);
     succeeds(&folder.run(&["init", "cable", "--from", "clip.csv"]));
     let scene = folder.read("cable.toml");
     for words in

@@ -27,7 +27,7 @@ fn simulation_page_has_the_animation() {
     is_whole(&text);
     for part in [
         "Completed",
-        "Energy kept to",
+        "Energy conserved within",
         "<canvas",
         "Shapes over time",
         "Tip trajectory",

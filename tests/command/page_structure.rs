@@ -162,6 +162,19 @@ fn comparison_has_every_fit_with_escaped_names_and_links() {
 }
 
 #[test]
+fn comparison_numbers_fits_whose_shortened_names_are_equal() {
+    let (_, report) = &*FITTED;
+    let names = ["density = 1200, radius = 0.0049", "density = 1273.52, radius = 0.0049"];
+    let fits = names.map(|name| FitSummary::new(name, report));
+    let page = comparison_page(&fits, "campaign");
+    for name in names.iter().zip(1..).map(|(name, k)| format!("{k}: {name}")) {
+        assert!(page.contains(&format!("<th scope=\"row\">{name}</th>")), "{name}");
+    }
+    assert!(page.contains(">1: density") && page.contains(">2: density"));
+    assert!(!comparison_page(&fits[..1], "campaign").contains("1: density"));
+}
+
+#[test]
 fn campaign_page_compares_all_specimens_and_links_their_pages() {
     let folder = Folder::new();
     for (name, radius) in [("soft", "0.0052"), ("hard", "0.0048"), ("middle", "0.005")] {

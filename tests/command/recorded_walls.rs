@@ -99,7 +99,7 @@ fn clocks_that_start_elsewhere_are_refused() {
     let late: String =
         (0..600).map(|k| format!("{:.3},0,0\n", 3.0 + 1e-3 * f64::from(k))).collect();
     for header in ["t,x,y", "t,ax,ay"] {
-        let words = ["wall.csv:2", "clock starts at 3 s", "time_zero"];
+        let words = ["wall.csv:2", "3 s as the first time", "time_zero"];
         is_refused(SCENE, &format!("{header}\n{late}"), &words);
     }
     let without_file = SCENE.replace("file = \"wall.csv\"", "time_zero = 1.0");
@@ -142,7 +142,7 @@ fn recordings_that_end_before_the_scene_are_refused() {
 fn motion_that_the_step_aliases_is_refused() {
     let wall = format!("t,x,y\n{}", rows(500, swing(45.0)));
     let scene = |step: &str| replaced(SCENE, "step = 1e-3", step);
-    is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps a period"]);
+    is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps per period"]);
     let warned = run(&scene("step = 4e-3"), &wall);
     assert!(warned.contains("[step-too-large]"), "{warned}");
     let warned = run(&scene("step = 1e-3"), &wall);
@@ -150,7 +150,7 @@ fn motion_that_the_step_aliases_is_refused() {
     // Accelerations from a standstill, whose integral drifts by half a metre.
     let shaken = |_: u32, t: f64| Some(400.0 * (TAU * 45.0 * t).sin());
     let wall = format!("t,ax,ay\n{}", rows(500, shaken));
-    is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps a period"]);
+    is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps per period"]);
     // Noise of 1 % is not followed.
     let noisy =
         |k: u32, t: f64| Some(swing(3.0)(k, t).unwrap() + 5e-5 * f64::from(k * k * 7919).sin());

@@ -169,7 +169,11 @@ fn contradictory_recordings_are_rejected() {
             "path = \"clip_0.csv\"\npaths = [",
             &["experiment[0].paths", "one of the two"],
         ),
-        ("paths = [", "name = \"a\"\npaths = [", &["experiment[0].name", "no name besides paths"]),
+        (
+            "paths = [",
+            "name = \"a\"\npaths = [",
+            &["experiment[0].name", "no name together with paths"],
+        ),
         ("clip_4.csv", "clip_3.csv", &["experiment[4].name", "each name once"]),
         ("clip_4.csv", "none.csv", &["none.csv"]),
         ("scene = \"cable.toml\"\npaths", "scene = \"scene.toml\"\npaths", &["supports.path"]),

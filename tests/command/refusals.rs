@@ -318,7 +318,7 @@ fn missing_keys_are_named_together() {
 #[test]
 fn curvature_factor_of_a_straight_rod_is_rejected() {
     let folder = Folder::new();
-    let why = "1 beside a straight rest shape, which has no curvature";
+    let why = "1 in a scene with a straight rest shape";
     for factor in ["3.0", "0", "[1.0, 0.5]"] {
         let key = format!("segments = 20\nnatural_curvature = {factor}");
         folder.write("curved.toml", &change("segments = 20", &key));
@@ -330,8 +330,10 @@ fn curvature_factor_of_a_straight_rod_is_rejected() {
     );
     succeeds(&folder.run(&["simulate", "curved.toml"]));
     folder.write("fit.toml", &format!("{FIT}[[parameter]]\nname = \"natural_curvature\"\n"));
-    let words =
-        ["parameter[1].name: found natural_curvature beside a straight rest shape", "curved"];
+    let words = [
+        "parameter[1].name: found natural_curvature in a scene with a straight rest shape",
+        "curved",
+    ];
     refused(&folder.run(&["fit", "fit.toml"]), &words);
 }
 
@@ -345,11 +347,11 @@ fn clamp_angle_with_excluded_keys_is_rejected() {
     for (text, named) in [
         (format!("[initial]\n{arc}"), "initial.shape,"),
         (format!("[supports]\n{roller}\n[initial]\n{arc}"), "initial.shape,"),
-        ("[[loads.point]]\nnode = 3\nforce = [0, 0, 1]".into(), "a scene in space,"),
-        ("[initial]\nvelocity = [0, 0, 1]".into(), "a scene in space,"),
+        ("[[loads.point]]\nnode = 3\nforce = [0, 0, 1]".into(), "a spatial model,"),
+        ("[initial]\nvelocity = [0, 0, 1]".into(), "a spatial model,"),
     ] {
         folder.write("scene.toml", &change("[time]", &format!("{text}\n[time]")));
-        let found = format!("parameter[0].name: found clamp_angle beside {named} allowed");
+        let found = format!("parameter[0].name: found clamp_angle in a scene with {named} allowed");
         refused(&folder.run(&["fit", "fit.toml"]), &[&found]);
     }
 }
@@ -375,11 +377,11 @@ fn keys_without_columns_are_rejected_and_lost_rows_counted() {
     let pixels = "scale = 1e-3\ny = \"down\"\n";
     let seconds = "t,x,y\n0,0.5,0\n0.01,0.5,0\n";
     for (csv, keys, words) in [
-        (seconds, "fps = 30".to_string(), &["fps = 30", "clock `t`", "column `frame`"][..]),
+        (seconds, "fps = 30".to_string(), &["fps = 30", "time column `t`", "column `frame`"][..]),
         (seconds, "scale = 4e-4".into(), &["scale = 0.0004", "x[px]", "without a unit"]),
         ("t,x[mm],y[mm]\n0,500,0\n", "scale = 1e-3".into(), &["scale = 0.001", "x[px]"]),
-        ("t,x\n0,0.5\n", "y = \"down\"".into(), &["y = \"up\" or \"down\"", "without a column y"]),
-        (seconds, "origin = [0, 0, 0.1]".into(), &["origin = 0.1 along z", "without a column z"]),
+        ("t,x\n0,0.5\n", "y = \"down\"".into(), &["y = \"up\" or \"down\"", "no column y"]),
+        (seconds, "origin = [0, 0, 0.1]".into(), &["origin = 0.1 along z", "no column z"]),
         (seconds, "origin = [nan, 0, 0]".into(), &["origin = NaN along x", "finite"]),
         (seconds, "time_zero = inf".into(), &["time_zero = inf", "finite"]),
         ("frame[ms],x,y\n0,0.5,0\n", "fps = 30".into(), &["unit [ms] of `frame`"]),

@@ -212,11 +212,27 @@ fn schemas_describe_written_reports() {
     let folder = Folder::new();
     succeeds(&folder.run(&["fit", "fit.toml", "--report", "page"]));
     succeeds(&folder.run(&["simulate", "scene.toml", "--json", "run.json"]));
-    for (of, file) in [("result", "page/fit.json"), ("simulation", "run.json")] {
+    succeeds(&folder.run(&["predict", "scene.toml", "--on", "tip.csv", "--json", "predict.json"]));
+    let mut all = vec![("result", "page/fit.json"), ("simulation", "run.json")];
+    all.push(("predict", "predict.json"));
+    for (of, input, file) in [
+        ("static", "scene.toml", "static.json"),
+        ("modes", "scene.toml", "modes.json"),
+        ("study", "scene.toml", "study.json"),
+        ("design", "fit.toml", "design.json"),
+    ] {
+        let mut arguments = vec![of, input, "--json", file];
+        if of == "design" {
+            arguments.extend(["--sigma", "1e-3"]);
+        }
+        succeeds(&folder.run(&arguments));
+        all.push((of, file));
+    }
+    for (of, file) in all {
         let (schema, value) = (schema(of), folder.json(file));
         assert_eq!(violations(&value, &schema, &schema, ""), [""; 0], "{of}");
         let mut changed = value.clone();
-        changed["warnings"] = json!(1);
+        changed[if of == "study" { "rows" } else { "warnings" }] = json!(1);
         assert_ne!(violations(&changed, &schema, &schema, ""), [""; 0], "{of}");
     }
 }

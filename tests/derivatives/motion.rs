@@ -276,7 +276,7 @@ fn derivatives_by_zero_viscous_damping_equal_dual_numbers() {
     let mut scene = cantilever_with(0.5, 2e-3, 0.05, Clamp::MidEdge);
     scene.time = scene.time.map(|time| Time { scheme: Scheme::Rodas4, ..time });
     let error = scene.problem().unwrap().simulate_with(&[bending]).err().unwrap().to_string();
-    assert!(error.contains("loads.damping.bending beside the scheme rodas4"), "{error}");
+    assert!(error.contains("loads.damping.bending with the scheme rodas4"), "{error}");
 }
 
 /// Between the steps, the derivative of the interpolant.

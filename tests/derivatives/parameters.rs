@@ -287,8 +287,8 @@ fn derivatives_of_random_scenes_by_every_number_equal_differences() {
                     "planar scenes",
                     "supports.roller",
                     "curved rest",
-                    "no support",
-                    "beside the scheme",
+                    "of an end without a clamp",
+                    "with the scheme",
                 ];
                 assert!(why.iter().any(|why| refused.contains(why)), "{seed}: {refused}");
                 continue;

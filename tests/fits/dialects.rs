@@ -58,7 +58,11 @@ fn only_marker_of_a_file_is_read_without_name() {
         is_the_tip(&text, &plain());
         let (inspection, samples) = inspected(&text, &plain());
         assert_eq!(samples.len(), FRAMES);
-        assert!(!inspection.observation.contains("does not read"), "{}", inspection.observation);
+        assert!(
+            !inspection.observation.contains("rejects these keys"),
+            "{}",
+            inspection.observation
+        );
     }
     let error = read("t,xA,yA,xB,yB\n0,1,2,3,4\n", &plain()).unwrap_err();
     assert!(error.contains("2 markers and no marker"), "{error}");

@@ -145,7 +145,9 @@ fn recordings_of_other_programs_prescribe_ends() {
     assert!(late.contains("starts at 0.07 s") && late.contains("time_zero"), "{late}");
     let none = Track::read_as(&vicon, &recording, &["c".into()]).unwrap_err().to_string();
     assert!(
-        none.contains("marker = \"c\" in a file of Vicon Nexus, allowed: one of b, a"),
+        none.contains(
+            "marker = \"c\" in a file of Vicon Nexus, allowed: marker with one of the names b, a"
+        ),
         "{none}"
     );
 }
@@ -217,7 +219,7 @@ fn several_markers_of_a_file_are_read() {
         ("markers = { \"rod:tip\" = \"tip\" }\npoint = \"tip\"", "neither marker nor point"),
         ("markers = \"all\"", "a table of markers"),
         ("format = \"optitrack\"", "optitrack"),
-        ("marker = \"rod:tip\"\nlikelihood = 0.5", "without a column likelihood"),
+        ("marker = \"rod:tip\"\nlikelihood = 0.5", "no column likelihood"),
     ] {
         let error = read(keys).unwrap_err().to_string();
         assert!(error.contains(words), "{keys}: {error}");
@@ -238,7 +240,7 @@ fn axes_are_rotated_and_mirrors_rejected() {
         (["-x", "y", "z"], "mirror"),
         (["x", "x", "z"], "once"),
         (["x", "w", "z"], "allowed: x, y, z"),
-        (["none", "none", "none"], "one at least"),
+        (["none", "none", "none"], "at least one"),
         (["x", "-none", "z"], "allowed: x, y, z"),
     ] {
         let error = Axes::new(names).unwrap_err();
@@ -330,7 +332,7 @@ fn broken_vicon_files_are_rejected() {
             ("Frame,Sub Frame,X,Y,Z,X", "Bild,Sub Frame,X,Y,Z,X", &["13: ", "`Bild`", "`Frame`"]),
             (",,mm,mm,mm", ",,mm,in,mm", &["14: ", "`in`", "mm, cm or m"]),
             (",,mm,mm,mm", ",,mm,m,mm", &["14: ", "several units"]),
-            (",,rod:tip,,,rod:mid", ",,,,,rod:mid", &["12: ", "no marker over the first"]),
+            (",,rod:tip,,,rod:mid", ",,,,,rod:mid", &["12: ", "no marker name above the first"]),
             (
                 ",,rod:tip,,,rod:mid",
                 ",,rod:end,,,rod:mid",
@@ -383,7 +385,7 @@ fn broken_deeplabcut_files_are_rejected() {
             ("x,y,likelihood", "x,x,likelihood", &["3: ", "two columns x", "`tip`"]),
             ("x,y,likelihood", "x,z,likelihood", &["3: ", "`tip` without"]),
             ("\n1,", "\n0,", &["5: ", "increasing"]),
-            ("\n1,", "\nfirst,", &["5: ", "`first`", "frame's number"]),
+            ("\n1,", "\nfirst,", &["5: ", "`first`", "frame number"]),
             ("\n1,499.5", "\n1", &["5: ", "3 fields", "4"]),
             ("499.5", "x", &["5: ", "`x`"]),
             ("0.99", "sure", &["4: ", "`sure`", "likelihood"]),
@@ -403,7 +405,11 @@ fn broken_dltdv_files_are_rejected() {
             ("pt1_cam1_X", "frame", &["1: ", "column `frame`", "pt1_X"]),
             ("pt1_cam1_Y", "pt1_cam1_X", &["1: ", "two columns x"]),
             ("pt1_cam1_Y", "pt1_cam1_Q", &["1: ", "`pt1_cam1_Q`"]),
-            ("pt1_cam1_X,pt1_cam1_Y", "pt1_X,pt1_Y", &["1: ", "with a camera and without"]),
+            (
+                "pt1_cam1_X,pt1_cam1_Y",
+                "pt1_X,pt1_Y",
+                &["1: ", "with a camera number and columns without"],
+            ),
             (
                 "pt1_cam2_X,pt1_cam2_Y",
                 "pt2_cam2_X,pt2_cam2_Y",
@@ -472,22 +478,22 @@ fn keys_beside_a_file_are_checked() {
         refused(&path, &recording, words);
     };
     case("motive.csv", &|r| r.marker = None, &["2 markers", "rod:mid, rod:tip"]);
-    case("motive.csv", &|r| r.fps = Some(64.0), &["fps = 64 beside a clock"]);
+    case("motive.csv", &|r| r.fps = Some(64.0), &["fps = 64 and times in the file"]);
     case("motive.csv", &|r| r.scale = Some(1e-3), &["scale", "lengths in mm"]);
     case("motive.csv", &|r| r.likelihood = Some(0.5), &["likelihood = 0.5", "column likelihood"]);
     case("motive.csv", &|r| r.format = Some(Format::Vicon), &["Trajectories", "Vicon"]);
-    case("vicon.csv", &|r| r.fps = Some(64.0), &["64 frames a second in the file"]);
-    case("deeplabcut.csv", &|r| r.fps = None, &["fps = frames a second"]);
-    case("deeplabcut.csv", &|r| r.scale = None, &["metres a pixel"]);
+    case("vicon.csv", &|r| r.fps = Some(64.0), &["64 frames per second in the file"]);
+    case("deeplabcut.csv", &|r| r.fps = None, &["Set fps to the number of frames per second"]);
+    case("deeplabcut.csv", &|r| r.scale = None, &["Set scale to the size of a pixel in m"]);
     case("deeplabcut.csv", &|r| r.likelihood = Some(60.0), &["likelihood = 60", "from 0 to 1"]);
     case("deeplabcut.csv", &|r| r.origin = Some([0.0, 0.0, 1.0]), &["origin = 1 along z"]);
     let in_space = |r: &mut Recording| r.axes = Some(Axes::new(["x", "z", "-y"]).unwrap());
-    case("deeplabcut.csv", &in_space, &["axes names z", "none"]);
+    case("deeplabcut.csv", &in_space, &["found z in axes", "none"]);
     case("xypts.csv", &|r| r.y = None, &["y = \"down\""]);
     case("xypts.csv", &|r| r.fps = Some(0.0), &["fps = 0"]);
     case("tracker.txt", &|r| r.scale = Some(f64::NAN), &["scale = NaN"]);
     case("tracker.txt", &|r| r.time_zero = Some(f64::INFINITY), &["time_zero = inf"]);
-    case("table.csv", &in_space, &["axes names z"]);
+    case("table.csv", &in_space, &["found z in axes"]);
     case("table.csv", &|r| r.likelihood = Some(0.5), &["column likelihood"]);
     case("markers.csv", &|r| r.marker = Some("top".into()), &["marker = \"top\"", "mid, tip"]);
     // An image's y axis points down without a word; a word turns it.
@@ -503,16 +509,20 @@ fn broken_kinovea_texts_are_rejected() {
         "kinovea.txt",
         &[
             ("0 250 -1", "0:00:00:00 250 -1", &["5: ", "0:00:00:00", "seconds"]),
-            ("0 250 -1", "0 250", &["5: ", "2 numbers", "three, T X Y"]),
-            ("0 250 -1", "0 250 -1 3", &["5: ", "4 numbers", "three, T X Y"]),
+            ("0 250 -1", "0 250", &["5: ", "2 numbers", "three numbers: T, X and Y"]),
+            ("0 250 -1", "0 250 -1 3", &["5: ", "4 numbers", "three numbers: T, X and Y"]),
             ("0 250 -1", "0 250 low", &["5: ", "found `low`", "finite number"]),
             ("0 250 -1", "0 1e999 -1", &["5: ", "finite number"]),
             (
                 "# Trajectory 2",
                 "# Trajectory 1",
-                &["second position", "`Trajectory 1`", "one at a time"],
+                &["second position", "`Trajectory 1`", "one position at each time"],
             ),
-            ("0.015625 250 -1", "0 250 -1", &["6: ", "second position", "one at a time"]),
+            (
+                "0.015625 250 -1",
+                "0 250 -1",
+                &["6: ", "second position", "one position at each time"],
+            ),
             (
                 "# Trajectory 2",
                 "# Trajectory two",
@@ -546,8 +556,8 @@ fn broken_trackmate_files_are_rejected() {
     broken(
         "spots.csv",
         &[
-            ("TRACK_ID", "TRACK", &["1: ", "no column `TRACK_ID`", "export the spots"]),
-            ("POSITION_X", "X_POSITION", &["1: ", "no column `POSITION_X`", "export the spots"]),
+            ("TRACK_ID", "TRACK", &["1: ", "no column `TRACK_ID`", "Export the spots"]),
+            ("POSITION_X", "X_POSITION", &["1: ", "no column `POSITION_X`", "Export the spots"]),
             ("POSITION_Z", "DEPTH", &["1: ", "no column `POSITION_Z`"]),
             ("FRAME,", "FRAMES,", &["1: ", "no column `FRAME`"]),
             ("(pixel)", "(furlong)", &["4: ", "unit (furlong)", "micron, mm"]),

@@ -144,7 +144,7 @@ fn piecewise_scenes_have_numbers_or_lists() {
     }
     let wrong = text.replace("    0.8,\n", "    \"0.8\",\n");
     let error = Scene::from_toml(&wrong, ".").unwrap_err();
-    assert!(error.to_string().contains("a list of numbers"), "{error}");
+    assert!(error.to_string().contains("a list with one number for each part"), "{error}");
 }
 
 #[test]

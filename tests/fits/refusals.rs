@@ -130,7 +130,7 @@ fn wrong_set_ups_are_rejected_before_the_search() {
     let cases: Vec<(Observation, &[&str])> = vec![
         (changed(&|t, [x, y], _| (t, [x + 0.5, y - 0.3])), &["starts 0.58", "origin"]),
         (changed(&|t, [x, y], _| (t, [0.2 * x + 0.4, 0.2 * y + 0.3])), &["origin"]),
-        (changed(&|t, [x, y], _| (t, [0.45 * x, 0.45 * y])), &["the scale is off"]),
+        (changed(&|t, [x, y], _| (t, [0.45 * x, 0.45 * y])), &["the scale is wrong"]),
         (changed(&|t, [x, y], _| (t, [x, -y])), &["y = \"down\""]),
         (changed(&|t, [x, y], _| (8.0 * t, [x, y])), &["fps"]),
         (changed(&|t, [x, y], _| (0.125 * t, [x, y])), &["fps"]),
@@ -203,7 +203,7 @@ fn impossible_fits_are_input_errors() {
             base()
                 .observe(data.clone().at(Point::ArcLength(0.3)))
                 .identify(Unknown::new("rod.shape.length".parse().unwrap()).start(0.2)),
-            "parameter[0].start: found 0.2, with which observation[1].point is not on the rod",
+            "parameter[0].start: found 0.2, for which observation[1].point is not on the rod",
         ),
     ];
     for (fit, words) in cases {
@@ -219,7 +219,7 @@ fn impossible_fits_are_input_errors() {
     let turn = Unknown::new("supports.motion.0.rotation.z".parse().unwrap());
     let fit = Fit::new(&hinged.problem().unwrap()).observe(data.clone()).identify(turn);
     let error = fit.solve().unwrap_err();
-    let words = "rotation.z, a turn of a pinned end";
+    let words = "rotation.z, a rotation of a pinned end";
     assert!(error.is_input() && error.to_string().contains(words), "{error}");
     let mut scene = scene;
     scene.rod.section =

@@ -52,7 +52,7 @@ fn vector_of_another_length_is_rejected() {
     let residuals = fit.residuals().unwrap();
     for x in [&[][..], &[18.0], &[18.0, 7.0, 1.0]] {
         let found = format!("{} numbers", x.len());
-        let expected = ["x".to_string(), found, "2, one per unknown".into()];
+        let expected = ["x".to_string(), found, "2 numbers, one for each unknown".into()];
         assert_eq!(refused(residuals.residuals(x)), expected);
         assert_eq!(refused(residuals.jacobian_at(x)), expected);
         assert_eq!(refused(residuals.hessian_at(x)), expected);
@@ -74,7 +74,7 @@ fn trajectory_contains_one_run_of_its_problem() {
     let none = |_: &dyn rodfit::Snapshot| {};
     let mut run = Trajectory::new(&problem, &[12], &[]).unwrap();
     let before = refused(run.at(Point::Tip, 0.0));
-    assert_eq!(before, ["trajectory", "no records", "one that has run"]);
+    assert_eq!(before, ["trajectory", "no record", "a trajectory that has run"]);
     let other = problem.with([(Parameter::YoungsModulus, 2e8)]).unwrap();
     assert_eq!(refused(run.run(&other, steps, none))[0], "problem");
     assert_eq!(refused(run.run(&problem, steps + 1, none))[..2], ["steps", "51"]);

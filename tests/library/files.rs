@@ -172,8 +172,8 @@ fn tables_of_a_fit_file_are_read_separately() {
     assert!(!own.budget.is_empty());
 
     for (text, words) in [
-        ("[[parameter]]\nname = \"redius\"\n", "nearest"),
-        ("[[parameter]]\nname = \"E\"\n", "nearest: youngs_modulus"),
+        ("[[parameter]]\nname = \"redius\"\n", "Similar names"),
+        ("[[parameter]]\nname = \"E\"\n", "Similar names: youngs_modulus"),
         ("[[parameter]]\nstart = 1.0\n", "missing key: parameter[0].name"),
         ("[[observation]]\nfile = \"none.csv\"\n", "none.csv"),
         ("[[observations]]\nfile = \"tip.csv\"\n", "unknown field"),

@@ -163,7 +163,7 @@ fn invalid_prescribed_motion_is_rejected() {
                 scene.supports.start = Support::Clamped;
                 free_twist(scene, &[End::Start]);
             },
-            "supports.path.free_twist: found \"start\", which no recording prescribes",
+            "supports.path.free_twist: found \"start\", whose motion is not recorded",
         ),
         (
             &|scene| {
@@ -171,7 +171,7 @@ fn invalid_prescribed_motion_is_rejected() {
                 scene.supports.motion =
                     vec![Motion { end: End::Start, twist: 0.1, ..Motion::default() }];
             },
-            "supports.motion[0].twist: found a twist of an end that turns freely",
+            "supports.motion[0].twist: found a twist of an end with free twist",
         ),
         (
             &|scene| {
@@ -179,7 +179,7 @@ fn invalid_prescribed_motion_is_rejected() {
                 scene.time = Some(Time { scheme: Scheme::Verlet, ..Time::new(0.05, 1e-5) });
                 scene.loads.damping.stiffness = 0.0;
             },
-            "beside the scheme verlet",
+            "with the scheme verlet",
         ),
     ] {
         let error = error(change).unwrap_or_default();

@@ -183,8 +183,16 @@ fn a_recorded_end_is_turned_and_not_moved() {
     assert_eq!(error(2, twist()), None);
     for (held, motion, words) in [
         (1, twist(), "supports.motion[0].twist"),
-        (2, Motion { ramp: Some(0.1), ..twist() }, "the recording moves the end"),
-        (2, Motion { displacement: [0.0, 0.01, 0.0], ..twist() }, "the recording moves the end"),
+        (
+            2,
+            Motion { ramp: Some(0.1), ..twist() },
+            "the recording prescribes the motion of the end",
+        ),
+        (
+            2,
+            Motion { displacement: [0.0, 0.01, 0.0], ..twist() },
+            "the recording prescribes the motion of the end",
+        ),
     ] {
         let error = error(held, motion).unwrap_or_default();
         assert!(error.contains(words), "{error:?}");

@@ -227,7 +227,7 @@ fn compliance_without_a_clamp_is_rejected() {
     assert!(negative.contains("supports.start_compliance.rotation"), "{negative}");
     let problem = rod(10, Dimension::Planar, 0.1).problem().unwrap();
     let refused = problem.check_parameter(named("supports.end_compliance.rotation"));
-    assert!(refused.unwrap_err().to_string().contains("where the end has no support"));
+    assert!(refused.unwrap_err().to_string().contains("of an end without a clamp"));
     let mut nodes = rod(50, Dimension::Planar, 0.1);
     nodes.supports.clamp = Clamp::Nodes;
     nodes.problem().unwrap();

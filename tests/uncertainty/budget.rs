@@ -253,7 +253,11 @@ fn contradictory_known_inputs_are_rejected() {
     let radius = "[[known]]\nname = \"radius\"\nsigma = 1e-5\n";
     let length = "[[known]]\nname = \"rod.shape.length\"\nsigma = 1e-3\n";
     let cases = [
-        (modulus, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which is identified"),
+        (
+            modulus,
+            "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n",
+            "which is a parameter of the fit",
+        ),
         (modulus, "[[known]]\nname = \"radius\"\nsigma = 1e160\n", "up to 1e100"),
         (with_prior, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which has a prior"),
         (modulus, "[[known]]\nname = \"radius\"\nsigma = 0.0\n", "known[0].sigma"),

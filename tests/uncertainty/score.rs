@@ -70,7 +70,7 @@ fn missing_friction_is_found_with_its_yield_curvature() {
     println!("{report}");
     let test = report.score_tests.iter().find(|t| t.source == "loads.damping.friction.stiffness");
     let test = test.unwrap_or_else(|| panic!("{report}"));
-    assert!(test.is_significant() && test.effect.contains("yields at"), "{report}");
+    assert!(test.is_significant() && test.effect.contains("yield curvature"), "{report}");
 }
 
 /// Plausible sizes of the fit file scale the undetected biases; unknown effects are rejected by name.

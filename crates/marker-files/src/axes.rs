@@ -25,24 +25,28 @@ impl Axes {
                 (_, Some(axis)) => Some((axis, sign)),
                 (NONE, None) if sign > 0.0 => None,
                 _ => {
-                    return Err(format!("axis {name:?}, allowed: x, y, z, -x, -y, -z or none"));
+                    return Err(format!(
+                        "found the axis {name:?}, allowed: x, y, z, -x, -y, -z or \
+                                        none"
+                    ));
                 }
             };
         }
         let named: Vec<(usize, f64)> = axes.iter().copied().flatten().collect();
         if (0..3).any(|axis| named.iter().filter(|(own, _)| *own == axis).count() > 1) {
-            return Err(format!("axes = {names:?}, allowed: each of the file's axes once"));
+            return Err(format!("found axes = {names:?}, allowed: each axis of the file once"));
         }
         if let [(a, s), (b, t), (c, u)] = named[..] {
             let even = (b + 3 - a) % 3 == 1 && (c + 3 - b) % 3 == 1;
             if s * t * u * if even { 1.0 } else { -1.0 } < 0.0 {
                 return Err(format!(
-                    "axes = {names:?}, a mirror image, allowed: right-handed ones, such as [\"x\", \"z\", \"-y\"]"
+                    "found axes = {names:?}, a mirror image, allowed: right-handed axes, such as \
+                     [\"x\", \"z\", \"-y\"]"
                 ));
             }
         }
         match named.is_empty() {
-            true => Err(format!("axes = {names:?}, allowed: one at least")),
+            true => Err(format!("found axes = {names:?}, allowed: at least one axis")),
             false => Ok(Self(axes)),
         }
     }
@@ -63,7 +67,8 @@ impl Axes {
             Some((axis, _)) => {
                 let name = ["x", "y", "z"][*axis];
                 Err(format!(
-                    "axes names {name}, which was not recorded, allowed: what was, or \"none\""
+                    "found {name} in axes, which the file does not contain, allowed: axes of the \
+                     file, or \"none\""
                 ))
             }
             None => Ok(()),
@@ -77,7 +82,7 @@ impl TryFrom<Vec<String>> for Axes {
     fn try_from(names: Vec<String>) -> Result<Self, String> {
         match &names[..] {
             [x, y, z] => Self::new([x, y, z]),
-            _ => Err(format!("{} axes, allowed: three", names.len())),
+            _ => Err(format!("found {} axes, allowed: three", names.len())),
         }
     }
 }

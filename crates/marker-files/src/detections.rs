@@ -56,13 +56,13 @@ impl Detections {
             }
         }
         if rows.is_empty() {
-            return Err(
-                lines.error(1, "no line with the position of a marker, allowed: one at least")
-            );
+            return Err(lines
+                .error(1, "found no line with the position of a marker, allowed: at least one"));
         }
         if self.names.len().saturating_mul(rows.len()) > MAX_POSITIONS {
             let message = format!(
-                "{} markers in {} frames, allowed: up to {MAX_POSITIONS} positions; remove the markers that are not \
+                "found {} markers in {} frames, allowed: up to {MAX_POSITIONS} positions; remove \
+                 the markers that are not \
                  needed",
                 self.names.len(),
                 rows.len()
@@ -85,7 +85,8 @@ impl Detections {
             let own = &mut markers[marker];
             if std::mem::replace(&mut last_frames[marker], k) == k {
                 let message = format!(
-                    "a second position of the marker `{}` at {}, allowed: one at a time",
+                    "found a second position of the marker `{}` at {}, allowed: one position at \
+                     each time",
                     own.name, row.clock
                 );
                 return Err(lines.error(row.line, message));

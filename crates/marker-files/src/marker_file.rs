@@ -182,7 +182,8 @@ impl FieldLines {
     /// The error of a file that does not have the format of its program.
     pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
         let words = format!(
-            "found {found}, allowed: {allowed}, in a file of {}; format = \"csv\" or another says what it is",
+            "found {found}, allowed: {allowed}, in a file of {}. If this is not the format of the \
+             file, set format, as in format = \"csv\"",
             self.format.program()
         );
         Err(self.error(line, words))
@@ -205,8 +206,15 @@ impl FieldLines {
         column: usize,
         name: &str,
     ) -> Result<f64, Error> {
-        self.number(line, column, name)?
-            .ok_or_else(|| self.error(line.number, format!("`{name}` is blank, allowed: a number")))
+        self.number(line, column, name)?.ok_or_else(|| {
+            self.error(
+                line.number,
+                format!(
+                    "found a blank `{name}`, allowed: a \
+                                                            number"
+                ),
+            )
+        })
     }
 
     /// A rate, frames per second.
@@ -215,7 +223,10 @@ impl FieldLines {
         match rate > 0.0 {
             true => Ok(rate),
             false => {
-                let message = format!("{name} = {rate}, allowed: above 0 frames a second");
+                let message = format!(
+                    "found {name} = {rate}, allowed: a rate above 0 frames per \
+                                       second"
+                );
                 Err(self.error(line.number, message))
             }
         }
@@ -286,7 +297,8 @@ impl<'a> ColumnLayout<'a> {
             ColumnKind::Likelihood => ("likelihood", own.likelihood.replace(Vec::new()).is_some()),
         };
         if is_second {
-            let message = format!("two columns {quantity} of the marker `{name}`, allowed: one");
+            let message =
+                format!("found two columns {quantity} of the marker `{name}`, allowed: one");
             return Err(self.lines.error(self.header, message));
         }
         self.columns.push(MarkerColumn { column, marker, kind });
@@ -311,7 +323,10 @@ impl<'a> ColumnLayout<'a> {
         let lines = self.lines;
         if let Some(marker) = self.markers.iter().find(|m| !m.axes[0] || !m.axes[1]) {
             let name = &marker.name;
-            let message = format!("marker `{name}` without a column x or y, allowed: both");
+            let message = format!(
+                "found the marker `{name}` without a column x or y, allowed: \
+                                   both columns"
+            );
             return Err(lines.error(self.header, message));
         }
         let mut frames: Vec<FrameReading> = Vec::new();
@@ -323,8 +338,10 @@ impl<'a> ColumnLayout<'a> {
             }
             let now = clock(k, line)?;
             if let Some(before) = frames.last().filter(|before| before.clock >= now) {
-                let message =
-                    format!("time or frame {now} after {}, allowed: increasing ones", before.clock);
+                let message = format!(
+                    "found the time or frame {now} after {}, allowed: increasing values",
+                    before.clock
+                );
                 return Err(lines.error(line.number, message));
             }
             frames.push(FrameReading { line: line.number, clock: now });
@@ -344,7 +361,7 @@ impl<'a> ColumnLayout<'a> {
             }
         }
         if frames.is_empty() {
-            let message = "no row below the header, allowed: one at least";
+            let message = "found no row below the header, allowed: at least one";
             return Err(lines.error(self.header, message));
         }
         Ok(FrameTable { frames, markers: self.markers })

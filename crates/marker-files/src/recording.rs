@@ -77,8 +77,8 @@ pub struct ClockedColumns {
 }
 
 /// Message on a time or position that is not finite.
-pub const NOT_FINITE: &str =
-    "a time or position that is not finite, allowed: a rate, scale and origin of plausible size";
+pub const NOT_FINITE: &str = "found a time or position that is not finite, allowed: finite values. Check fps, scale and \
+     origin";
 
 /// Whether a time and a position are finite after the conversion by rate, scale and origin.
 pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
@@ -129,7 +129,7 @@ impl Recording {
         for c in (0..3).filter(|c| observed[*c]) {
             let refused = |column: usize, found: String| {
                 let name = &table.columns[column].0;
-                let allowed = "a finite number above 0 for every place that was seen";
+                let allowed = "a finite number above 0 for every observed position";
                 table
                     .error(row.line, &format!("column `{name}`: found {found}, allowed: {allowed}"))
             };
@@ -188,7 +188,8 @@ impl Recording {
         match origins.find(|((_, origin), has)| !origin.is_finite() || *origin != 0.0 && !has) {
             None => Ok(()),
             Some(((name, origin), _)) => Err(format!(
-                "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
+                "found origin = {origin} along {name}, allowed: a finite number, and 0 if the \
+                 file has no column {name}"
             )),
         }
     }
@@ -217,14 +218,18 @@ impl Recording {
             (first, _) => {
                 let names: Vec<&str> = file.markers.iter().map(|m| &m.name[..]).collect();
                 if names.is_empty() {
-                    return Err(file.error(1, "no column x, y or z"));
+                    return Err(file.error(
+                        1,
+                        "found no column x, y or z, allowed: at least one of \
+                                              these",
+                    ));
                 }
                 let stated = match (&self.marker, first) {
                     (Some(name), None) => format!("marker = {name:?}"),
-                    _ => format!("{} markers and no marker = \"..\"", names.len()),
+                    _ => format!("{} markers and no key marker", names.len()),
                 };
                 let message = format!(
-                    "{stated} in a file of {}, allowed: one of {}",
+                    "found {stated} in a file of {}, allowed: marker with one of the names {}",
                     file.format.program(),
                     names.join(", ")
                 );
@@ -241,8 +246,8 @@ impl Recording {
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
-            let message = "sigma names columns, allowed: a number, m, for markers that are named and files of \
-                           other programs";
+            let message = "found column names in sigma, allowed: a number in m for named markers \
+                           and for files of tracking programs";
             return Err(refused(message.into()));
         }
         let start = self.time_zero.unwrap_or(match file.clock {
@@ -250,7 +255,7 @@ impl Recording {
             Clock::Frames { first, .. } => first,
         });
         if !start.is_finite() {
-            return Err(refused(format!("time_zero = {start}, allowed: a finite number")));
+            return Err(refused(format!("found time_zero = {start}, allowed: a finite number")));
         }
         let rate = match (file.clock, self.fps) {
             (Clock::Time(_), None) => None,
@@ -259,21 +264,26 @@ impl Recording {
                 Some(fps)
             }
             (Clock::Frames { rate: None, .. }, Some(fps)) => {
-                return Err(refused(format!("fps = {fps}, allowed: above 0")));
+                return Err(refused(format!("found fps = {fps}, allowed: a number above 0")));
             }
             (Clock::Frames { rate: None, .. }, None) => {
                 return Err(refused(
-                    "the time is a frame number, which needs fps = frames a second".into(),
+                    "found frame numbers instead of times, allowed: frame numbers with fps. Set \
+                     fps to the number of frames per second"
+                        .into(),
                 ));
             }
             (Clock::Frames { rate: Some(rate), .. }, Some(fps)) => {
-                let message =
-                    format!("fps = {fps} beside {rate} frames a second in the file, allowed: none");
+                let message = format!(
+                    "found fps = {fps} and {rate} frames per second in the file, allowed: \
+                             no fps. Remove fps"
+                );
                 return Err(refused(message));
             }
             (Clock::Time(_), Some(fps)) => {
                 return Err(refused(format!(
-                    "fps = {fps} beside a clock, allowed: beside frame numbers"
+                    "found fps = {fps} and times in the file, allowed: fps with frame numbers \
+                     only. Remove fps"
                 )));
             }
         };
@@ -284,20 +294,23 @@ impl Recording {
         };
         let factor = match (file.lengths, self.scale) {
             (_, Some(scale)) if !(scale.is_finite() && scale > 0.0) => {
-                return Err(refused(format!("scale = {scale}, allowed: above 0")));
+                return Err(refused(format!("found scale = {scale}, allowed: a number above 0")));
             }
             (LengthUnit::Known(_, factor), None) => factor,
             (LengthUnit::Known(unit, _), Some(scale)) => {
                 let message = format!(
-                    "scale = {scale}, metres a pixel, beside lengths in {unit}, allowed: beside pixels, or where \
-                     the file does not name the unit"
+                    "found scale = {scale} (m per pixel) and lengths in {unit}, allowed: scale \
+                     for pixels, or for a file without a stated unit. Remove scale"
                 );
                 return Err(refused(message));
             }
             (LengthUnit::Pixels { .. }, Some(scale)) => scale,
             (LengthUnit::Pixels { .. }, None) => {
-                let message =
-                    format!("`{}` is in pixels, which needs scale = metres a pixel", marker.name);
+                let message = format!(
+                    "found `{}` in pixels, allowed: pixels with scale. Set scale to the \
+                             size of a pixel in m",
+                    marker.name
+                );
                 return Err(refused(message));
             }
             (LengthUnit::Calibrated, scale) => scale.unwrap_or(1.0),
@@ -306,11 +319,13 @@ impl Recording {
             (Some(y), _) => y == Vertical::Down,
             (None, LengthUnit::Pixels { down: Some(down) }) => down,
             (None, LengthUnit::Pixels { down: None }) => {
-                let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
+                let message = "found `y` in pixels, allowed: pixels with the direction of y. Set \
+                               y = \"down\" (images) or y = \"up\"";
                 return Err(refused(message.into()));
             }
             (None, _) if file.format == Format::TrackMate => {
-                let message = "`y` is an image coordinate, which needs y = \"down\" or \"up\"";
+                let message = "found `y` as an image coordinate, allowed: with the direction of \
+                               y. Set y = \"down\" or y = \"up\"";
                 return Err(refused(message.into()));
             }
             (None, _) => false,
@@ -324,11 +339,13 @@ impl Recording {
                 Some((least, confidence))
             }
             (Some(least), Some(_)) => {
-                return Err(refused(format!("likelihood = {least}, allowed: from 0 to 1")));
+                return Err(refused(format!("found likelihood = {least}, allowed: from 0 to 1")));
             }
             (Some(least), None) => {
-                let message =
-                    format!("likelihood = {least} without a column likelihood, allowed: with one");
+                let message = format!(
+                    "found likelihood = {least}, but no column likelihood, allowed: with \
+                             such a column only. Remove the key"
+                );
                 return Err(refused(message));
             }
         };
@@ -361,11 +378,17 @@ impl Recording {
         let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
             if !names.contains(&name.as_str()) && !sigma.contains(name) {
-                let allowed = format!("{}, and those that sigma names", names.join(", "));
-                return Err(table.error(1, &format!("column `{name}`, allowed: {allowed}")));
+                let allowed = format!("{}, and the columns in sigma", names.join(", "));
+                return Err(table.error(
+                    1,
+                    &format!(
+                        "found the column `{name}`, allowed: \
+                                                    {allowed}"
+                    ),
+                ));
             }
             if table.columns[..i].iter().any(|(before, _)| before == name) {
-                return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
+                return Err(table.error(1, &format!("found two columns `{name}`, allowed: one")));
             }
         }
         Ok(())
@@ -395,7 +418,13 @@ impl Recording {
                     format!("no column t, time or frame; found {}", token(&found.join(", ")));
                 return Err(table.error(1, &message));
             }
-            _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
+            _ => {
+                return Err(table.error(
+                    1,
+                    "found two time columns, allowed: one of t, time and \
+                                            frame",
+                ));
+            }
         };
         let axes = self.axis_columns(table)?;
         Ok(ClockedColumns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
@@ -411,15 +440,17 @@ impl Recording {
         let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
         if let Some(scale) = self.scale.filter(|_| !table.columns.iter().any(pixels)) {
             let message = format!(
-                "scale = {scale}, metres a pixel, without a column in pixels, allowed: with one, as in \
-                 x[px]; lengths in m are without a unit"
+                "found scale = {scale} (m per pixel), but no column in pixels, allowed: with \
+                 columns such as x[px] only. Columns without a unit are in m"
             );
             return Err(table.error(1, &message));
         }
         if self.y.is_some() && table.find("y").is_none() {
-            return Err(
-                table.error(1, "y = \"up\" or \"down\" without a column y, allowed: with one")
-            );
+            return Err(table.error(
+                1,
+                "found y = \"up\" or \"down\", but no column y, allowed: with such \
+                                a column only. Remove the key",
+            ));
         }
         let in_table = ["x", "y", "z"].map(|name| table.find(name).is_some());
         self.check_origin(in_table).map_err(|message| table.error(1, &message))?;
@@ -429,11 +460,13 @@ impl Recording {
             }
         }
         if axes.iter().all(Option::is_none) {
-            return Err(table.error(1, "no column x, y or z"));
+            return Err(table.error(1, "found no column x, y or z, allowed: at least one of these"));
         }
         if let Some(least) = self.likelihood {
-            let message =
-                format!("likelihood = {least} without a column likelihood, allowed: with one");
+            let message = format!(
+                "found likelihood = {least}, but no column likelihood, allowed: with such \
+                         a column only. Remove the key"
+            );
             return Err(table.error(1, &message));
         }
         self.check_axes(axes.map(|axis| axis.is_some()))
@@ -446,7 +479,8 @@ impl Recording {
         if let Some(fps) = self.fps {
             let name = &table.columns[clock].0;
             let message = format!(
-                "fps = {fps} beside the clock `{name}`, allowed: beside frame numbers, a column `frame`"
+                "found fps = {fps} and the time column `{name}`, allowed: fps with frame numbers \
+                 only, a column `frame`. Remove fps"
             );
             return Err(table.error(1, &message));
         }
@@ -456,14 +490,28 @@ impl Recording {
     /// Seconds per frame.
     fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(unit) = &table.columns[clock].1 {
-            return Err(table.error(1, &format!("unit [{unit}] of `frame`, allowed: none")));
+            return Err(table.error(
+                1,
+                &format!(
+                    "found the unit [{unit}] of `frame`, allowed: no \
+                                                unit"
+                ),
+            ));
         }
         match self.fps {
             Some(fps) if fps.is_finite() && fps > 0.0 => Ok(1.0 / fps),
-            Some(fps) => Err(table.error(1, &format!("fps = {fps}, allowed: above 0"))),
-            None => {
-                Err(table.error(1, "the time is a frame number, which needs fps = frames a second"))
-            }
+            Some(fps) => Err(table.error(
+                1,
+                &format!(
+                    "found fps = {fps}, allowed: a number above \
+                                                      0"
+                ),
+            )),
+            None => Err(table.error(
+                1,
+                "found frame numbers instead of times, allowed: frame numbers \
+                                    with fps. Set fps to the number of frames per second",
+            )),
         }
     }
 
@@ -474,10 +522,19 @@ impl Recording {
         let factor = match (pixels, self.scale) {
             (true, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
             (true, Some(scale)) => {
-                return Err(table.error(1, &format!("scale = {scale}, allowed: above 0")));
+                return Err(table.error(
+                    1,
+                    &format!(
+                        "found scale = {scale}, allowed: a number \
+                                                    above 0"
+                    ),
+                ));
             }
             (true, None) => {
-                let message = format!("`{name}` is in pixels, which needs scale = metres a pixel");
+                let message = format!(
+                    "found `{name}` in pixels, allowed: pixels with scale. Set \
+                                       scale to the size of a pixel in m"
+                );
                 return Err(table.error(1, &message));
             }
             (false, _) => table.factor(column, &LENGTHS, ", px")?,
@@ -485,7 +542,8 @@ impl Recording {
         match (name.as_str(), self.y) {
             ("y", Some(Vertical::Down)) => Ok(-factor),
             ("y", None) if pixels => {
-                let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
+                let message = "found `y` in pixels, allowed: pixels with the direction of y. Set \
+                               y = \"down\" (images) or y = \"up\"";
                 Err(table.error(1, message))
             }
             _ => Ok(factor),

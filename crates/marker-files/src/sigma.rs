@@ -61,19 +61,23 @@ impl SigmaColumns {
             let axis = ["x", "y", "z"][c];
             let Some(name) = name.map(str::to_lowercase) else {
                 let message = format!(
-                    "sigma names no column for {axis}, allowed: one for each axis of the file"
+                    "found no column for {axis} in sigma, allowed: one column for each axis of \
+                     the file"
                 );
                 return Err(table.error(1, &message));
             };
             if others.contains(&name.as_str()) {
-                let message =
-                    format!("sigma = `{name}`, which is no column of its own, allowed: another");
+                let message = format!(
+                    "found sigma = `{name}`, a column with other contents, allowed: a \
+                             separate column"
+                );
                 return Err(table.error(1, &message));
             }
             let column = table.find(&name).ok_or_else(|| {
                 let found = table.columns_found();
                 let message = format!(
-                    "no column `{name}`, which is the sigma; found {found}; allowed: one of these, or a number"
+                    "found no column `{name}` for sigma, allowed: a number, or one of the columns \
+                     {found}"
                 );
                 table.error(1, &message)
             });

@@ -121,7 +121,7 @@ impl Table {
             let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
             let allowed = symbols.join(", ");
             let (unit, name) = (token(unit), column_name(name));
-            self.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
+            self.error(1, &format!("found the unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
         })
     }
 

@@ -82,11 +82,11 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
     let (clock, unit) = columns.time;
     let start = recording.time_zero.unwrap_or(0.0);
     if !start.is_finite() {
-        return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
+        return Err(table.error(1, &format!("found time_zero = {start}, allowed: a finite number")));
     }
     let rows = table.rows.iter().map(|row| {
         let reading = row.values[clock]
-            .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
+            .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;
         let position = recording.position(&columns.axes, &row.values);
         let time = (reading - start) * unit;
         // Rows that are left out need no standard deviation.
@@ -145,13 +145,13 @@ fn collect(
                 continue;
             }
             let message = format!(
-                "t = {time} s, allowed: 0 or later; set time_zero to the start of the motion on the file's \
-                 clock"
+                "found t = {time} s, allowed: 0 or later. Set time_zero to the time in the file \
+                 at which the motion starts"
             );
             return Err(error(line, message));
         }
         if last >= time {
-            let message = format!("t = {time} s after {last} s, allowed: increasing times");
+            let message = format!("found t = {time} s after {last} s, allowed: increasing times");
             return Err(error(line, message));
         }
         last = time;
@@ -166,7 +166,9 @@ fn collect(
     }
     if own.times.is_empty() {
         let message = match own.dropped == Dropped::default() {
-            true => "no value below the header, allowed: one row with a value at least".into(),
+            true => "found no value below the header, allowed: at least one row with a \
+                     value"
+                .into(),
             false => format!(
                 "no usable value in {count} rows ({}). Check time_zero, likelihood and the units",
                 own.dropped

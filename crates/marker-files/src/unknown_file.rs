@@ -9,7 +9,7 @@ const EXAMINED: usize = 4096;
 
 /// First bytes of binary files, with descriptions.
 const BINARY: [(&[u8], &str); 15] = [
-    (b"PK\x03\x04", "a zip archive, as spreadsheets (.xlsx, .ods) and Capture files (.cap) are"),
+    (b"PK\x03\x04", "a zip archive, such as a spreadsheet (.xlsx, .ods) or a Capture file (.cap)"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp)"),
     (b"MATLAB 5.0", "a MATLAB file (.mat)"),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),

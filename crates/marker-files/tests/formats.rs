@@ -75,9 +75,9 @@ fn errors_name_line_and_allowed_values() {
     for (text, line, words) in [
         ("t,x\n0,1\n0,2\n", 3, "increasing times"),
         ("t,x\n0,one\n", 2, "a finite number, blank or NaN"),
-        ("t,x[px]\n0,1\n", 1, "needs scale = metres a pixel"),
-        ("t,x\n-1,1\n", 2, "set time_zero"),
-        ("t,xa,ya,xb,yb\n0,1,1,2,2\n", 1, "allowed: one of a, b"),
+        ("t,x[px]\n0,1\n", 1, "Set scale to the size of a pixel in m"),
+        ("t,x\n-1,1\n", 2, "Set time_zero"),
+        ("t,xa,ya,xb,yb\n0,1,1,2,2\n", 1, "allowed: marker with one of the names a, b"),
     ] {
         let path = written(&folder, "bad.csv", text);
         match read(&path, &Recording::default()) {

@@ -30,9 +30,9 @@ pub(super) fn job_script(
 #SBATCH --time={time}
 #SBATCH --cpus-per-task={threads}
 #SBATCH --requeue
-# A minute before the time is over the job ends by itself, with all its results stored.
+# One minute before the time limit the job stops and keeps all its results.
 #SBATCH --signal=B:TERM@60
-# Submit it again until `rodfit campaign status` says that all is done: what has a result is skipped.
+# Submit it again until `rodfit campaign status` reports a result of every fit. Fits with a result are skipped.
 exec rodfit campaign run '{folder}' --threads {threads}
 "
     ))

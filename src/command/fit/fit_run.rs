@@ -16,7 +16,7 @@ use std::sync::atomic::AtomicBool;
 
 /// The first line of a scene with values of an interrupted fit.
 const INTERRUPTED_HEADER: &str =
-    "# interrupted: the best values when the fit was stopped, not its result\n";
+    "# interrupted: the best values when the fit was stopped, not a result\n";
 
 /// The end of a run: its exit code, the result on one line, and its summary for a comparison.
 pub(super) struct SolvedFit {

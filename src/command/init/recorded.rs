@@ -31,7 +31,7 @@ pub(super) fn recorded_files(
             Ok(texts.files(scene, fit.replace("{file}", &path)))
         }
         Template::Frequencies => {
-            let found = format!("{} beside frequencies", file.display());
+            let found = format!("{} together with the template frequencies", file.display());
             let allowed = "none: the fit file itself contains the frequencies";
             Err(Error::invalid("--from", found, allowed))
         }
@@ -66,7 +66,7 @@ fn recorded_cable(
         );
         return Err(Error::invalid("--from", format!("{markers} markers"), allowed));
     }
-    let sigma = "0.01                # m: how far off a good model is";
+    let sigma = "0.01                # m, the error of a good model";
     let fit = texts.fit.replace("{fitted}", &format!("[{path}]")).replace("{held_out}", "");
     let scene = cable_scene(&texts.scene, &track, path, &keys);
     Ok(texts.files(scene, fit.replace("{sigma}", sigma)))

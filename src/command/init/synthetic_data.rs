@@ -231,7 +231,8 @@ fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
     let validation = "\n[[experiment]]              # predicted only\nscene = \"cable.toml\"\npaths = [\"cable-4.csv\"]\n\
                       held_out = true\n[[experiment.observation]]\nmarkers = \"free\"\nsigma = 3e-4\n";
     let fitted = "[\"cable-1.csv\", \"cable-2.csv\", \"cable-3.csv\"]";
-    let sigma = "3e-4                # m, of the made-up noise; of real cables 0.01: how far off a good model is";
+    let sigma = "3e-4                # m, of the synthetic noise; for real cables 0.01, the error \
+                 of a good model";
     let fit = fit.replace("{fitted}", fitted).replace("{held_out}", validation);
     files.push(NewFile::new("cable-fit.toml", fit.replace("{sigma}", sigma)));
     Ok(files)

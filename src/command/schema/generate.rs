@@ -5,7 +5,10 @@ use clap::ValueEnum;
 use rodfit::Scene;
 use rodfit::campaign::Plan;
 use rodfit::dynamics::SimulationReport;
-use rodfit::fit::{FitFile, FitReport};
+use rodfit::fit::{Design, FitFile, FitReport, ValidationReport};
+use rodfit::statics::Equilibrium;
+use rodfit::study::Study;
+use rodfit::vibration::Modes;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
@@ -24,6 +27,11 @@ fn generated(of: SchemaKind) -> Schema {
         SchemaKind::Simulation => {
             schema::<SimulationReport>(true, "Result of a simulation by rodfit")
         }
+        SchemaKind::Static => schema::<Equilibrium>(true, "Equilibrium by rodfit"),
+        SchemaKind::Modes => schema::<Modes>(true, "Vibration modes by rodfit"),
+        SchemaKind::Study => schema::<Study>(true, "Work-precision study by rodfit"),
+        SchemaKind::Predict => schema::<ValidationReport>(true, "Prediction errors by rodfit"),
+        SchemaKind::Design => schema::<Design>(true, "Expected uncertainties of a plan by rodfit"),
     }
 }
 

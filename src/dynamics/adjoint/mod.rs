@@ -77,7 +77,7 @@ impl Problem {
     pub fn check_reversible(&self) -> Result<(), Error> {
         let scene = self.scene();
         let refused = |key: &str, found: &str, allowed: &str| {
-            let allowed = format!("{allowed} to carry derivatives back over a run");
+            let allowed = format!("{allowed} for derivatives by the adjoint method");
             Err(Error::invalid(key, found, allowed).in_file(scene.path.as_deref()))
         };
         if !matches!(scene.scheme(), Scheme::NewmarkBeta | Scheme::GeneralisedAlpha) {
@@ -88,7 +88,7 @@ impl Problem {
             return refused("loads.damping.friction", "internal friction", "none");
         }
         if !scene.energies.is_empty() {
-            return refused("energies", "energies of one's own", "none");
+            return refused("energies", "user-defined energies", "none");
         }
         Ok(())
     }

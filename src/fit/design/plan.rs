@@ -114,8 +114,8 @@ fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Ve
         match x.is_finite() {
             true => Ok(x),
             false => {
-                let found = format!("none, and {value} in the scene");
-                let allowed = "a start above 0: the value that the plan is for";
+                let found = format!("no start, and {value} in the scene");
+                let allowed = "a start above 0, the value for which the plan is evaluated";
                 Err(Error::invalid(format!("parameter[{i}].start"), found, allowed))
             }
         }
@@ -129,7 +129,7 @@ fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Err
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {
             let key = format!("{}.sigma", measurement_key(experiment, i));
-            let allowed = "a number, m: there is nothing yet that would show the noise";
+            let allowed = "a number in m, as a plan has no data from which to estimate it";
             return Err(Error::invalid(key, "none", allowed));
         }
         experiment.measurements[i].header.loss = Loss::Squares;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// Expected uncertainties of a planned experiment. Its `Display` is the summary on the terminal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Design {
     /// Parameters at the values of the plan, with the expected standard errors, intervals and budgets of a fit.
@@ -42,6 +43,7 @@ pub struct Design {
 
 /// Contribution of a measurement to the expected uncertainty. A plan of one measurement has one for each coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Contribution {
     /// Name of the measurement.
@@ -61,6 +63,7 @@ pub struct Contribution {
 
 /// Property of a planned recording that the advice varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DesignVariable {
@@ -74,6 +77,7 @@ pub enum DesignVariable {
 
 /// Expected standard errors of a recording for several choices of one design variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Advice {
     /// Property that the choices vary.
@@ -86,6 +90,7 @@ pub struct Advice {
 
 /// One choice of a design variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Choice {
     /// Value of the design variable: arc length, m, duration, s, or frame rate, 1/s.

@@ -61,7 +61,7 @@ impl UsableRows {
     pub fn warn(&self, warnings: &mut Warnings) {
         for growth in self.growths.iter().flatten() {
             let words = growth.describe(
-                "later values are left out, and no choice with them is marked as the best",
+                "later values are left out, and no choice that needs them is recommended",
             );
             warnings.add(Severity::Numerics, Code::GrowingSensitivity, words);
         }

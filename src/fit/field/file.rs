@@ -17,22 +17,29 @@ impl FitFile {
             return Ok(None);
         }
         let refused = |key: &str, found: &str, allowed: &str| {
-            Err(Error::invalid(key, found, format!("{allowed} beside [[field]]")))
+            Err(Error::invalid(key, found, format!("{allowed} together with [[field]]")))
         };
         let [experiment] = &self.experiments[..] else {
-            return refused("experiment", "several", "one scene");
+            return refused("experiment", "several experiments", "one experiment");
         };
         if !self.knowns.is_empty() {
-            return refused("known", "a number known with an error", "none");
+            return refused("known", "an input uncertainty", "none");
         }
         if self.analysis != Analysis::default() {
-            return refused("analysis", "what standard errors along the rod do not take", "none");
+            return refused("analysis", "keys of [analysis]", "none");
         }
         let mut fit = FieldFit::new(&experiment.problem);
         for measurement in &experiment.measurements {
             match measurement.observation() {
                 Some(observation) if !measurement.held_out() => fit = fit.observe(observation),
-                Some(_) => return refused("observation.held_out", "true", "what is compared"),
+                Some(_) => {
+                    return refused(
+                        "observation.held_out",
+                        "true",
+                        "fitted observations \
+                                           only",
+                    );
+                }
                 None => return refused("shape, frequencies", "one", "recorded motions"),
             }
         }

@@ -71,21 +71,22 @@ impl FieldFit {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
         let is_open = self.problem.scene().chosen().any();
-        let allowed = "rod.segments, time.step and time.scheme beside [[field]]";
-        ensure(!is_open, "scene", "numerics that it leaves open", allowed)?;
+        let allowed = "rod.segments, time.step and time.scheme in the scene of a fit with \
+                       [[field]]";
+        ensure(!is_open, "scene", "mesh, step or scheme left out", allowed)?;
         let has_motion = !self.observations.is_empty();
-        ensure(has_motion, "observation", "none", "a recorded motion or more")?;
+        ensure(has_motion, "observation", "none", "at least one recorded motion")?;
         // The adjoint supports positions of the centerline with squared losses and known noise.
         let end = self.problem.time()?.end + self.problem.scene().camera.time_offset;
         for (i, observation) in self.observations.iter().enumerate() {
             let ensure = |holds: bool, key: &str, found: &str, allowed: &str| {
-                let allowed = format!("{allowed} in a fit of numbers along the rod");
+                let allowed = format!("{allowed} in a fit of distributed parameters ([[field]])");
                 ensure(holds, format!("observation[{i}].{key}"), found, allowed)
             };
             let Header { sigma, loss, .. } = &observation.header;
-            ensure(sigma.is_some(), "sigma", "none", "the standard deviation of its noise, m,")?;
+            ensure(sigma.is_some(), "sigma", "none", "the standard deviation of the noise, m,")?;
             let is_centered = !is_beside(observation.offset);
-            ensure(is_centered, "offset", "a marker beside the rod", "none")?;
+            ensure(is_centered, "offset", "a marker off the center line", "none")?;
             ensure(*loss == Loss::Squares, "loss", "a robust loss", "\"squares\"")?;
             let last = observation.samples.last().map_or(0.0, |s| s.time);
             let found = format!("a sample at {last} s");

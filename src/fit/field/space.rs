@@ -80,21 +80,21 @@ impl FieldSpace {
             });
             parameters.extend(own);
         }
-        let allowed = "a list of numbers along the rod or more";
+        let allowed = "at least one list of values along the rod";
         ensure(!lists.is_empty(), "field", "none", allowed)?;
         // Single parameters need a prior too: the optimum is that of the posterior probability.
         let mut singles = Vec::new();
         for (i, unknown) in unknowns.iter().enumerate() {
             let (parameter, key) = (unknown.parameter, |own: &str| format!("parameter[{i}].{own}"));
             let Some(prior) = unknown.prior else {
-                let allowed = "{ mean = .., sigma = .. } beside [[field]]";
+                let allowed = "{ mean = .., sigma = .. } together with [[field]]";
                 return Err(Error::invalid(key("prior"), "none", allowed));
             };
             positive(&key("prior.sigma"), prior.sigma)?;
             let is_supported =
                 !affects_observation_operator(parameter) && !parameters.contains(&parameter);
-            let allowed =
-                "beside [[field]] numbers of material, section, loads and start, each once";
+            let allowed = "together with [[field]] parameters of material, section, loads and initial \
+                 state, each once";
             ensure(is_supported, key("name"), parameter, allowed)?;
             problem.check_parameter(parameter)?;
             singles.push(SingleParameter { parameter, mean: prior.mean, sigma: prior.sigma });

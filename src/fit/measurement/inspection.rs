@@ -133,7 +133,7 @@ impl Inspection {
             inspection.observation_table(&quoted(&path.display().to_string()), &source);
         if let Err(error) = check_observation(path, &inspection.observation) {
             let error = error.to_string().replace('\n', " ");
-            inspection.observation += &format!("# fit does not read this: {error}\n");
+            inspection.observation += &format!("# `rodfit fit` rejects these keys: {error}\n");
         }
         Ok(inspection)
     }
@@ -187,45 +187,56 @@ impl Inspection {
             line(
                 "marker",
                 quoted(marker),
-                &format!("the one that moves most of {}", others.join(", ")),
+                &format!("the marker with the largest motion of {}", others.join(", ")),
             );
         }
         line("point", "\"tip\"".into(), "or a node, or { arc_length = 0.2 }");
         if let Some(sure) = read.likelihood {
-            line("likelihood", sure.to_string(), "what the program is less sure of is missing");
+            line("likelihood", sure.to_string(), "positions with a lower likelihood are left out");
         }
         if self.most_moving_marker().is_some_and(|m| m.axes.len() == 3) {
-            let words = "the world's in the file; [\"x\", \"z\", \"-y\"] for a picture of x and z";
+            let words = "axes of the file that are x, y, z of the scene, such as [\"x\", \"z\", \
+                         \"-y\"]";
             line("axes", "[\"x\", \"y\", \"z\"]".into(), words);
         }
         let or_dots = |value: Option<f64>| value.map_or("..".into(), |value| value.to_string());
         if matches!(source.clock, Clock::Frames { rate: None, .. }) {
-            line("fps", or_dots(read.fps), "the camera's frames a second: the file does not say");
+            line("fps", or_dots(read.fps), "frames per second of the camera; not in the file");
         }
         let metres = match source.lengths {
             LengthUnit::Known(_, factor) => Some(factor),
             LengthUnit::Pixels { .. } => {
-                line("scale", or_dots(read.scale), "metres a pixel");
+                line("scale", or_dots(read.scale), "m per pixel");
                 read.scale
             }
             LengthUnit::Calibrated => {
-                line("scale", or_dots(read.scale), "metres a unit of the calibration; 1 is metres");
+                line(
+                    "scale",
+                    or_dots(read.scale),
+                    "m per unit of the calibration; 1 if it is in \
+                      m",
+                );
                 read.scale
             }
         };
         if self.has_image_coordinates(source) {
-            line("y", "\"down\"".into(), "as in images");
+            line("y", "\"down\"".into(), "y points down, as in images");
         }
-        line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
+        line("origin", "[0, 0, 0]".into(), "origin of the scene in coordinates of the file");
         let zero = read.time_zero.unwrap_or(self.clock[0]);
         let words = match zero > self.clock[0] {
-            true => "the marker rests before: when the motion starts on the file's clock",
-            false => "when the motion starts on the file's clock",
+            true => "time in the file at which the motion starts; the marker rests before",
+            false => "time in the file at which the motion starts",
         };
         line("time_zero", zero.to_string(), words);
         let noise = self.most_moving_marker().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
         if let (Some(noise), Some(metres)) = (noise, metres) {
-            line("sigma", format!("{:.1e}", noise * metres), "m, by differences of the samples");
+            line(
+                "sigma",
+                format!("{:.1e}", noise * metres),
+                "m, estimated from differences of \
+                  the samples",
+            );
         }
         lines.join("\n") + "\n"
     }

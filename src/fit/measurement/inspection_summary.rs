@@ -31,11 +31,11 @@ impl Inspection {
         let range = if unit.is_empty() { "numbered" } else { "from" };
         let rate = match self.rate {
             Some(rate) => format!("{} frames/s", (rate * 1e4).round() / 1e4),
-            None => "no frame rate in the file (state fps)".into(),
+            None => "no frame rate in the file (set fps)".into(),
         };
         let plural = if self.markers.len() == 1 { "" } else { "s" };
         let lengths = match &self.unit[..] {
-            "unnamed" => "in a unit that the file does not name (state scale)".into(),
+            "unnamed" => "in a unit that the file does not state (set scale)".into(),
             unit => format!("in {unit}"),
         };
         Summary::new(format!("{format}, format = \"{}\"", self.format.key()), Tone::Neutral)
@@ -93,7 +93,7 @@ impl Inspection {
             );
         }
         for (before, missing) in self.clock_gaps.iter().take(NAMED_GAPS) {
-            all.push(format!("the clock leaps after {before}{unit}: frames missing: {missing}"));
+            all.push(format!("the time jumps after {before}{unit}: frames missing: {missing}"));
         }
         if self.clock_gaps.len() > NAMED_GAPS {
             let more = times(self.clock_gaps.len() - NAMED_GAPS);

@@ -73,7 +73,7 @@ impl Observation {
         positive("duration", duration)?;
         positive("fps", rate)?;
         let frames = (duration * rate * (1.0 + 1e-12)).floor();
-        let found = format!("{rate} for {duration} s, {frames} frames");
+        let found = format!("{rate} frames per second for {duration} s, {frames} frames");
         let allowed = format!("1 to {MOST_PLANNED} frames");
         ensure((1.0..=MOST_PLANNED).contains(&frames), "fps", found, allowed)?;
         let sample = |k: usize| Sample { time: k as f64 / rate, position: [Some(0.0); 3] };
@@ -314,8 +314,8 @@ impl DataKind for PointMotion {
             return Err(match header.planned {
                 true => Error::invalid(format!("{key}.duration"), found, allowed),
                 false => {
-                    let missing = "check the unit in the header, as in t[ms], time_zero (the start of the motion on \
-                                   the file's clock), and time.end";
+                    let missing = "check the unit in the header, as in t[ms], time_zero (time in \
+                                   the file at which the motion starts), and time.end";
                     Error::invalid(*label, found, format!("{allowed}; {missing}"))
                 }
             });

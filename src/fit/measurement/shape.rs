@@ -134,14 +134,15 @@ impl RestShape {
         }
         let shape = match column {
             Some(_) if sightings.is_empty() => {
-                let message = "no value below the header, allowed: one row with a value at least";
+                let message = "found no value below the header, allowed: at least one row with a \
+                               value";
                 return Err(table.error(1, message));
             }
             Some(_) => Self::new(sightings),
             None if sightings.len() < LEAST_OF_A_LINE => {
                 let message = format!(
-                    "no column s or node, and {} points, allowed: {LEAST_OF_A_LINE} or more points along the center line, \
-                     with two coordinates each, or a column s (arc length) or node (index)",
+                    "found no column s or node and {} points, allowed: at least {LEAST_OF_A_LINE} \
+                     points along the center line with two coordinates each, or a column s (arc length) or node (index)",
                     sightings.len()
                 );
                 return Err(table.error(1, &message));
@@ -171,9 +172,13 @@ impl PointColumn {
                 Ok(Some(Self::ArcLength(column, table.factor(column, &LENGTHS, "")?)))
             }
             (None, Some(column)) => match &table.columns[column].1 {
-                Some(unit) => {
-                    Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")))
-                }
+                Some(unit) => Err(table.error(
+                    1,
+                    &format!(
+                        "found the unit [{unit}] of `node`, allowed: no \
+                                                 unit"
+                    ),
+                )),
                 None => Ok(Some(Self::Node(column))),
             },
             (Some(_), Some(_)) => {
@@ -188,14 +193,19 @@ impl PointColumn {
     /// The point of a row; an error for a blank cell or a fractional node.
     fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
-        let value = row.values[*column]
-            .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;
+        let value = row.values[*column].ok_or_else(|| {
+            table.error(
+                row.line,
+                "found a blank point, allowed: a value of s or \
+                                                  node",
+            )
+        })?;
         match self {
             Self::Node(_) if value >= 0.0 && value.fract() == 0.0 => {
                 Ok(Point::Node(value as usize))
             }
             Self::Node(_) => {
-                let message = format!("node = {value}, allowed: an index from 0 on");
+                let message = format!("found node = {value}, allowed: an index of 0 or more");
                 Err(table.error(row.line, &message))
             }
             Self::ArcLength(_, factor) => Ok(Point::ArcLength(value * factor)),

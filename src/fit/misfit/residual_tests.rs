@@ -5,6 +5,7 @@
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
+use crate::summary::quantity::p_value;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
@@ -119,13 +120,13 @@ impl ResidualTests {
         let is_ar1 = correlation > 0.0 && innovation_whiteness >= LEAST_INNOVATION_P;
         let mut wrong = Vec::new();
         if whiteness < significance && !is_ar1 {
-            wrong.push(format!("the residuals are autocorrelated (p = {whiteness:.0e})"));
+            wrong.push(format!("the residuals are autocorrelated ({})", p_value(whiteness)));
         }
         if normality < significance {
-            wrong.push(format!("the residuals are not normal (p = {normality:.0e})"));
+            wrong.push(format!("the residuals are not normal ({})", p_value(normality)));
         }
         if trend < significance {
-            wrong.push(format!("the residuals have a trend in time (p = {trend:.0e})"));
+            wrong.push(format!("the residuals have a trend in time ({})", p_value(trend)));
         }
         let passed = wrong.is_empty();
         let verdict = match passed {

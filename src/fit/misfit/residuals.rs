@@ -143,7 +143,7 @@ impl Residuals {
     /// Rejects a vector that has not one number per unknown.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
         let (n, found) = (self.unknowns.len(), format!("{} numbers", x.len()));
-        ensure(x.len() == n, "x", found, format!("{n}, one per unknown"))
+        ensure(x.len() == n, "x", found, format!("{n} numbers, one for each unknown"))
     }
 
     /// Residuals at `x`, which has a number per unknown.

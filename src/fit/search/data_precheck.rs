@@ -297,17 +297,17 @@ impl<'a> Release<'a> {
         let nearest = NODE_DISTANCE * START_DISTANCE[0] * length;
         if let Some((node, _)) = closest.filter(|node| distance(node) <= nearest) {
             return format!(
-                "node {node} starts there: another point was followed, or the scale is off by a \
+                "node {node} starts there, so that another point was tracked, or the scale is wrong by a \
                  factor of {ratio:.3}"
             );
         }
         if cosine > SAME_DIRECTION {
-            return format!("the scale is off by a factor of {ratio:.3}");
+            return format!("the scale is wrong by a factor of {ratio:.3}");
         }
         let shift = sub(position, self.start);
         format!(
-            "most likely the origin (({:.4}, {:.4}, {:.4}) m farther would do), the point or the scale \
-             is wrong",
+            "most likely the origin is wrong (by ({:.4}, {:.4}, {:.4}) m), or the point or the \
+             scale",
             shift[0], shift[1], shift[2]
         )
     }

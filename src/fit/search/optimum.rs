@@ -146,7 +146,7 @@ impl Search<'_> {
         })?;
         // The residuals of the last iterate are those of the result, with its halved steps.
         let halved = result.problem.take_problem().is_some_and(|r| r.has_halved_steps());
-        let lost = || Error::Fit("the optimiser lost its state".into());
+        let lost = || Error::Fit("the optimizer returned no state".into());
         let state: &mut LeastSquaresState = &mut result.state;
         let reason = state.get_termination_reason().cloned();
         let cost = state.get_cost();

@@ -140,7 +140,10 @@ impl Conclusion {
             Grade::RefineNumerics => coarse_discretization(&warnings),
             Grade::CorrelatedOrMissing => correlated_or_missing(&warnings).into(),
             Grade::ModelDoesNotExplain => inadequate_model(&warnings, end.compares_experiments),
-            Grade::NotIdentifiable => format!("the data do not determine all parameters{cause}"),
+            Grade::NotIdentifiable => format!(
+                "the data do not determine all parameters. Fix one of them (fixed = VALUE), give it a prior, or add data \
+                 that depend on it{cause}"
+            ),
             Grade::Interrupted => {
                 "the fit was stopped at a minimum before all analyses were complete. Run it again for the full report"
                     .into()

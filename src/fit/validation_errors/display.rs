@@ -59,7 +59,7 @@ impl ValidationReport {
             TextColumn::right("median"),
             TextColumn::right("worst"),
             TextColumn::right("RMS"),
-            TextColumn::wrapped("remarks"),
+            TextColumn::wrapped("relative RMS"),
         ]);
         for e in &self.errors {
             let shown = |x: f64| quantity(x, &e.unit, DIGITS);

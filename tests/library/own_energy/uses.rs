@@ -32,7 +32,7 @@ fn parameters_of_user_defined_energies_have_names() {
     assert_eq!(moment.of(other.scene()), Some(3e-3));
     let absent = message(other.check_parameter(named("energy.magnet.momentum")).map(|_| ()));
     assert!(
-        absent.contains("attached in code") && absent.contains("energy.magnet.moment"),
+        absent.contains("attached by the program") && absent.contains("energy.magnet.moment"),
         "{absent}"
     );
     let refused = message(scene.problem().unwrap().with([(moment, -1.0)]));
@@ -99,7 +99,7 @@ fn scene_with_invalid_energy_is_rejected() {
         assert!(error.contains(part), "{error}");
     }
     let twice = with_magnet([0.0; 3]).with_energy("magnet", At::Whole, springs(), [1.0, 0.0]);
-    assert!(message(twice.problem()).contains("two of this name"));
+    assert!(message(twice.problem()).contains("two energies of this name"));
     // A name means one kind of number.
     let floor = Floor { height: 0.0, bottom: -1.0 };
     let one = straight(8).with_energy("here", At::Whole, floor, [1.0]);
@@ -107,7 +107,7 @@ fn scene_with_invalid_energy_is_rejected() {
     let scene =
         straight(8).with_energy("nowhere", At::Whole, Floor { height: 1.0, bottom: 0.5 }, [1.0]);
     let error = message(scene.problem());
-    assert!(error.contains("energy.nowhere") && error.contains("no finite number"), "{error}");
+    assert!(error.contains("energy.nowhere") && error.contains("not a finite number"), "{error}");
 }
 
 /// An energy that becomes no number while the rod moves is named.

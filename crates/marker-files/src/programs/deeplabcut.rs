@@ -20,7 +20,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             1,
             "no rows `scorer`, `bodyparts` and `coords`",
-            "all three over the columns",
+            "all three rows above the numbers",
         );
     };
     let individuals = row("individuals");
@@ -50,7 +50,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         layout.add(column, &name, kind)?;
     }
     if layout.is_empty() {
-        return lines.rejected(coords.number, "no column", "x and y of one body part at least");
+        return lines.rejected(coords.number, "no column", "x and y of at least one body part");
     }
     let rows: Vec<&FieldLine> = lines
         .list
@@ -66,7 +66,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         let number = frame(name, position);
         number.ok_or_else(|| {
             let message = format!(
-                "found `{name}`, allowed: a frame's number, or an image with one in its name"
+                "found `{name}`, allowed: a frame number, or the name of an image with a frame \
+                 number"
             );
             lines.error(line.number, message)
         })

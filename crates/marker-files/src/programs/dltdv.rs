@@ -22,7 +22,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             return lines.rejected(
                 names.number,
                 &format!("column `{name}`"),
-                "`pt1_cam1_X` or `pt1_X` alone",
+                "columns such as `pt1_cam1_X` or `pt1_X` only",
             );
         };
         cameras.push(point.contains("_cam"));
@@ -30,7 +30,12 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     }
     let pixels = cameras.iter().all(|camera| *camera);
     if !pixels && cameras.contains(&true) {
-        return lines.rejected(names.number, "columns with a camera and without", "either");
+        return lines.rejected(
+            names.number,
+            "columns with a camera number and columns without \
+                                             one",
+            "one of the two kinds",
+        );
     }
     let frame = |k: usize, _: &_| Ok((k + 1) as f64);
     let table = layout.read(names.len(), rows.iter(), frame)?;

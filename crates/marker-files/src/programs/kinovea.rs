@@ -23,7 +23,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     };
     let (clock, unit_of_time) = split_unit(names.field(0));
     if !clock.eq_ignore_ascii_case("time") {
-        return lines.rejected(names.number, &format!("`{}` first", names.field(0)), "`Time`");
+        return lines.rejected(
+            names.number,
+            &format!("`{}` as the first column", names.field(0)),
+            "`Time`",
+        );
     }
     let seconds = match unit_of_time.as_deref() {
         None => 1.0,
@@ -72,7 +76,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             }
         };
         if lengths.replace(own).is_some_and(|before| before != own) {
-            return lines.rejected(names.number, "several units", "one for all trajectories");
+            return lines.rejected(names.number, "several units", "one unit for all trajectories");
         }
         layout.add(column, trajectory, kind)?;
     }
@@ -89,8 +93,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
 
 /// The error of a time code.
 fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
-    let words = "allowed: a number; choose seconds or milliseconds as Kinovea's time marker";
-    lines.error(line.number, format!("time `{}`, {words}", line.field(0)))
+    let words = "allowed: a number. Choose seconds or milliseconds as the time marker of Kinovea";
+    lines.error(line.number, format!("found the time `{}`, {words}", line.field(0)))
 }
 
 /// A text of lines `T X Y` in seconds and the unit of the calibration.
@@ -117,7 +121,7 @@ fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         let fields = line.fields().filter(|field| !field.is_empty()).count();
         if fields != 3 {
             let found = format!("{fields} numbers");
-            return lines.rejected(line.number, &found, "three, T X Y");
+            return lines.rejected(line.number, &found, "three numbers: T, X and Y");
         }
         // A blank line separates trajectories.
         if last.is_none_or(|last| line.number > last + 1) {

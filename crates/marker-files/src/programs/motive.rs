@@ -13,7 +13,12 @@ use std::path::Path;
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Motive, bytes, delimiter(bytes))?;
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {
-        return lines.rejected(1, "no `Format Version`", "it at the beginning of the first line");
+        return lines.rejected(
+            1,
+            "no `Format Version`",
+            "this text at the beginning of the first \
+                                  line",
+        );
     };
     let pairs: Vec<&str> = settings.fields().collect();
     let setting =
@@ -36,7 +41,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             settings.number,
             "no row that begins with `Frame`",
-            "one above the numbers",
+            "such a row above the numbers",
         );
     };
     let above: Vec<&FieldLine> = lines.list[1..header].iter().filter(|l| !l.is_empty()).collect();
@@ -44,12 +49,16 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let names = &lines.list[header];
     let (Some(types), Some(called), Some(properties)) = (row("Type"), row("Name"), above.last())
     else {
-        return lines.rejected(names.number, "no rows `Type` and `Name` above it", "both");
+        return lines.rejected(
+            names.number,
+            "no rows `Type` and `Name` above the row `Frame`",
+            "both",
+        );
     };
     if !names.field(1).starts_with("Time") {
         return lines.rejected(
             names.number,
-            &format!("`{}` beside `Frame`", names.field(1)),
+            &format!("`{}` next to `Frame`", names.field(1)),
             "`Time (Seconds)`",
         );
     }
@@ -67,7 +76,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             types.number,
             &found,
-            "markers: export them with `Markers` switched on",
+            "columns of markers. Export the file with `Markers` switched on",
         );
     }
     let rows = lines.list[header + 1..].iter().filter(|l| !l.is_empty());

@@ -18,7 +18,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
-        return Err(table.error(1, "no column t, time or frame"));
+        return Err(table.error(1, "found no column t, time or frame, allowed: one of these"));
     };
     let clock = match table.columns[column].0 == "frame" {
         true => Clock::Frames { first: 0.0, rate: None },
@@ -38,12 +38,13 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
         let found = if behind { axis_behind(name) } else { axis_before(name) };
         let Some((axis, marker)) = found else {
             let message = format!(
-                "column `{name}`, allowed: t, and x.., y.., z.. of markers, or .._x, .._y, .._z"
+                "found the column `{name}`, allowed: t, and the coordinates of markers as xNAME, \
+                 yNAME, zNAME or as NAME_x, NAME_y, NAME_z"
             );
             return Err(table.error(1, &message));
         };
         if columns.insert((axis, marker.to_string()), i).is_some() {
-            return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
+            return Err(table.error(1, &format!("found two columns `{name}`, allowed: one")));
         }
         if called.insert(marker.to_string()) {
             // The name as it is in the file.
@@ -57,16 +58,17 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     }
     let mut frames: Vec<FrameReading> = Vec::with_capacity(table.rows.len());
     for row in &table.rows {
-        let blank = || table.error(row.line, "the time is blank, allowed: a time");
+        let blank = || table.error(row.line, "found a blank time, allowed: a number");
         let time = row.values[column].ok_or_else(blank)?;
         if let Some(before) = frames.last().filter(|before| before.clock >= time) {
-            let message = format!("t = {time} after {}, allowed: increasing times", before.clock);
+            let message =
+                format!("found t = {time} after {}, allowed: increasing times", before.clock);
             return Err(table.error(row.line, &message));
         }
         frames.push(FrameReading { line: row.line, clock: time });
     }
     if frames.is_empty() {
-        return Err(table.error(1, "no row below the header, allowed: one at least"));
+        return Err(table.error(1, "found no row below the header, allowed: at least one"));
     }
     let pixels = |i: usize| is_clock(i) || table.columns[i].1.as_deref() == Some("px");
     let pixels = table.columns.len() > 1 && (0..table.columns.len()).all(pixels);
@@ -83,7 +85,10 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             }
         }
         if !name.is_empty() && axes[..2].contains(&None) {
-            let message = format!("marker `{name}` without a column x{name} or y{name}");
+            let message = format!(
+                "found the marker `{name}` without a column x{name} or y{name}, \
+                                   allowed: both columns"
+            );
             return Err(table.error(1, &message));
         }
         let position = |row: &crate::table::TableRow| {

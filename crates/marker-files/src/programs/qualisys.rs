@@ -21,11 +21,16 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             1,
             "no line `MARKER_NAMES`",
-            "it: export with the header switched on",
+            "this line. Export the file with the header switched on",
         );
     };
     let Some(rate) = key("FREQUENCY") else {
-        return lines.rejected(1, "no line `FREQUENCY`", "it: export with the header switched on");
+        return lines.rejected(
+            1,
+            "no line `FREQUENCY`",
+            "this line. Export the file with the \
+                                  header switched on",
+        );
     };
     if let Some(data) = key("DATA_INCLUDED").filter(|l| l.field(1) != "3D") {
         return lines.rejected(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
@@ -54,7 +59,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             line,
             &found,
-            "three for each, after the frame's number and the time at most",
+            "three columns for each marker, after at most a frame number and a time",
         );
     }
     let mut layout = ColumnLayout::new(&lines, called.number);

@@ -45,14 +45,19 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             nodes.len() - 1
         });
         if nodes[number].1[own].replace(column).is_some() {
-            return lines.rejected(header.number, &format!("two columns `{field}`"), "one");
+            return lines.rejected(header.number, &format!("two columns `{field}`"), "one column");
         }
     }
     if let Some((node, _)) = nodes.iter().find(|(_, own)| own[0].is_none() || own[1].is_none()) {
-        return lines.rejected(header.number, &format!("node `{node}` without x or y"), "both");
+        return lines.rejected(
+            header.number,
+            &format!("node `{node}` without x or y"),
+            "both \
+                                                       columns",
+        );
     }
     if nodes.is_empty() {
-        return lines.rejected(header.number, "no node", "NODE.x and NODE.y of one at least");
+        return lines.rejected(header.number, "no node", "NODE.x and NODE.y of at least one node");
     }
     let several = rows.iter().any(|line| line.field(track) != rows[0].field(track));
     let mut detections = Detections::default();
@@ -62,7 +67,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             return lines.rejected(
                 line.number,
                 &found,
-                &format!("{} as in the header", header.len()),
+                &format!("{} fields, as in the header", header.len()),
             );
         }
         let clock = lines.required_number(line, frame, "frame_idx")?;

@@ -17,15 +17,15 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             1,
             "fewer than two lines",
-            "the tracks' names, and those of the columns",
+            "a line with the names of the tracks and a line with the names of the columns",
         );
     };
     if names.field(0) != "t" {
-        let found = format!("`{}` before all columns", names.field(0));
+        let found = format!("`{}` as the first column", names.field(0));
         return lines.rejected(
             names.number,
             &found,
-            "the time `t`: switch it on in the table that is exported",
+            "the time `t`. Switch it on in the exported table",
         );
     }
     let single = called.fields().skip(1).all(str::is_empty).then(|| called.field(0));
@@ -40,7 +40,12 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         }
     }
     if layout.is_empty() {
-        return lines.rejected(names.number, "no columns x and y", "those of one track at least");
+        return lines.rejected(
+            names.number,
+            "no columns x and y",
+            "columns x and y of at least \
+                                             one track",
+        );
     }
     let time = |_, line: &FieldLine| lines.required_number(line, 0, "t");
     let rows = rows.iter().filter(|l| !l.is_empty());

@@ -22,7 +22,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         match header.fields().position(|field| field == name) {
             Some(found) => *column = found,
             None => {
-                let allowed = "it: export the spots, not the edges or the tracks";
+                let allowed = "this column. Export the spots, not the edges or the tracks";
                 return lines.rejected(header.number, &format!("no column `{name}`"), allowed);
             }
         }
@@ -73,7 +73,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             return lines.rejected(
                 line.number,
                 &found,
-                &format!("{} as in the header", header.len()),
+                &format!("{} fields, as in the header", header.len()),
             );
         }
         if ["", "None"].contains(&line.field(track)) {

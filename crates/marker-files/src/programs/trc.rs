@@ -18,13 +18,18 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
     let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);
     let Some(header) = lines.list.iter().position(|l| starts(l, "frame")) else {
-        return lines.rejected(1, "no line that begins with `Frame#`", "it, over the numbers");
+        return lines.rejected(
+            1,
+            "no line that begins with `Frame#`",
+            "such a line above the \
+                                  numbers",
+        );
     };
     let called = &lines.list[header];
     if !called.field(1).to_lowercase().starts_with("time") {
         return lines.rejected(
             called.number,
-            &format!("`{}` beside `Frame#`", called.field(1)),
+            &format!("`{}` next to `Frame#`", called.field(1)),
             "`Time`",
         );
     }
@@ -46,7 +51,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         }
     }
     if layout.is_empty() {
-        return lines.rejected(called.number, "no marker behind `Time`", "one at least");
+        return lines.rejected(called.number, "no marker after `Time`", "at least one marker");
     }
     let rows = lines.list[header + 1..].iter().filter(|l| !l.is_empty());
     // The line `X1 Y1 Z1`, whose indices may be in any order.

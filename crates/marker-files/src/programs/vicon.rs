@@ -22,7 +22,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(
             1,
             "no section `Trajectories`",
-            "one: export with `Trajectories` ticked",
+            "this section. Export the file with `Trajectories` selected",
         );
     };
     let section: Vec<&FieldLine> =
@@ -30,8 +30,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let [rate, called, names, units] = section[..] else {
         return lines.rejected(
             lines.list[start].number,
-            "a section that ends after its name",
-            "its rate and columns",
+            "a section with nothing below its name",
+            "a section with its rate and columns",
         );
     };
     let per_second = lines.rate(rate, 0, "the rate below `Trajectories`")?;
@@ -49,7 +49,12 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         // Names of velocities and accelerations have primes.
         let Some(kind) = ColumnKind::axis(names.field(column)) else { continue };
         if marker.is_empty() {
-            return lines.rejected(called.number, "no marker over the first column", "its name");
+            return lines.rejected(
+                called.number,
+                "no marker name above the first column",
+                "a \
+                                                  marker name",
+            );
         }
         layout.add(column, marker, kind)?;
         let stated = units.field(column);
@@ -61,14 +66,14 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             );
         };
         if lengths.replace(own).is_some_and(|before| before != own) {
-            return lines.rejected(units.number, "several units", "one for all markers");
+            return lines.rejected(units.number, "several units", "one unit for all markers");
         }
     }
     let Some(lengths) = lengths else {
         return lines.rejected(
             names.number,
             "no column X, Y and Z",
-            "those of one marker at least",
+            "columns X, Y and Z of at least one marker",
         );
     };
     let below = lines.list[start + 1..].iter().skip_while(|l| l.number <= units.number);

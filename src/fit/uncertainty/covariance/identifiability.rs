@@ -74,7 +74,7 @@ pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> Unidentifi
     let (kind, description) = match is_damping(unknown) && !is_only_one {
         true => (
             NonIdentifiability::Practical,
-            format!("{unknown} came out at zero: these data show none of it"),
+            format!("{unknown} is estimated as zero: these data show no effect of it"),
         ),
         false => (NonIdentifiability::Structural, no_effect(unknown)),
     };
@@ -83,7 +83,7 @@ pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> Unidentifi
 
 /// Description of an unknown without effect.
 fn no_effect(unknown: &Unknown) -> String {
-    format!("{unknown} has no effect on what was observed")
+    format!("{unknown} has no effect on the observed quantities")
 }
 
 /// Descriptions of `directions`, changes of the unknowns on their scales, with the standard deviations of all unknowns.
@@ -181,7 +181,7 @@ fn practical_reason(
     listed: &[usize],
 ) -> String {
     if involved.iter().all(|j| deviations[*j] <= practical_limit(&unknowns[*j])) {
-        return "far from here the misfit is no larger".into();
+        return "the misfit is no larger far from the estimate".into();
     }
     let size = |j: &usize| match deviations[*j] {
         sd if !unknowns[*j].parameter.is_positive() => format!("{sd:.2}"),

@@ -2,6 +2,7 @@
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
+use crate::summary::quantity::p_value as p_text;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -64,11 +65,8 @@ impl fmt::Display for ScoreTest {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = size_text(*estimate, unit);
         let sign = if *estimate < 0.0 { "" } else { "+" };
-        write!(
-            f,
-            "{effect} ({source}: {sign}{size}, {:.1} sigma, p = {p_value:.0e})",
-            z_score.abs()
-        )
+        let (z, p) = (z_score.abs(), p_text(*p_value));
+        write!(f, "{effect} ({source}: {sign}{size}, {z:.1} sigma, {p})")
     }
 }
 
@@ -155,21 +153,22 @@ impl UndetectedBias {
     }
 }
 
-/// The largest relative bias in absolute value, with its entry, of the first parameters that have any.
+/// The largest relative bias in absolute value, with its entry, of the first parameters with a bias above a standard error.
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],
 ) -> Vec<(f64, &'a UndetectedBias)> {
     let largest = |e: &Estimate| {
         let label = e.label();
-        let own = all.iter().filter(|bias| bias.parameter == label);
+        let own = all.iter().filter(|bias| bias.parameter == label && bias.std_errors > 1.0);
         let sized = own.filter_map(|bias| Some((bias.relative?.abs(), bias)));
         sized.max_by(|a, b| a.0.total_cmp(&b.0))
     };
     parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
-/// The effects with the largest biases above a standard error, each with its biases of all parameters.
+/// The effects with the largest biases above a standard error, each with its biases of all parameters. The effect with the
+/// largest bias of each parameter comes first, as the estimates quote it.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.
@@ -179,13 +178,42 @@ pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>
             None => effects.push(vec![bias]),
         }
     }
-    effects.truncate(DESCRIBED);
-    effects
+    let is_quoted = |own: &Vec<&UndetectedBias>| {
+        own.iter().any(|bias| {
+            let mut same = all.iter().filter(|other| other.parameter == bias.parameter);
+            same.all(|other| other.std_errors <= bias.std_errors)
+        })
+    };
+    let (quoted, others): (Vec<_>, Vec<_>) = effects.into_iter().partition(is_quoted);
+    quoted.into_iter().chain(others).take(DESCRIBED).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::size_text;
+    use super::{UndetectedBias, largest_biases, size_text};
+
+    #[test]
+    fn largest_biases_of_all_parameters_come_first() {
+        let bias = |source: &str, parameter: &str, std_errors: f64| UndetectedBias {
+            source: source.into(),
+            effect: source.into(),
+            size: 1.0,
+            plausible_size: 1.0,
+            estimate: None,
+            estimate_std_error: None,
+            unit: String::new(),
+            parameter: parameter.into(),
+            change: std_errors,
+            relative: Some(std_errors),
+            std_errors,
+            residual_effect: 0.0,
+            test: String::new(),
+        };
+        let mut all = vec![bias("density", "modulus", 9.0), bias("clamp", "modulus", 8.0)];
+        all.extend([bias("taper", "modulus", 7.0), bias("drag", "damping", 6.0)]);
+        let names: Vec<&str> = largest_biases(&all).iter().map(|own| &own[0].source[..]).collect();
+        assert_eq!(names, ["density", "drag", "clamp"]);
+    }
 
     #[test]
     fn sizes_of_factors_are_in_per_cent() {

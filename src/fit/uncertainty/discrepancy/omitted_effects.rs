@@ -307,7 +307,7 @@ impl OmittedEffect {
     /// Name with the yield curvature of internal friction in a scene; none for other effects.
     pub fn name_in(&self, scene: &Scene) -> Option<String> {
         let friction = scene.loads.damping.friction.filter(|_| self.path == FRICTION)?;
-        Some(format!("{} that yields at {:.1e} 1/m", self.name, friction.curvature))
+        Some(format!("{} with the yield curvature {:.1e} 1/m", self.name, friction.curvature))
     }
 
     /// Whether a scene states the effect, or cannot have it.

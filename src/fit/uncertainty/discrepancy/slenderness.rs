@@ -140,7 +140,7 @@ pub(crate) fn check_slenderness(
         {
             let text = format!(
                 "the rod is thick: shear deformation and rotary inertia, which the model leaves out, make it softer by \
-                 {softer}. Parameters that depend on its stiffness are off accordingly. Measure a longer or thinner rod"
+                 {softer}. Parameters that depend on the stiffness are biased accordingly. Measure a longer or thinner rod"
             );
             warnings.add(Severity::Note, Code::ThickRod, text);
         }

@@ -12,6 +12,7 @@ use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, is_sig
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
 use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
+use crate::summary::quantity::p_value;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Ratio of root mean square residual and noise above which the residuals are too large, for many values.
@@ -140,7 +141,7 @@ pub(crate) fn test_residuals(
                 warnings.add_for(&own.experiment.name, Severity::Misfit, code, text);
             } else if !tests.passed {
                 let text = format!(
-                    "{finding}. Outliers may bias the estimates. Use a robust loss (huber, cauchy), which \
+                    "{finding}. Outliers may bias the estimates. A robust loss (huber, cauchy) \
                      down-weights them"
                 );
                 warnings.add_for(&own.experiment.name, Severity::Note, Code::Outliers, text);
@@ -190,8 +191,9 @@ pub(crate) fn excess_over_noise_scale(
                 Code::ExceedsNoiseScale,
                 format!(
                     "the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
-                     samples ({value:.2e} m, p = {p:.0e}). The noise is autocorrelated or the model lacks an effect. \
-                     Record the rod at rest and state its scatter as sigma"
+                     samples ({value:.2e} m, {}). The noise is autocorrelated or the model lacks an effect. \
+                     Record the rod at rest and state its scatter as sigma",
+                    p_value(p)
                 ),
             ),
             _ if *is_at_cap || is_unresolved && !is_stated => {
