@@ -338,8 +338,8 @@ mod tests {
             ("x0,y0\n1,2\n", "no column t"),
             ("t,a0\n1,2\n", "column `a0`"),
             ("t,x0\n0,2\n", "marker `0` without"),
-            ("t,x0,y0\n0,2,3\n", "seen 1 times"),
-            ("t,x0,y0\n3,2,3\n4,2,3\n", "starts at 3 s"),
+            ("t,x0,y0\n0,2,3\n", "in 1 frames"),
+            ("t,x0,y0\n3,2,3\n4,2,3\n", "found 3 s"),
             ("t,x0,y0\n1,2,3\n1,2,4\n", "increasing"),
         ] {
             let error = read(text).unwrap_err();

@@ -213,7 +213,7 @@ fn templates_with_recorded_data_run() {
     folder
         .write("few.csv", "t,xa,ya,xb,yb,xc,yc\n0,0,0,1,0,2,0\n0.1,0,0,1,0,2,0\n0.2,0,0,1,0,2,0\n");
     let output = folder.run(&["init", "cable", "--from", "few.csv"]);
-    refused(&output, &["--from", "3 markers", "at least 5"]);
+    refused(&output, &["--from", "3 markers", "5 or more"]);
     succeeds(&folder.run(&["init", "cable", "--from", "clip.csv"]));
     let scene = folder.read("cable.toml");
     for words in

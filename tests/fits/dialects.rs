@@ -65,7 +65,7 @@ fn only_marker_of_a_file_is_read_without_name() {
         );
     }
     let error = read("t,xA,yA,xB,yB\n0,1,2,3,4\n", &plain()).unwrap_err();
-    assert!(error.contains("2 markers and no marker"), "{error}");
+    assert!(error.contains("2 markers and no key marker"), "{error}");
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn invalid_prescribed_motion_is_rejected() {
             &|scene| (only_inner(scene), inner(scene, &["1"])).1,
             r#"allowed: some of ["2", "3", "4", "5", "6"]"#,
         ),
-        (&|scene| only_inner(scene), "supports.path: found a recording without"),
+        (&|scene| only_inner(scene), "supports.path: found a recording that prescribes no motion"),
         (
             &|scene| {
                 scene.supports.start = Support::Clamped;

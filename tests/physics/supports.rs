@@ -380,7 +380,10 @@ fn natural_twist_is_stress_free() {
     scene.rod.natural_twist = 8.0.into();
     scene.material = Material { poisson_ratio: Some(0.3), ..Material::new(1e3, 1e9) };
     let problem = scene.problem().unwrap();
-    assert_eq!(problem.model(), ("spatial", "rod.natural_twist leaves the plane of the rest"));
+    assert_eq!(
+        problem.model(),
+        ("spatial", "rod.natural_twist leaves the plane of the rest shape")
+    );
     let found = problem.spatial().unwrap().equilibrium().unwrap();
     let angle = found.q[found.q.len() - 4];
     // From the middle of the first edge to the middle of the last.

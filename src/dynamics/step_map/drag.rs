@@ -1,37 +1,12 @@
 //! Derivatives of drag. Drag acts at the velocities at the end of the step, on the tangents at the places that the nodes
 //! would reach with the velocities at its start.
 
+use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::numbers::SCHEME;
 use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
-use crate::dynamics::step_map::{Held, StepMap};
-use crate::numerics::vector::Vector;
-use crate::rod::{NodalDrag, Sensitive, Transposed};
+use crate::dynamics::step_map::workspace::{DragWorkspace, Held};
+use crate::rod::{Sensitive, Transposed};
 use num_dual::Dual64;
-
-/// Places and velocities with their derivatives along one parameter, and the drag there.
-#[derive(Clone, Default)]
-pub struct DragWorkspace {
-    places: Vec<Dual64>,
-    v: Vec<Dual64>,
-    tangents: Vec<Vector<Dual64>>,
-    forces: Vec<Dual64>,
-}
-
-impl DragWorkspace {
-    /// Adds the derivatives of the drag to lane `g`.
-    fn add_rates<const G: usize>(
-        &mut self,
-        drag: &NodalDrag<Dual64>,
-        g: usize,
-        out: &mut [[f64; G]],
-    ) {
-        drag.tangents(&self.places, &mut self.tangents);
-        self.forces.clear();
-        self.forces.resize(self.v.len(), Dual64::from(0.0));
-        drag.add_forces(&self.tangents, &self.v, &mut self.forces);
-        out.iter_mut().zip(&self.forces).for_each(|(out, force)| out[g] += force.eps);
-    }
-}
 
 /// Writes numbers with the derivatives in lane `g`.
 fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut Vec<Dual64>) {

@@ -8,6 +8,7 @@ use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::numbers::{COUNT, RELAXATION, along};
 use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
+use crate::dynamics::step_map::workspace::{HistoryMoment, HistoryWorkspace};
 use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
@@ -18,15 +19,6 @@ use crate::rod::{
 use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::{AddAssign, Mul};
-
-/// The forces whose stresses are meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HistoryMoment {
-    /// Those at the end of the step, in its equations.
-    End,
-    /// Those that the next step takes as the forces at its start.
-    NextStart,
-}
 
 /// The factors of effective strains.
 #[derive(Clone, Copy, Debug)]
@@ -63,24 +55,6 @@ where
 /// The lists of a history with `s1` given apart.
 fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
     [s1, &past.strain, &past.strain_rate, &past.relaxing]
-}
-
-/// Strains and stresses of a step with their derivatives along `G` parameters.
-#[derive(Clone, Default)]
-pub struct HistoryWorkspace<const G: usize> {
-    /// Derivatives of the strains at the end: at fixed unknowns, and in all.
-    rest: Vec<Lanes<G>>,
-    strain: Vec<Lanes<G>>,
-    /// Stretches of springs of internal friction without slip, and the derivatives of those with slip.
-    z: Vec<f64>,
-    slid: Vec<Lanes<G>>,
-    effective: EffectiveStrains<G>,
-    /// Derivatives of the stresses.
-    pub stress: Vec<Lanes<G>>,
-    /// Strains along a change of the forces' unknowns; derivatives of a misfit by effective strains.
-    along: Vec<f64>,
-    by_strain: Vec<f64>,
-    by_own: Vec<f64>,
 }
 
 impl<R: Sensitive> StepMap<'_, R> {

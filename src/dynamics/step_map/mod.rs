@@ -13,22 +13,23 @@ mod nodal;
 mod numbers;
 mod rates;
 mod supports;
+mod workspace;
 
 pub use history::add_by_strains;
 pub use rates::{DualSimulation, ParameterRates, ParameterSlopes, StateRates};
 pub use supports::MovingSupports;
+pub use workspace::StepWorkspace;
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::Linearization;
-use crate::dynamics::step_map::drag::DragWorkspace;
-use crate::dynamics::step_map::history::{HistoryMoment, HistoryWorkspace};
 use crate::dynamics::step_map::nodal::{Begun, NodalEquations};
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};
+use crate::dynamics::step_map::workspace::{Held, HistoryMoment};
 use crate::error::Error;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::components;
-use crate::rod::{DualFrames, FrameRate, Rod, Sensitive, Transposed, still_frames};
+use crate::rod::{FrameRate, Rod, Sensitive, Transposed, still_frames};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -42,47 +43,6 @@ pub struct StepMap<'a, R: Rod<f64>> {
     /// Backwards: whether kinds of strain have, or could have, damping times of their own; frames that do not move.
     has_own_times: bool,
     still: Vec<FrameRate<1>>,
-}
-
-/// An unknown that a support holds, with the derivatives of its place and velocity at the end of the step.
-#[derive(Clone, Copy)]
-pub struct Held<const G: usize> {
-    i: usize,
-    q: [f64; G],
-    v: [f64; G],
-}
-
-/// Lists that the map works in.
-#[derive(Clone)]
-pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
-    /// Derivatives of the forces at fixed unknowns, or of a misfit by the forces.
-    direct: Vec<[f64; G]>,
-    /// The right-hand side of the step's equations, and its solution.
-    right: Vec<[f64; G]>,
-    solution: Vec<[f64; G]>,
-    stiff: Vec<f64>,
-    held: Vec<Held<G>>,
-    /// Frames with derivatives, for supports that parameters move; empty elsewhere.
-    dual_frames: Vec<DualFrames<R, f64>>,
-    history: HistoryWorkspace<G>,
-    drag: DragWorkspace,
-}
-
-impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
-    /// StepWorkspace for a rod with so many unknowns.
-    pub fn new(unknowns: usize, dual_frames: Vec<DualFrames<R, f64>>) -> Self {
-        let zero = vec![[0.0; G]; unknowns];
-        Self {
-            direct: zero.clone(),
-            right: zero.clone(),
-            solution: zero,
-            stiff: vec![0.0; unknowns],
-            held: Vec::new(),
-            dual_frames,
-            history: HistoryWorkspace::default(),
-            drag: DragWorkspace::default(),
-        }
-    }
 }
 
 impl<'a, R: Sensitive> StepMap<'a, R> {

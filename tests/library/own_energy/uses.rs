@@ -82,7 +82,7 @@ fn scene_with_invalid_energy_is_rejected() {
     for (at, part) in [
         (At::ArcLength(0.31), "0.3 m"),
         (At::ArcLength(f64::NAN), "0.3 m"),
-        (At::Interval(0.2, 0.1), "order"),
+        (At::Interval(0.2, 0.1), "ascending"),
         (At::Interval(-0.1, 0.1), "0.3 m"),
     ] {
         let error =
