@@ -23,7 +23,7 @@
 //! edge's two joints.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
-use crate::energy::stiffness::Stiffness;
+use crate::energy::law::{Stiffness, Symmetric};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 

@@ -5,10 +5,10 @@
 //! `eps = |e|/l - 1`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no
 //! digits when the edge is nearly at rest.
 
+use crate::energy::law::Law;
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{components, map_components};
-use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub struct Stretch<D, const M: usize> {
     pub stiffness: D,
     /// Rest length, m.
     pub rest_length: D,
-    /// Strain at which the edge is free of stress; zero but for viscous steps.
+    /// Strain at which the edge is free of stress; not zero in viscous steps only.
     pub natural_strain: D,
 }
 
@@ -64,20 +64,10 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline(always)]
-    pub fn viscous(&self, factor: D, shift: D) -> Self {
-        Self {
-            stiffness: self.stiffness * factor,
-            natural_strain: (self.natural_strain + shift) / factor,
-            ..*self
-        }
-    }
-
     /// Axial force EA (eps - eps_natural), N, at a length and its square, m and m^2.
     #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
-        self.stiffness * (self.strain_of(squared, length) - self.natural_strain)
+        self.stress(&[self.strain_of(squared, length)])[0]
     }
 
     /// The axial force, N, and the stiffness along the edge, N/m.
@@ -90,8 +80,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     #[inline(always)]
     pub(crate) fn tension_after(&self, e: &[D; M], now: &[D; M]) -> D {
         let along = e.iter().zip(now).fold(D::from(0.0), |sum, (e, now)| sum + *e * *now);
-        let strain = along / (squared(e).sqrt() * self.rest_length) - 1.0;
-        self.stiffness * (strain - self.natural_strain)
+        self.stress(&[along / (squared(e).sqrt() * self.rest_length) - 1.0])[0]
     }
 
     /// The change of the Hessian by the edge `e`, m, where `tension`, N, replaces its axial force in the geometric
@@ -115,8 +104,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The energy, J, at a length and its square.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
-        let strain = self.strain_of(squared, length) - self.natural_strain;
-        self.stiffness * self.rest_length * strain * strain * 0.5
+        self.energies(&self.difference(&[self.strain_of(squared, length)]))[0]
     }
 
     #[inline(always)]
@@ -180,6 +168,33 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     }
 }
 
+impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
+    type Stiffness = [D; 1];
+
+    const KINDS: [usize; 1] = [0];
+
+    #[inline(always)]
+    fn stiffness(&self) -> [D; 1] {
+        [self.stiffness]
+    }
+
+    #[inline(always)]
+    fn natural(&self) -> [D; 1] {
+        [self.natural_strain]
+    }
+
+    #[inline(always)]
+    fn with(&self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) -> Self {
+        Self { stiffness, natural_strain, ..*self }
+    }
+
+    #[inline(always)]
+    fn energies(&self, [strain]: &[D; 1]) -> [D; 3] {
+        let zero = strain.like(0.0);
+        [self.stiffness * self.rest_length * *strain * *strain * 0.5, zero, zero]
+    }
+}
+
 #[inline]
 fn squared<D: Scalar, const M: usize>(e: &[D; M]) -> D {
     let mut sum = e[0] * e[0];
@@ -221,12 +236,3 @@ macro_rules! element {
 
 element!(4, 2);
 element!(6, 3);
-
-impl<const M: usize> Stretch<Dual64, M> {
-    /// The derivatives of the force by the strain, and at no strain, N: `d eps/d rest = -(1 + eps)/rest`.
-    pub(crate) fn force_rate(&self) -> [f64; 2] {
-        let shorter = self.stiffness.re * self.rest_length.eps / self.rest_length.re;
-        let natural = (self.stiffness * self.natural_strain).eps;
-        [self.stiffness.eps - shorter, -shorter - natural]
-    }
-}

@@ -12,9 +12,7 @@ use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
-use crate::rod::{
-    EffectiveStrains, FrameRate, InternalVariables, Sensitive, Strained, Transposed, strained,
-};
+use crate::rod::{EffectiveStrains, FrameRate, InternalVariables, Sensitive, Strained, Transposed, strained, RodGeometry};
 use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::{AddAssign, Mul};
@@ -306,7 +304,7 @@ impl<R: Transposed> StepMap<'_, R> {
         let form = has_history.then(|| self.form(moment));
         match &form {
             Some(form) => self.set_effective(moment, form, self.has_own_times, effective),
-            None => R::measured_strains(self.step.end, &mut effective.values),
+            None => self.step.end.write_strains(&mut effective.values),
         }
         along.resize(effective.values.len(), 0.0);
         strained(rod, self.step.end, &self.still, d, along);
@@ -407,5 +405,5 @@ pub fn add_by_strains<R: Transposed>(
     R::stressed_rate(None, &stress, geometry, at, Derivatives::Hand, &mut out);
     let out = out.into_flattened();
     q.iter_mut().zip(&out).for_each(|(q, out)| *q += out);
-    R::turn_frames(geometry, &out, frames);
+    geometry.turn_frames(&out, frames);
 }

@@ -1,6 +1,7 @@
 //! Edges of a planar rod, and the geometry of the rod: strains, and their derivatives.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::rod::frames::RodGeometry;
 
 /// Lengths, m, and directions of edges in SIMD lanes.
 #[derive(Clone, Copy)]
@@ -63,10 +64,17 @@ pub struct Geometry {
     pub(super) joints: Vec<[f64; 2]>,
 }
 
-impl Geometry {
-    /// Room for so many edges.
-    pub(super) fn resize(&mut self, edges: usize) {
+impl RodGeometry for Geometry {
+    fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, Straight::default());
         self.joints.resize(edges - 1, [0.0; 2]);
+    }
+
+    fn edge_strains(&self) -> impl Iterator<Item = f64> {
+        self.edges.iter().map(|edge| edge.strain)
+    }
+
+    fn joint_strains(&self) -> impl Iterator<Item = f64> {
+        self.joints.iter().map(|[curvature, _]| *curvature)
     }
 }

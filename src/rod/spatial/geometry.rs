@@ -32,11 +32,3 @@ pub struct Geometry {
     pub(super) edges: Vec<Straight>,
     pub(super) joints: Vec<Bent>,
 }
-
-impl Geometry {
-    /// Room for so many edges.
-    pub(super) fn resize(&mut self, edges: usize) {
-        self.edges.resize(edges, Straight::default());
-        self.joints.resize(edges - 1, Bent::default());
-    }
-}

@@ -1,12 +1,12 @@
 //! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies and derivatives by edges.
 
-use crate::energy::Stretch;
+use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::energy::joint::{Joint, Sum, between};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::vector::{Vector, add, combine, scale, sub};
-use crate::rod::blocks::{MOST, block, tension, window};
+use crate::numerics::vector::{Vector, combine, scale, sub};
+use crate::rod::blocks::{block, tension, window};
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Space};
 use crate::rod::spatial::geometry::{Geometry, Straight};
@@ -17,20 +17,7 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
 /// A spatial rod at its unknowns, with its frames.
 pub(super) type At<'a, D> = layout::At<'a, D, Space, 3, 3>;
 
-impl<D: Nestable> Elements<'_, D> {
-    /// The stiffness and the stresses of joint `i` at its strains.
-    pub(super) fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
-        let law = &self.joint[i];
-        match self.springs.and_then(|springs| Some((springs, springs.acting.get(i)?))) {
-            None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
-            Some((springs, (elastic, from))) => {
-                springs.sliders.response(i, (law, elastic), *strains, add(*strains, *from))
-            }
-        }
-    }
-}
-
-/// Edges in SIMD lanes, with their angles, rad, and their reference frames.
+/// Edges as they are, with their angles and their references.
 #[derive(Clone, Copy)]
 struct Edges<V> {
     state: EdgeState<V>,
@@ -62,30 +49,10 @@ pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
-    /// How edges stretch.
-    #[inline(always)]
-    pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
-        stretches(self.elements.stretch, self.level, first)
-    }
-
-    /// The stiffness of joints and their stresses.
+    /// Stiffnesses and stresses of joints.
     #[inline(always)]
     pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
-        if self.elements.springs.is_none() {
-            return (law.stiffness, law.stiffness.times(&sub(bent.strains, law.natural)));
-        }
-        let none = JointLaw::<D>::none();
-        let mut all = [(none.stiffness, none.natural); MOST];
-        let joints = self.elements.joint.len().saturating_sub(*first);
-        for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
-            *own = self.elements.response(first + lane, &V::extract_lane(&bent.strains, lane));
-        }
-        let stress = [
-            V::gather(self.level, |lane| all[lane].1[0]),
-            V::gather(self.level, |lane| all[lane].1[1]),
-            V::gather(self.level, |lane| all[lane].1[2]),
-        ];
-        (Stiffness::side_by_side(self.level, &all, |own| &own.0), stress)
+        self.elements.responses::<V>(self.level, *first, law, &bent.strains)
     }
 }
 
@@ -126,13 +93,20 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
 
     #[inline(always)]
     fn strains(&self, Pairs { first, e, bent, .. }: &Pairs<V>) -> (V, [V; 3]) {
-        (self.stretches(*first).strain_of(e.squared, e.length), bent.strains)
+        (
+            self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length),
+            bent.strains,
+        )
     }
 
     #[inline(always)]
     fn energies(&self, Pairs { first, e, law, bent, .. }: &Pairs<V>) -> [V; 3] {
-        let [bend, twist] = law.energies_of(&bent.strains);
-        [self.stretches(*first).energy_at(e.squared, e.length), bend, twist]
+        let [_, bend, twist] = law.energies(&law.difference(&bent.strains));
+        [
+            self.elements.stretches::<V>(self.level, *first).energy_at(e.squared, e.length),
+            bend,
+            twist,
+        ]
     }
 
     #[inline(always)]
@@ -142,12 +116,12 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         geometry: &mut Geometry,
     ) {
         let (first, level) = (*first, self.level);
-        let (mut references, mut laws) = (None, None);
+        let mut references = None;
         let beyond = self.frames[self.frames.len() - 1];
         let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
         let frame = EdgeFrame::side_by_side::<V>(level, frames);
-        let laws = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut laws);
-        let strain = Stretch::side_by_side::<V>(level, laws).strain_of(state.squared, state.length);
+        let strain =
+            self.elements.stretches::<V>(level, first).strain_of(state.squared, state.length);
         let EdgeState { edge, length, turn, .. } = state;
         let by_chi = one_plus_dot(frame.tangent, edge.tangent).recip();
         let across = [scale(edge.m[0], edge.inverse_length), scale(edge.m[1], edge.inverse_length)];
@@ -194,7 +168,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
             }
             let (stiffness, stress) = self.response(&pairs);
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
-            let [force, along] = self.stretches(*first).tension(e.squared, e.length);
+            let [force, along] =
+                self.elements.stretches::<V>(self.level, *first).tension(e.squared, e.length);
             let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
             let tension = tension(self.elements.tensions, self.level, *first, force);
             let own = e.derivatives(&sum, [force, tension], along);
@@ -213,17 +188,6 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
 ) -> JointLaw<V> {
     let mut room = None;
     JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
-}
-
-/// How the edges from `first` on stretch.
-#[inline(always)]
-pub(super) fn stretches<D: Nestable, V: SimdScalar<D>>(
-    all: &[Stretch<D, 3>],
-    level: V::Level,
-    first: usize,
-) -> Stretch<V, 3> {
-    let mut room = None;
-    Stretch::side_by_side(level, block::<D, V, _>(all, first, Stretch::none(), &mut room))
 }
 
 /// The vectors of edges from `first` on, and their angles.
