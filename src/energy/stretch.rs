@@ -21,13 +21,6 @@ pub struct Stretch<D, const M: usize> {
     pub natural_strain: D,
 }
 
-/// What force and Hessian share: strain, 1/|e| and the unit tangent.
-struct Stretched<D, const M: usize> {
-    strain: D,
-    inverse_length: D,
-    tangent: [D; M],
-}
-
 /// The edge from one node to the other; `N = 2 M`.
 #[inline]
 fn edge<D: Scalar, const N: usize, const M: usize>(q: &[D; N]) -> [D; M] {
@@ -73,7 +66,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The axial force, N, and the stiffness along the edge, N/m.
     #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
-        [self.force(squared, length), self.stiffness / self.rest_length]
+        let ([stiffness], [force]) = self.response(&[self.strain_of(squared, length)]);
+        [force, stiffness / self.rest_length]
     }
 
     /// The axial force, N, to first order in the change of an edge from `e` to `now`, m: at the strain `t.now/l - 1`.
@@ -114,18 +108,6 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     }
 
     #[inline]
-    fn stretched(&self, e: [D; M]) -> Stretched<D, M> {
-        let squared = squared(&e);
-        let length = squared.sqrt();
-        let inverse_length = length.recip();
-        Stretched {
-            strain: self.strain_of(squared, length),
-            inverse_length,
-            tangent: map_components(&e, |x| x * inverse_length),
-        }
-    }
-
-    #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
         let squared = squared(&e);
         self.energy_at(squared, squared.sqrt())
@@ -134,37 +116,35 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The force `F = EA (eps - eps_natural)` pulls along the tangent `t`: dE/de = F t.
     #[inline]
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
-        let Stretched { strain, tangent, .. } = self.stretched(e);
-        let force = self.stiffness * (strain - self.natural_strain);
-        map_components(&tangent, |t| force * t)
+        let squared = squared(&e);
+        let length = squared.sqrt();
+        let (force, inverse_length) = (self.force(squared, length), length.recip());
+        map_components(&e, |x| force * (x * inverse_length))
     }
 
     /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
     #[inline]
     fn tangent_of<const N: usize>(&self, e: [D; M]) -> Local<D, N> {
-        let Stretched { strain, inverse_length, tangent } = self.stretched(e);
-        let strain = strain - self.natural_strain;
-        let force = self.stiffness * strain;
+        let squared = squared(&e);
+        let length = squared.sqrt();
+        let inverse_length = length.recip();
+        let tangent = map_components(&e, |x| x * inverse_length);
+        let [force, stiffness] = self.tension(squared, length);
         let across = force * inverse_length;
-        let along = self.stiffness / self.rest_length - across;
-        let block = |r: usize, c: usize| {
-            let (r, c) = (r.max(c), r.min(c));
-            let entry = along * tangent[c] * tangent[r];
-            if r == c { entry + across } else { entry }
-        };
+        let along = stiffness - across;
         let mut hessian = [[across; N]; N];
         for r in 0..M {
-            for c in 0..M {
-                let entry = block(r, c);
-                (hessian[r][c], hessian[M + r][M + c]) = (entry, entry);
-                (hessian[r][M + c], hessian[M + r][c]) = (-entry, -entry);
+            for c in 0..=r {
+                let entry = along * tangent[c] * tangent[r];
+                let entry = if r == c { entry + across } else { entry };
+                for (r, c) in [(r, c), (c, r)] {
+                    (hessian[r][c], hessian[M + r][M + c]) = (entry, entry);
+                    (hessian[r][M + c], hessian[M + r][c]) = (-entry, -entry);
+                }
             }
         }
-        Local {
-            energy: force * strain * self.rest_length * 0.5,
-            gradient: to_nodes(map_components(&tangent, |t| force * t)),
-            hessian,
-        }
+        let gradient = to_nodes(map_components(&tangent, |t| force * t));
+        Local { energy: self.energy_at(squared, length), gradient, hessian }
     }
 }
 

@@ -62,7 +62,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
     /// Stiffness and stresses of joint `i` at its strains, with the springs of internal friction that act there.
     fn response(&self, i: usize, strains: &[D; S]) -> Response<L, D, N, S> {
-        let (stiffness, mut stress) = (self.joint[i].stiffness(), self.joint[i].stress(strains));
+        let (stiffness, mut stress) = self.joint[i].response(strains);
         let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
         else {
             return (stiffness, stress);
@@ -110,7 +110,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         strains: &[V; S],
     ) -> Response<L, V, N, S> {
         if self.springs.is_none() {
-            return (law.stiffness(), law.stress(strains));
+            return law.response(strains);
         }
         let zero = D::from(0.0);
         let mut all = [(L::Stiffness::<D>::from_entries(|_| zero), [zero; S]); MOST];

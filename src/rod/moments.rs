@@ -86,14 +86,6 @@ impl<D: Scalar> Moments<D> {
 }
 
 impl Moments<Dual64> {
-    /// Passes the derivative of each moment's gradient at fixed unknowns to `add`, with its first unknown.
-    pub(crate) fn add_gradient_rate(&self, q: &[f64], mut add: impl FnMut(usize, &[f64])) {
-        for (i, DeadMoment { moment, .. }) in &self.list {
-            let rate = DeadMoment { moment: moment.eps, rest: [0.0; 2] };
-            add(2 * i, &rate.gradient(ends(q, *i)));
-        }
-    }
-
     /// The derivative of a number along the parameter that the moments carry, where the number has these derivatives by
     /// a moment on each edge; without those it is zero.
     pub(super) fn along(&self, slopes: &[f64]) -> f64 {

@@ -58,6 +58,12 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         self.stiffness().times(&self.difference(strains))
     }
 
+    /// The derivatives of the stresses by the strains at these strains, and the stresses.
+    #[inline(always)]
+    fn response(&self, strains: &[D; S]) -> (Self::Stiffness, [D; S]) {
+        (self.stiffness(), self.stress(strains))
+    }
+
     /// The law of a viscous step, with the stress `K (factor s - natural - shift)`.
     #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; S]) -> Self {
@@ -83,5 +89,61 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     fn dashpot(&self, coupling: D, kinds: &[D; 3], natural: [D; S]) -> Self {
         let factors = components(|c| kinds[Self::KINDS[c]]);
         self.with(self.stiffness().scaled(coupling, &factors), natural)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::PlanarBend;
+    use crate::energy::bend_twist::JointLaw;
+    use crate::numerics::lanes::Lanes;
+
+    const STIFFNESS: Stiffness<f64> =
+        Stiffness { bend: [2.0, 0.1, 1.4], twist: 0.8, coupling: [0.05, -0.1] };
+
+    /// `K (factor s - natural - shift) + K' (kinds s - own)`, where `K'` is `K` without its coupling, at any strains.
+    #[test]
+    fn viscous_law_has_the_stress_of_the_step() {
+        let law = JointLaw { stiffness: STIFFNESS, natural: [0.3, -0.2, 0.1] };
+        let (factor, kinds) = (1.7, [9.0, 0.4, 0.9]);
+        let (shift, own) = ([0.2, 0.5, -0.4], [-0.1, 0.6, 0.3]);
+        let uncoupled = Stiffness { coupling: [0.0; 2], ..STIFFNESS };
+        for s in [[0.0; 3], [0.7, -0.3, 0.5]] {
+            let kind = |c: usize| kinds[JointLaw::<f64>::KINDS[c]];
+            let coupled =
+                STIFFNESS.times(&[0, 1, 2].map(|c| factor * s[c] - law.natural[c] - shift[c]));
+            let alone: [f64; 3] = uncoupled.times(&[0, 1, 2].map(|c| kind(c) * s[c] - own[c]));
+            let found = law.viscous_by_kind(factor, &shift, &kinds, &own).stress(&s);
+            let plain = law.viscous(factor, &shift).stress(&s);
+            for c in 0..3 {
+                assert!((plain[c] - coupled[c]).abs() < 1e-14, "{plain:?} {coupled:?}");
+                let exact = coupled[c] + alone[c];
+                assert!((found[c] - exact).abs() < 1e-14, "{found:?} {coupled:?} {alone:?}");
+            }
+        }
+    }
+
+    /// The derivative of `w.stress` along a parameter is the product of its derivatives by the law with those of the law.
+    #[test]
+    fn slopes_are_the_transpose_of_rates() {
+        let ([w1, w2, w3], s) = ([0.7, -1.1, 0.4], [0.3, 0.8, -0.5]);
+        let rate = LawRate {
+            stiffness: Stiffness::from_entries(|k| Lanes([1.0 / (1.0 + k as f64)])),
+            offset: [Lanes([0.2]), Lanes([-0.6]), Lanes([0.9])],
+        };
+        let [a, b, c] = rate.stress(&s);
+        let exact = a * w1 + b * w2 + c * w3;
+        let mut slopes = LawSlopes::default();
+        slopes.add::<Stiffness<f64>, 3>(&[w1, w2, w3], &s, &[0.0; 3]);
+        assert!((rate.along(&slopes).0[0] - exact.0[0]).abs() < 1e-15, "{exact:?}");
+    }
+
+    /// A joint with one strain: `EI/dl (k - natural)`.
+    #[test]
+    fn planar_law_is_linear_in_its_curvature() {
+        let law = PlanarBend { stiffness: 3.0, natural_curvature: 0.1 };
+        let ([stiffness], [stress]) = law.response(&[0.5]);
+        assert!((stiffness - 3.0).abs() < 1e-15 && (stress - 1.2).abs() < 1e-15, "{stress}");
     }
 }

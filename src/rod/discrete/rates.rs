@@ -74,19 +74,33 @@ fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> 
     Lanes(components(|g| of(&duals[g])))
 }
 
-/// Adds the derivatives of the forces of moments and of user-defined energies.
+/// Adds the derivatives of the forces of moments and of user-defined energies, and of edges and joints where they are
+/// those by num-dual, at fixed unknowns and frames.
 fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize>(
     duals: &[Dual<L, N, S>; G],
     (q, frames): (&[f64], &L::Frames<f64>),
     derivatives: Derivatives,
+    with_elements: bool,
     out: &mut [[f64; G]],
 ) {
+    let has_others = |rod: &Dual<L, N, S>| !rod.moments.list.is_empty() || !rod.own.is_empty();
+    if !with_elements && !duals.iter().any(has_others) {
+        return;
+    }
+    let q: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
+    let edges = frames.edge_frames().iter().map(|frame| frame.map(Dual64::from));
+    let twists = frames.twists().iter().map(|twist| Dual64::from(*twist));
+    let frames = L::Frames::<Dual64>::from_parts(edges.collect(), twists.collect());
     for (g, dual) in duals.iter().enumerate() {
-        let mut add = |first: usize, local: &[f64]| {
-            out[first..].iter_mut().zip(local).for_each(|(out, local)| out[g] += local);
-        };
-        dual.moments.add_gradient_rate(q, &mut add);
-        dual.own.add_gradient_rate(q, frames.edge_frames(), derivatives, add);
+        let mut gradient = vec![Dual64::from(0.0); q.len()];
+        if with_elements {
+            L::dual_gradients(dual.at(&q, &frames), |first, local| {
+                gradient[first..].iter_mut().zip(local).for_each(|(to, local)| *to += *local);
+            });
+        }
+        dual.moments.add_gradient(&q, &mut gradient);
+        dual.own.add_gradient(&q, frames.edge_frames(), derivatives, &mut gradient);
+        out.iter_mut().zip(gradient).for_each(|(out, rate)| out[g] += rate.eps);
     }
 }
 
@@ -181,19 +195,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
                 }
             }
         }
-        if derivatives == Derivatives::Dual {
-            let (q, frames) = at;
-            let q: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
-            let edges = frames.edge_frames().iter().map(|frame| frame.map(Dual64::from));
-            let twists = frames.twists().iter().map(|twist| Dual64::from(*twist));
-            let frames = L::Frames::<Dual64>::from_parts(edges.collect(), twists.collect());
-            for (g, dual) in duals.iter().enumerate() {
-                L::dual_gradients(dual.at(&q, &frames), |first, local| {
-                    out[first..].iter_mut().zip(local).for_each(|(out, local)| out[g] += local.eps);
-                });
-            }
-        }
-        add_others(duals, at, derivatives, out);
+        let with_elements = derivatives == Derivatives::Dual;
+        add_others(duals, at, derivatives, with_elements, out);
     }
 
     fn kind(&self, strain: usize) -> usize {
@@ -260,7 +263,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let load = |i: usize| changed.map_or([Lanes::ZERO; N], |(_, rates)| rates.load[i]);
         L::pull(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
         if let Some((duals, _)) = changed {
-            add_others(duals, at, derivatives, out);
+            add_others(duals, at, derivatives, false, out);
         }
     }
 }
