@@ -49,7 +49,7 @@
 
 use crate::energy::frame::{EdgeFrame, transported_twist};
 pub use crate::energy::joint::EdgeState;
-use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
+use crate::energy::joint::{DirectedEdge, EdgeSum, Joint, JointGradient, JointTangent, between};
 use crate::energy::law::Law;
 pub use crate::energy::law::Stiffness;
 use crate::energy::law::Symmetric;
@@ -117,7 +117,12 @@ impl<D: Scalar> JointLaw<D> {
     /// First derivatives of the energy between two edges whose frames are where they are, for a twist
     /// in rad.
     #[inline(always)]
-    pub(crate) fn pull(&self, e: &Edge<D>, f: &Edge<D>, twist: D) -> Pull<D> {
+    pub(crate) fn pull(
+        &self,
+        e: &DirectedEdge<D>,
+        f: &DirectedEdge<D>,
+        twist: D,
+    ) -> JointGradient<D> {
         let joint = Joint::new(e, f, twist);
         joint.pull(e, f, &self.stress(&joint.strains))
     }
@@ -251,11 +256,12 @@ impl<D: Scalar> BendTwist<D> {
     fn tangent_of(&self, (e, f, joint): &Joined<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (law, strains) = (self.law(), &joint.strains);
         let (w, strain) = (law.stress(strains), law.difference(strains));
-        let Tangent { e: at_e, f: at_f, fe } = joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
+        let JointTangent { e: at_e, f: at_f, fe } =
+            joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
         let zero = D::from(0.0);
         let (mut gradient, mut hessian) =
             ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
-        let mut own = |first: usize, edge: &EdgeState<D>, sum: &Sum<D>| {
+        let mut own = |first: usize, edge: &EdgeState<D>, sum: &EdgeSum<D>| {
             let own = edge.derivatives(sum, [zero; 2], zero);
             gradient[first..first + 4].copy_from_slice(&own.gradient);
             for r in 0..3 {

@@ -27,7 +27,7 @@ pub struct PlanarBend<D> {
 }
 
 /// The edges `e`, `f` at the node, their squared lengths, and the curvature.
-struct Bent<D> {
+struct BentJoint<D> {
     e: [D; 2],
     f: [D; 2],
     ee: D,
@@ -36,7 +36,7 @@ struct Bent<D> {
 }
 
 #[inline]
-fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
+fn bent<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
     let f = [q[4] - q[2], q[5] - q[3]];
     let ee = e[0] * e[0] + e[1] * e[1];
@@ -48,10 +48,10 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let zero = dot.like(0.0);
     let above = dot.if_less(zero, lengths - dot, cross);
     let below = dot.if_less(zero, cross, lengths + dot);
-    Bent { e, f, ee, ff, curvature: above / below * 2.0 }
+    BentJoint { e, f, ee, ff, curvature: above / below * 2.0 }
 }
 
-impl<D: Scalar> Bent<D> {
+impl<D: Scalar> BentJoint<D> {
     /// n(e) and n(f): gradients of the edges' angles, 1/m.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2]) {

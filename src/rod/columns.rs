@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Entries of one node, or of nodes in SIMD lanes: its `K` unknowns and the columns of the tangent, with `W` entries
 /// below the diagonal.
-pub(super) struct Columns<V, const K: usize, const W: usize> {
+pub(super) struct NodeEntries<V, const K: usize, const W: usize> {
     pub gradient: [V; K],
     pub diagonal: [V; K],
     pub below: [[V; W]; K],
@@ -34,7 +34,7 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         &mut self,
         first: usize,
         left: usize,
-        columns: &Columns<V, K, W>,
+        columns: &NodeEntries<V, K, W>,
     ) {
         // The number of nodes is a constant for the compiler except in the last block.
         if left >= V::LANES {
@@ -45,7 +45,11 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     }
 
     #[inline(always)]
-    fn write_nodes<V: SimdScalar<D>>(&mut self, nodes: Range<usize>, columns: &Columns<V, K, W>) {
+    fn write_nodes<V: SimdScalar<D>>(
+        &mut self,
+        nodes: Range<usize>,
+        columns: &NodeEntries<V, K, W>,
+    ) {
         let gradient = &mut self.gradient.as_chunks_mut::<K>().0[nodes.clone()];
         for (lane, to) in gradient.iter_mut().enumerate() {
             *to = V::extract_lane(&columns.gradient, lane);

@@ -11,9 +11,9 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::components;
 use crate::rod::frames::ReferenceFrames;
-use crate::rod::layout::{At, Elements, Layout, NodeSink, Springs};
+use crate::rod::layout::{At, Elements, Layout, LayoutSprings, NodeSink};
 use crate::rod::moments::Moments;
-use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, Strains, TangentSweep};
+use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{AssembledRod, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 
@@ -31,7 +31,7 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     /// Constant moments.
     pub moments: Moments<D>,
     /// Springs of internal friction beside the joints.
-    pub sliders: Option<Springs<L, D, N, S>>,
+    pub sliders: Option<LayoutSprings<L, D, N, S>>,
     /// User-defined energies.
     pub own: Extra<D>,
 }
@@ -86,7 +86,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
             L::derive_by_duals(at, &mut nodes);
             nodes.end();
             if let Some(geometry) = geometry {
-                D::run_sweep(Measured { at, geometry });
+                D::run_sweep(GeometrySweep { at, geometry });
             }
         } else {
             let (gradient, tangent) = (&mut *gradient, &mut *tangent);
@@ -171,7 +171,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
-        D::run_sweep(Measured { at: self.at(q, frames), geometry });
+        D::run_sweep(GeometrySweep { at: self.at(q, frames), geometry });
     }
 
     fn measured_tangent(

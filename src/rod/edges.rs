@@ -6,7 +6,7 @@ use crate::energy::joint::{Between, ByEdge};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
-use crate::rod::columns::{Columns, NodeColumns, loads};
+use crate::rod::columns::{NodeColumns, NodeEntries, loads};
 use crate::rod::layout::{EdgeSink, NodeSink, Space};
 
 /// Half-bandwidth of the spatial tangent.
@@ -15,7 +15,7 @@ pub const HALF_BANDWIDTH: usize = 10;
 pub(super) const STRIDE: usize = 4;
 
 /// Writes gradient and tangent by nodes, column after column.
-pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
+pub(super) struct SpatialNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 3>],
     nodes: NodeColumns<'a, D, 4, HALF_BANDWIDTH>,
@@ -26,7 +26,7 @@ pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     between: Between<V>,
 }
 
-impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
+impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
     #[inline(always)]
     pub fn new(
         level: V::Level,
@@ -41,7 +41,7 @@ impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
     }
 }
 
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         let (x, t) = (&own.vector, &own.angle_vector);
@@ -90,13 +90,13 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToNodes<'_, D, V>
         }
         below[3][3] = after[3][3];
         let diagonal = [here[0][0], here[1][1], here[2][2], own.angle];
-        let columns = Columns { gradient, diagonal, below };
+        let columns = NodeEntries { gradient, diagonal, below };
         self.nodes.write(first, self.load.len() - 1 - first, &columns);
         (self.force, self.vector, self.between) = ([gx, gy, gz], own.vector, *after);
     }
 }
 
-impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -114,14 +114,14 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for ToNodes<'_, D, V>
     }
 }
 
-/// Adds the second derivatives by edges, in the order of an angle, its edge vector, and those of the next edge.
-pub(super) struct ToEdges<'a, D> {
+/// Adds what stands between edges: an angle, its edge, and the same of the next.
+pub(super) struct SpatialEdges<'a, D> {
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
     pub last: usize,
 }
 
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for ToEdges<'_, D> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         const ORDER: [usize; 4] = [3, 0, 1, 2];
         for lane in 0..V::LANES.min(self.last + 1 - first) {

@@ -1,6 +1,6 @@
 //! The interface of a rod's layout, in the plane or in space: unknowns of a node, strains of a joint, frames, and sweeps.
 
-use crate::energy::law::{self, Entry, Law, Symmetric};
+use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
@@ -18,11 +18,11 @@ pub struct Plane;
 pub struct Space;
 
 /// The springs of internal friction of a rod.
-pub type Springs<L, D, const N: usize, const S: usize> =
+pub type LayoutSprings<L, D, const N: usize, const S: usize> =
     law::Springs<D, <L as Layout<N, S>>::Stiffness<D>, S>;
 
 /// Stiffness and stresses of a joint.
-pub type Response<L, D, const N: usize, const S: usize> =
+pub type JointResponse<L, D, const N: usize, const S: usize> =
     (<L as Layout<N, S>>::Stiffness<D>, [D; S]);
 
 /// The elements of a rod.
@@ -35,7 +35,7 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
     /// One per node.
     pub load: &'a [DeadLoad<D, N>],
     /// Springs of internal friction, if they act.
-    pub springs: Option<&'a Springs<L, D, N, S>>,
+    pub springs: Option<&'a LayoutSprings<L, D, N, S>>,
     /// The tensions of edges, N, where the stretching does not determine them.
     pub tensions: Option<&'a [D]>,
 }
@@ -61,7 +61,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
     /// Stiffness and stresses of joint `i` at its strains, with the springs of internal friction that act there.
-    fn response(&self, i: usize, strains: &[D; S]) -> Response<L, D, N, S> {
+    fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
         let (stiffness, mut stress) = self.joint[i].response(strains);
         let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
         else {
@@ -108,7 +108,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         first: usize,
         law: &L::Joint<V>,
         strains: &[V; S],
-    ) -> Response<L, V, N, S> {
+    ) -> JointResponse<L, V, N, S> {
         if self.springs.is_none() {
             return law.response(strains);
         }
@@ -132,7 +132,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Unknowns from one node to the next: `N` coordinates, and the angle of the next edge if there are frames.
     const STRIDE: usize;
     /// The stiffness of a joint, or its derivatives.
-    type Stiffness<T: Entry>: Symmetric<T, S>;
+    type Stiffness<T: StiffnessEntry>: Symmetric<T, S>;
     /// The law of a joint.
     type Joint<D: Scalar>: Law<D, S, Stiffness = Self::Stiffness<D>>;
     /// Second derivatives of the energy.

@@ -7,16 +7,16 @@ mod geometry;
 mod rates;
 mod sweep;
 
-use crate::energy::law::Entry;
+use crate::energy::law::StiffnessEntry;
 use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::rod::DiscreteRod;
 use crate::rod::layout::{EdgeSink, Layout, NodeSink, Plane};
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
-use crate::rod::planar::edges::{ByEdge, ToEdges, ToNodes};
+use crate::rod::planar::edges::{ByEdge, PlanarEdges, PlanarNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::sweep::{Along, At, Elements, Forces};
+use crate::rod::planar::sweep::{At, Elements, PlanarBlocks, PlanarGradient};
 
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;
@@ -34,14 +34,14 @@ fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBen
 
 impl Layout<2, 1> for Plane {
     const STRIDE: usize = 2;
-    type Stiffness<T: Entry> = [T; 1];
+    type Stiffness<T: StiffnessEntry> = [T; 1];
     type Joint<D: Scalar> = PlanarBend<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Nestable> = ();
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = [[V; 2]; 2];
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
@@ -50,7 +50,7 @@ impl Layout<2, 1> for Plane {
     }
 
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
-        D::run_sweep(Forces { at, gradient });
+        D::run_sweep(PlanarGradient { at, gradient });
     }
 
     fn dual_gradients<D: Nestable>(
@@ -75,14 +75,14 @@ impl Layout<2, 1> for Plane {
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> impl NodeSink<V, Self, 2, 1> {
-        ToNodes::<D, V>::new(level, load, gradient, tangent)
+        PlanarNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 2, 1> {
-        ToEdges { tangent, last }
+        PlanarEdges { tangent, last }
     }
 
     fn derive_by_duals<D: Nestable>(

@@ -14,18 +14,18 @@ use crate::energy::bend_twist;
 use crate::energy::bend_twist::{BendTwist, JointLaw};
 use crate::energy::frame::Frames;
 use crate::energy::joint::{Between, ByEdge};
-use crate::energy::law::Entry;
+use crate::energy::law::StiffnessEntry;
 use crate::energy::{DeadLoad, Local, Stiffness, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::vector::map_components;
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
-use crate::rod::edges::{STRIDE, ToEdges, ToNodes};
+use crate::rod::edges::{STRIDE, SpatialEdges, SpatialNodes};
 use crate::rod::layout::{EdgeSink, Layout, NodeSink, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
-use crate::rod::spatial::sweep::{Along, At, Elements};
+use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks};
 
 /// A rod in space.
 pub type SpatialRod<D> = DiscreteRod<D, Space, 3, 3>;
@@ -77,14 +77,14 @@ fn joint<D: Nestable>(
 
 impl Layout<3, 3> for Space {
     const STRIDE: usize = STRIDE;
-    type Stiffness<T: Entry> = Stiffness<T>;
+    type Stiffness<T: StiffnessEntry> = Stiffness<T>;
     type Joint<D: Scalar> = JointLaw<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
     type Frames<D: Nestable> = Frames<D>;
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = Between<V>;
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
@@ -132,14 +132,14 @@ impl Layout<3, 3> for Space {
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> impl NodeSink<V, Self, 3, 3> {
-        ToNodes::<D, V>::new(level, load, gradient, tangent)
+        SpatialNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 3, 3> {
-        ToEdges { tangent, last }
+        SpatialEdges { tangent, last }
     }
 
     fn derive_by_duals<D: Nestable>(

@@ -49,13 +49,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Writes the geometry.
-pub(super) struct Measured<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct GeometrySweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub geometry: &'a mut L::Geometry,
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
-    for Measured<'_, D, L, N, S>
+    for GeometrySweep<'_, D, L, N, S>
 {
     type Output = ();
 

@@ -15,7 +15,7 @@ pub(crate) mod stiffness;
 
 pub use rate::{LawRate, LawSlopes};
 pub use slip::{Sliders, Spring, Springs};
-pub use stiffness::{Entry, Stiffness, Symmetric};
+pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::components;

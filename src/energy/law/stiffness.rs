@@ -8,18 +8,18 @@ use std::fmt::Debug;
 use std::ops::{Add, Mul};
 
 /// An entry of a stiffness: a number, or the derivatives of one in SIMD lanes.
-pub trait Entry:
+pub trait StiffnessEntry:
     Copy + Debug + Send + Sync + From<f64> + Add<Output = Self> + Mul<f64, Output = Self>
 {
 }
 
-impl<T> Entry for T where
+impl<T> StiffnessEntry for T where
     T: Copy + Debug + Send + Sync + From<f64> + Add<Output = T> + Mul<f64, Output = T>
 {
 }
 
 /// A symmetric matrix over `S` strains.
-pub trait Symmetric<T: Entry, const S: usize>: Copy + Debug + Send + Sync {
+pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sync {
     /// Row and column of each entry: the upper triangle row by row.
     const PLACES: &'static [[usize; 2]];
 
@@ -92,7 +92,7 @@ pub trait Symmetric<T: Entry, const S: usize>: Copy + Debug + Send + Sync {
     }
 }
 
-impl<T: Entry> Symmetric<T, 1> for [T; 1] {
+impl<T: StiffnessEntry> Symmetric<T, 1> for [T; 1] {
     const PLACES: &'static [[usize; 2]] = &[[0, 0]];
 
     #[inline(always)]
@@ -126,7 +126,7 @@ pub struct Stiffness<D> {
     pub coupling: [D; 2],
 }
 
-impl<T: Entry> Symmetric<T, 3> for Stiffness<T> {
+impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
     const PLACES: &'static [[usize; 2]] = &[[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
 
     #[inline(always)]
@@ -158,7 +158,7 @@ impl<T: Entry> Symmetric<T, 3> for Stiffness<T> {
     }
 }
 
-impl<D: Entry> Stiffness<D> {
+impl<D: StiffnessEntry> Stiffness<D> {
     /// The stiffnesses of joints in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>, L>(
@@ -182,7 +182,7 @@ impl<D: Entry> Stiffness<D> {
 
     /// Converts every number.
     #[inline]
-    pub fn map<E: Entry>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
+    pub fn map<E: StiffnessEntry>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
         Stiffness::from_entries(|k| convert(self.entry(k)))
     }
 }

@@ -4,7 +4,7 @@ use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
-use crate::rod::columns::{Columns, NodeColumns, loads};
+use crate::rod::columns::{NodeColumns, NodeEntries, loads};
 use crate::rod::layout::{EdgeSink, NodeSink, Plane};
 
 /// Half-bandwidth of the planar tangent.
@@ -30,7 +30,7 @@ impl<D: Scalar> ByEdge<D> {
 }
 
 /// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
-pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
+pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 2>],
     nodes: NodeColumns<'a, D, 2, HALF_BANDWIDTH>,
@@ -39,7 +39,7 @@ pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
     between: [[V; 2]; 2],
 }
 
-impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
+impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -54,7 +54,7 @@ impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
     }
 }
 
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -66,7 +66,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
         let (b00, b01) = (a00.before(between[0][0]), a01.before(between[0][1]));
         let (b10, b11) = (a10.before(between[1][0]), a11.before(between[1][1]));
         let [lx, ly] = loads::<D, V, 2>(self.load, self.level, first);
-        let columns = Columns {
+        let columns = NodeEntries {
             gradient: [px - gx - lx, py - gy - ly],
             diagonal: [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)],
             below: [
@@ -79,7 +79,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
     }
 }
 
-impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -93,14 +93,14 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
     }
 }
 
-/// Adds the second derivatives by edges.
-pub(super) struct ToEdges<'a, D> {
+/// Adds what stands between edges.
+pub(super) struct PlanarEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
     pub(super) last: usize,
 }
 
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToEdges<'_, D> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

@@ -5,7 +5,7 @@ use crate::numerics::lanes::{Lanes, dot};
 use crate::rod::FrameRate;
 use crate::rod::discrete::RateLayout;
 use crate::rod::layout::Plane;
-use crate::rod::planar::geometry::{Geometry, Straight};
+use crate::rod::planar::geometry::{Geometry, PlanarEdgeGeometry};
 
 impl RateLayout<2, 1> for Plane {
     fn pull<const G: usize>(
@@ -26,7 +26,8 @@ impl RateLayout<2, 1> for Plane {
         };
         let mut before = Lanes::ZERO;
         let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
-            let Straight { tangent: [t0, t1], normal: [n0, n1], strain } = geometry.edges[i];
+            let PlanarEdgeGeometry { tangent: [t0, t1], normal: [n0, n1], strain } =
+                geometry.edges[i];
             let axial = axial(i, strain);
             [axial * t0 + moment * n0, axial * t1 + moment * n1]
         };
@@ -50,7 +51,7 @@ impl RateLayout<2, 1> for Plane {
         let count = geometry.edges.len();
         let (q, stretch) = (&q.as_chunks::<2>().0[..=count], &stretch[..count]);
         let mut before = Lanes::ZERO;
-        for (j, Straight { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
+        for (j, PlanarEdgeGeometry { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
             let e = [Lanes(q[j + 1][0]) - Lanes(q[j][0]), Lanes(q[j + 1][1]) - Lanes(q[j][1])];
             edges[j] += dot(tangent, &e) * stretch[j].rest_length.recip();
             let turn = dot(normal, &e);

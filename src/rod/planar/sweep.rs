@@ -6,15 +6,15 @@ use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::rod::blocks::{block, tension, window};
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
-use crate::rod::planar::geometry::{Edge, Geometry, Straight};
+use crate::rod::planar::geometry::{Geometry, PlanarEdge, PlanarEdgeGeometry};
 
-/// Edges in SIMD lanes, the edges after them, and the curvatures of the joints between. The joint after the last edge
-/// is straight; lanes beyond have no meaning.
-pub struct Pairs<V> {
+/// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
+/// is straight, and what lies beyond has no meaning.
+pub struct PlanarEdgePairs<V> {
     /// The number of the first edge.
     first: usize,
-    e: Edge<V>,
-    f: Edge<V>,
+    e: PlanarEdge<V>,
+    f: PlanarEdge<V>,
     curvature: V,
 }
 
@@ -25,16 +25,16 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Plane, 2, 1>;
 pub(super) type At<'a, D> = layout::At<'a, D, Plane, 2, 1>;
 
 /// A rod at `q` and what its elements are side by side.
-pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
+pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
     /// The number of the first edge of the next block.
     first: usize,
-    edge: Edge<V>,
+    edge: PlanarEdge<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
     /// The elastic laws of the joints after the edges from `first` on.
     #[inline(always)]
     fn bends(&self, first: usize) -> PlanarBend<V> {
@@ -45,7 +45,10 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
 
     /// Moments of the joints and their derivatives by the turning angles, N m.
     #[inline(always)]
-    fn turning_response(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> [V; 2] {
+    fn turning_response(
+        &self,
+        PlanarEdgePairs { first, curvature, .. }: &PlanarEdgePairs<V>,
+    ) -> [V; 2] {
         let law = self.bends(*first);
         let (stiffness, stress) =
             self.elements.responses::<V>(self.level, *first, &law, &[*curvature]);
@@ -53,8 +56,10 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a, D, V> {
-    type Block = Pairs<V>;
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
+    for PlanarBlocks<'a, D, V>
+{
+    type Block = PlanarEdgePairs<V>;
 
     #[inline(always)]
     fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
@@ -62,7 +67,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
     }
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
+    fn next(&mut self) -> Option<PlanarEdgePairs<V>> {
         let (first, e) = (self.first, self.edge);
         if first >= self.elements.stretch.len() {
             return None;
@@ -73,16 +78,16 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
         }
         let f = e.after::<D>(&self.edge);
         let curvature = curvature_between(e.tangent, f.tangent);
-        Some(Pairs { first, e, f, curvature })
+        Some(PlanarEdgePairs { first, e, f, curvature })
     }
 
-    fn first(block: &Pairs<V>) -> usize {
+    fn first(block: &PlanarEdgePairs<V>) -> usize {
         block.first
     }
 
     /// Curvatures as [`PlanarBend::strain`] computes them, to the last digit.
     #[inline(always)]
-    fn strains(&self, Pairs { first, e, .. }: &Pairs<V>) -> (V, [V; 1]) {
+    fn strains(&self, PlanarEdgePairs { first, e, .. }: &PlanarEdgePairs<V>) -> (V, [V; 1]) {
         let mut room = None;
         let q = window(self.q, *first, 2, 2 * V::LANES + 4, &mut room);
         let at = |c: usize| V::gather(self.level, |lane| q[2 * lane + c]);
@@ -91,7 +96,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
     }
 
     #[inline(always)]
-    fn energies(&self, Pairs { first, e, curvature, .. }: &Pairs<V>) -> [V; 3] {
+    fn energies(&self, PlanarEdgePairs { first, e, curvature, .. }: &PlanarEdgePairs<V>) -> [V; 3] {
         let bend = self.bends(*first).energy_at(*curvature);
         let stretch =
             self.elements.stretches::<V>(self.level, *first).energy_at(e.squared, e.length);
@@ -99,7 +104,11 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
     }
 
     #[inline(always)]
-    fn measure(&self, Pairs { first, e: edge, curvature, .. }: &Pairs<V>, geometry: &mut Geometry) {
+    fn measure(
+        &self,
+        PlanarEdgePairs { first, e: edge, curvature, .. }: &PlanarEdgePairs<V>,
+        geometry: &mut Geometry,
+    ) {
         let first = *first;
         let strain =
             self.elements.stretches::<V>(self.level, first).strain_of(edge.squared, edge.length);
@@ -107,7 +116,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
         let value = |x: V, lane: usize| x.lane(lane).value();
         for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
             let both = |[x, y]: [V; 2]| [value(x, lane), value(y, lane)];
-            *to = Straight {
+            *to = PlanarEdgeGeometry {
                 tangent: both(edge.tangent),
                 normal: both(edge.normal),
                 strain: value(strain, lane),
@@ -133,7 +142,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
                 self.measure(&pairs, geometry);
             }
             let [moment, stiffness] = self.turning_response(&pairs);
-            let Pairs { first, e, f, .. } = pairs;
+            let PlanarEdgePairs { first, e, f, .. } = pairs;
             let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
             let after = [
                 [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
@@ -153,10 +162,14 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
 
 /// The edges from `first` on.
 #[inline(always)]
-fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usize) -> Edge<V> {
+fn edges_at<D: Nestable, V: SimdScalar<D>>(
+    q: &[D],
+    level: V::Level,
+    first: usize,
+) -> PlanarEdge<V> {
     let mut room = None;
     let q = window(q, first, 2, 2 * V::LANES + 2, &mut room);
-    Edge::new(&[
+    PlanarEdge::new(&[
         V::gather(level, |lane| q[2 * lane]),
         V::gather(level, |lane| q[2 * lane + 1]),
         V::gather(level, |lane| q[2 * lane + 2]),
@@ -169,7 +182,7 @@ fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usiz
 #[inline(always)]
 fn by_edge<V: Scalar>(
     [force, tension, along]: [V; 3],
-    edge: &Edge<V>,
+    edge: &PlanarEdge<V>,
     moment: V,
     stiffness: V,
 ) -> ByEdge<V> {
@@ -194,24 +207,24 @@ fn by_edge<V: Scalar>(
 /// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
 /// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
 /// them is the gradient there.
-pub(super) struct Forces<'a, D: Nestable> {
+pub(super) struct PlanarGradient<'a, D: Nestable> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
 
-impl<D: Nestable> Sweep<D> for Forces<'_, D> {
+impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
         let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
-        let mut along = Along::<D, V>::new(self.at, level);
+        let mut along = PlanarBlocks::<D, V>::new(self.at, level);
         let zero = V::gather(level, |_| D::from(0.0));
         let (mut moments, mut carried, edges) = (zero, [zero; 2], elements.stretch.len());
         while let Some(pairs) = along.next() {
             let [moment, _] = along.turning_response(&pairs);
-            let Pairs { first, e, .. } = pairs;
+            let PlanarEdgePairs { first, e, .. } = pairs;
             let torque = moment.before(moments) - moment;
             let axial = elements.stretches::<V>(level, first).force(e.squared, e.length);
             let force = [

@@ -13,7 +13,7 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::{FrameRate, RodGeometry};
 use crate::rod::layout::{Layout, Space};
-use crate::rod::spatial::geometry::{Bent, Geometry, Straight};
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
 use crate::rod::spatial::rates::edge;
 
 /// `a x b` of a vector of numbers and one of lanes.
@@ -67,8 +67,8 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
 
 impl RodGeometry for Geometry {
     fn resize(&mut self, edges: usize) {
-        self.edges.resize(edges, Straight::default());
-        self.joints.resize(edges - 1, Bent::default());
+        self.edges.resize(edges, SpatialEdgeGeometry::default());
+        self.joints.resize(edges - 1, SpatialJointGeometry::default());
     }
 
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
@@ -93,7 +93,7 @@ impl RodGeometry for Geometry {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {
             let e = edge(q, j);
             let along = lanes_dot(&measured.tangent, &e);
-            let Straight { length, inverse_length, tangent, follow, .. } = measured;
+            let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;
             for c in 0..3 {
                 rate.turn += (rate.tangent[c] * *length + e[c]) * follow[c];
                 rate.tangent[c] = (e[c] - along * tangent[c]) * *inverse_length;
@@ -116,7 +116,7 @@ impl RodGeometry for Geometry {
     ) {
         self.turn_frames(stiff, frames);
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
-            let Straight { tangent, follow, by_chi, inverse_length, .. } = measured;
+            let SpatialEdgeGeometry { tangent, follow, by_chi, inverse_length, .. } = measured;
             let torque = gradient[STRIDE * j + 3] * by_chi;
             let e = Space::edge(d, j);
             let turned = scale(cross(e, *tangent), torque * inverse_length);
@@ -127,7 +127,7 @@ impl RodGeometry for Geometry {
 
     fn move_frames_back(&self, frames: &mut [FrameRate<1>], q: &mut [f64]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
-            let Straight { length, inverse_length, tangent, follow, .. } = measured;
+            let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;
             let (turn, by) = (frame.turn.0[0], frame.tangent.map(|x| x.0[0]));
             let across = sub(by, scale(*tangent, dot(by, *tangent)));
             let e = add(scale(*follow, turn), scale(across, *inverse_length));

@@ -6,7 +6,7 @@ use crate::rod::discrete::RateLayout;
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
 use crate::rod::layout::Space;
-use crate::rod::spatial::geometry::{Bent, Geometry, Straight};
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
 
 /// The vector of edge `j`.
 #[inline(always)]
@@ -26,14 +26,14 @@ impl RateLayout<3, 3> for Space {
         out: &mut [[f64; G]],
     ) {
         let by_edge = |i: usize, [p, q, h]: [Lanes<G>; 3]| -> [Lanes<G>; 3] {
-            let Straight { tangent, strain, across: [m1, m2], turn, .. } = &edges[i];
+            let SpatialEdgeGeometry { tangent, strain, across: [m1, m2], turn, .. } = &edges[i];
             let force = axial(i, *strain);
             let (p, q) = (p + h * turn[0], q + h * turn[1]);
             let along = |c: usize| force * tangent[c] + p * m1[c] + q * m2[c];
             [along(0), along(1), along(2)]
         };
         let (mut carried, mut open) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
-        for (i, Bent { strains, by: [by_e, by_f] }) in joints.iter().enumerate() {
+        for (i, SpatialJointGeometry { strains, by: [by_e, by_f] }) in joints.iter().enumerate() {
             let w = stress(i, strains);
             let pull =
                 |[p, q, h]: &[[f64; 3]; 3]| [lanes_dot(p, &w), lanes_dot(q, &w), lanes_dot(h, &w)];
@@ -67,7 +67,7 @@ impl RateLayout<3, 3> for Space {
     ) {
         let mut before = [Lanes::ZERO; 3];
         for (j, (measured, frame)) in geometry.edges.iter().zip(frames).enumerate() {
-            let Straight { length, tangent, across, turn, follow, .. } = measured;
+            let SpatialEdgeGeometry { length, tangent, across, turn, follow, .. } = measured;
             let e = edge(q, j);
             edges[j] += lanes_dot(tangent, &e) * stretch[j].rest_length.recip();
             let (a, b) = (lanes_dot(&across[0], &e), lanes_dot(&across[1], &e));

@@ -3,13 +3,13 @@
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
-use crate::energy::joint::{Joint, Sum, between};
+use crate::energy::joint::{EdgeSum, Joint, between};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, combine, scale, sub};
 use crate::rod::blocks::{block, tension, window};
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Space};
-use crate::rod::spatial::geometry::{Geometry, Straight};
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry};
 
 /// The elements of a spatial rod.
 pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
@@ -25,9 +25,9 @@ struct Edges<V> {
     frame: EdgeFrame<V>,
 }
 
-/// Edges in SIMD lanes, the edges after them, and the joints between. The joint after the last edge has neither
-/// stiffness nor stress; lanes beyond have no meaning.
-pub struct Pairs<V> {
+/// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
+/// stiffness nor stress; what lies beyond has no meaning.
+pub struct SpatialEdgePairs<V> {
     /// The number of the first edge.
     pub(super) first: usize,
     pub(super) e: EdgeState<V>,
@@ -36,8 +36,8 @@ pub struct Pairs<V> {
     pub(super) bent: Joint<V>,
 }
 
-/// The edges of a rod at `q`, block after block.
-pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
+/// A rod at `q` and what its elements are side by side.
+pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
@@ -48,16 +48,21 @@ pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     edges: Edges<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
     /// Stiffnesses and stresses of joints.
     #[inline(always)]
-    pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
+    pub fn response(
+        &self,
+        SpatialEdgePairs { first, law, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> (Stiffness<V>, [V; 3]) {
         self.elements.responses::<V>(self.level, *first, law, &bent.strains)
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a, D, V> {
-    type Block = Pairs<V>;
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
+    for SpatialBlocks<'a, D, V>
+{
+    type Block = SpatialEdgePairs<V>;
 
     #[inline(always)]
     fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
@@ -67,7 +72,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
     }
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
+    fn next(&mut self) -> Option<SpatialEdgePairs<V>> {
         let (first, edges) = (self.first, self.edges);
         if first >= self.elements.stretch.len() {
             return None;
@@ -84,15 +89,18 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         let law: JointLaw<V> = joints(self.elements.joint, self.level, first);
         let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
         let bent = joint.joint(&e, &f, turn);
-        Some(Pairs { first, e, f, law, bent })
+        Some(SpatialEdgePairs { first, e, f, law, bent })
     }
 
-    fn first(block: &Pairs<V>) -> usize {
+    fn first(block: &SpatialEdgePairs<V>) -> usize {
         block.first
     }
 
     #[inline(always)]
-    fn strains(&self, Pairs { first, e, bent, .. }: &Pairs<V>) -> (V, [V; 3]) {
+    fn strains(
+        &self,
+        SpatialEdgePairs { first, e, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> (V, [V; 3]) {
         (
             self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length),
             bent.strains,
@@ -100,7 +108,10 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
     }
 
     #[inline(always)]
-    fn energies(&self, Pairs { first, e, law, bent, .. }: &Pairs<V>) -> [V; 3] {
+    fn energies(
+        &self,
+        SpatialEdgePairs { first, e, law, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> [V; 3] {
         let [_, bend, twist] = law.energies(&law.difference(&bent.strains));
         [
             self.elements.stretches::<V>(self.level, *first).energy_at(e.squared, e.length),
@@ -112,7 +123,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
     #[inline(always)]
     fn measure(
         &self,
-        Pairs { first, e: state, f: next, bent: joint, .. }: &Pairs<V>,
+        SpatialEdgePairs { first, e: state, f: next, bent: joint, .. }: &SpatialEdgePairs<V>,
         geometry: &mut Geometry,
     ) {
         let (first, level) = (*first, self.level);
@@ -130,7 +141,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
             let vector =
                 |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
-            *to = Straight {
+            *to = SpatialEdgeGeometry {
                 length: value(length, lane),
                 inverse_length: value(&edge.inverse_length, lane),
                 tangent: vector(&edge.tangent),
@@ -160,9 +171,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         mut geometry: Option<&mut Geometry>,
     ) {
         let zero = V::gather(self.level, |_| D::from(0.0));
-        let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
+        let mut open = EdgeSum { gradient: [zero; 3], hessian: [zero; 6] };
         while let Some(pairs) = self.next() {
-            let Pairs { first, e, f, bent, .. } = &pairs;
+            let SpatialEdgePairs { first, e, f, bent, .. } = &pairs;
             if let Some(geometry) = &mut geometry {
                 self.measure(&pairs, geometry);
             }
