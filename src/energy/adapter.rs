@@ -363,7 +363,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     }
 }
 
-/// An energy of one's own as a function of the unknowns.
+/// A user-defined energy as a function of the unknowns.
 struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
     site: &'a Site<'a, B>,
@@ -378,7 +378,7 @@ impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
     }
 }
 
-/// The sum of all directors of an element over `N` nodes times their slopes, which are held.
+/// The sum of all directors of an element over `N` nodes times constant slopes.
 struct DirectorPull<'a, B, S, const N: usize> {
     site: &'a Site<'a, B>,
     slope: S,

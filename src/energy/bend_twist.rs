@@ -114,8 +114,7 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// First derivatives of the energy between two edges whose frames are where they are, for a twist
-    /// in rad.
+    /// First derivatives of the energy between two edges that are their own references, for a twist in rad.
     #[inline(always)]
     pub(crate) fn pull(
         &self,

@@ -95,7 +95,7 @@ pub(crate) struct EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeSum<D> {
-    /// The sums one lane before these, of which `earlier` ones go before all.
+    /// The derivatives shifted by one SIMD lane towards later edges; the first lane is the last one of `earlier`.
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
     where
@@ -273,13 +273,13 @@ pub(crate) struct Joint<D> {
     pub strains: [D; 3],
 }
 
-/// Derivatives by `p`, `q` and `h` of both edges, as far as first ones go.
+/// First derivatives of an energy by `p`, `q` and `h` of both edges.
 pub(crate) struct JointGradient<D> {
     pub e: [D; 3],
     pub f: [D; 3],
 }
 
-/// Derivatives by `p`, `q` and `h` of both edges.
+/// First and second derivatives of an energy by `p`, `q` and `h` of both edges.
 pub(crate) struct JointTangent<D> {
     pub e: EdgeSum<D>,
     pub f: EdgeSum<D>,

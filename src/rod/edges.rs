@@ -19,8 +19,8 @@ pub(super) struct SpatialNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 3>],
     nodes: NodeColumns<'a, D, 4, HALF_BANDWIDTH>,
-    /// Of the edges before: the gradient by their vectors, the second derivatives, and those between the
-    /// edges that come and them.
+    /// The first and second derivatives by the vectors of the edges before, and the derivatives between the next edges
+    /// (rows) and them (columns).
     force: [V; 3],
     vector: [[V; 3]; 3],
     between: Between<V>,
@@ -114,7 +114,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, 
     }
 }
 
-/// Adds what stands between edges: an angle, its edge, and the same of the next.
+/// Adds the second derivatives by edges, in the order of an angle, its edge vector, and those of the next edge.
 pub(super) struct SpatialEdges<'a, D> {
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.

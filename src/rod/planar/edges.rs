@@ -34,7 +34,7 @@ pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 2>],
     nodes: NodeColumns<'a, D, 2, HALF_BANDWIDTH>,
-    /// Of the edges before, with the derivatives between the edges that come and them.
+    /// The derivatives by the edges before, and those between the next edges (rows) and them (columns).
     before: ByEdge<V>,
     between: [[V; 2]; 2],
 }
@@ -93,7 +93,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
     }
 }
 
-/// Adds what stands between edges.
+/// Adds the second derivatives by edges.
 pub(super) struct PlanarEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.

@@ -8,8 +8,8 @@ use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Geometry, PlanarEdge, PlanarEdgeGeometry};
 
-/// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
-/// is straight, and what lies beyond has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the curvatures of the joints between. The joint after the last edge
+/// is straight; lanes beyond have no meaning.
 pub struct PlanarEdgePairs<V> {
     /// The number of the first edge.
     first: usize,
@@ -24,7 +24,7 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Plane, 2, 1>;
 /// A planar rod at its unknowns.
 pub(super) type At<'a, D> = layout::At<'a, D, Plane, 2, 1>;
 
-/// A rod at `q` and what its elements are side by side.
+/// The edges of a rod at `q`, block after block.
 pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
@@ -205,8 +205,8 @@ fn by_edge<V: Scalar>(
 }
 
 /// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
-/// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
-/// them is the gradient there.
+/// of the moments at its ends over its length as shear force. The gradient at a node is the difference of the forces of
+/// its two edges, less its load.
 pub(super) struct PlanarGradient<'a, D: Nestable> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],

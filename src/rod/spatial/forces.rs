@@ -10,7 +10,7 @@ use crate::rod::layout::EdgeBlocks;
 use crate::rod::spatial::moving::{MovedEdgePairs, MovingFrames};
 use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks, SpatialEdgePairs, joints};
 
-/// Writes a gradient by nodes from that by edges, one after the other.
+/// Writes the gradient by nodes from derivatives by edges, block after block.
 struct GradientWriter<'a, D, V> {
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],

@@ -34,7 +34,7 @@ struct FrameChange<'a, T, const G: usize> {
 impl<T: Tangent<f64>, const G: usize> pulp::NullaryFnOnce for FrameChange<'_, T, G> {
     type Output = ();
 
-    /// The directors turn as by a change of the angle, and they follow the edge otherwise.
+    /// The directors turn as by a change of the angle, and the turn depends on the edge vector.
     #[inline(always)]
     fn call(self) {
         let Self { frames, geometry, gradient, tangent, out } = self;
@@ -57,7 +57,7 @@ impl<T: Tangent<f64>, const G: usize> pulp::NullaryFnOnce for FrameChange<'_, T,
     }
 }
 
-/// Adds what a frame counts for.
+/// Adds derivatives of a number by the turn and the tangent of a frame.
 fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
     frame.turn.0[0] += turn;
     for (to, from) in frame.tangent.iter_mut().zip(tangent) {

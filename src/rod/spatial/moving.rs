@@ -20,7 +20,7 @@ pub(super) struct MovedEdges<V> {
 }
 
 impl<V: Scalar> MovedEdges<V> {
-    /// The edges as they are: their own references.
+    /// The edges with their present frames as references.
     #[inline(always)]
     pub fn state(&self) -> EdgeState<V> {
         let Self { squared, length, inverse_length, angle, frame, .. } = self;
@@ -45,8 +45,8 @@ impl<V: Scalar> MovedEdges<V> {
     }
 }
 
-/// Edges side by side, those next to them, and how much the joints between are twisted, rad. What comes after the last
-/// edge has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the twists of the joints between, rad. Lanes after the last edge have
+/// no meaning.
 pub(super) struct MovedEdgePairs<V> {
     /// The number of the first edge.
     pub first: usize,

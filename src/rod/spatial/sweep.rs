@@ -17,7 +17,7 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
 /// A spatial rod at its unknowns, with its frames.
 pub(super) type At<'a, D> = layout::At<'a, D, Space, 3, 3>;
 
-/// Edges as they are, with their angles and their references.
+/// Edges in SIMD lanes, with their angles, rad, and their reference frames.
 #[derive(Clone, Copy)]
 struct Edges<V> {
     state: EdgeState<V>,
@@ -25,8 +25,8 @@ struct Edges<V> {
     frame: EdgeFrame<V>,
 }
 
-/// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
-/// stiffness nor stress; what lies beyond has no meaning.
+/// Edges in SIMD lanes, the edges after them, and the joints between. The joint after the last edge has neither
+/// stiffness nor stress; lanes beyond have no meaning.
 pub struct SpatialEdgePairs<V> {
     /// The number of the first edge.
     pub(super) first: usize,
@@ -36,7 +36,7 @@ pub struct SpatialEdgePairs<V> {
     pub(super) bent: Joint<V>,
 }
 
-/// A rod at `q` and what its elements are side by side.
+/// The edges of a rod at `q`, block after block.
 pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
