@@ -10,9 +10,9 @@ use crate::rod::{FrameRate, Sensitive};
 /// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
-    /// By the law of each edge.
+    /// By the law of each edge at fixed unknowns.
     pub stretch: Vec<LawSlopes>,
-    /// By the relative change of each rest length.
+    /// By the relative change of each rest length, where it changes effective strains.
     pub rest: Vec<f64>,
     /// By the law of each joint.
     pub joint: Vec<LawSlopes>,

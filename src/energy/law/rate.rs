@@ -80,10 +80,11 @@ impl LawSlopes {
     ) {
         for (k, [row, column]) in K::PLACES.iter().copied().enumerate() {
             let strain = |c: usize| strains[c] + if K::is_coupling(k) { 0.0 } else { own[c] };
-            self.stiffness[k] += w[row] * strain(column);
+            let mut product = w[row] * strain(column);
             if row != column {
-                self.stiffness[k] += w[column] * strain(row);
+                product += w[column] * strain(row);
             }
+            self.stiffness[k] += product;
         }
         for c in 0..S {
             self.offset[c] += w[c];

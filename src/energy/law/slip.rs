@@ -155,9 +155,14 @@ impl<const G: usize> SliderRates<G> {
     ) -> [Lanes<G>; S] {
         let Stretched { pull, size, factor } = Stretched::new(elastic, &z, sliders.limits[i]);
         let Some(factor) = factor else { return rate };
-        let stiffened: [Lanes<G>; S] = stiffer.times(&z);
-        let twice = lanes_dot(&pull, &rate) * 2.0 + lanes_dot(&z, &stiffened)
-            - stiffer.mean() * (size * size);
+        // z.K' z, from the entries on the diagonal and those above it.
+        let (mut diagonal, mut above) = (Lanes::ZERO, Lanes::ZERO);
+        for (k, [r, c]) in R::PLACES.iter().copied().enumerate() {
+            let entry = stiffer.entry(k) * (z[r] * z[c]);
+            if r == c { diagonal += entry } else { above += entry }
+        }
+        let twice =
+            lanes_dot(&pull, &rate) * 2.0 + diagonal + above * 2.0 - stiffer.mean() * (size * size);
         let size_rate = twice * (0.5 / (elastic.mean() * size));
         let factor_rate = self.0[i] * size.recip() - size_rate * (factor / size);
         components(|c| rate[c] * factor + factor_rate * z[c])

@@ -41,7 +41,7 @@ type JointRate<L, const N: usize, const S: usize, const G: usize> =
 pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> {
     /// Whether anything elastic changes.
     elastic: bool,
-    /// Laws of the edges.
+    /// Laws of the edges at fixed unknowns.
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
     /// Rest lengths, over themselves.
     pub(super) rest: Vec<Lanes<G>>,
@@ -104,11 +104,11 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     }
 }
 
-/// Writes the derivatives of the stresses of laws with these `rates`, whose effective strains are those from `first` on.
+/// Writes the derivatives of the stresses of laws with these rates, whose effective strains are those from `first` on.
 #[inline(always)]
 fn stress_rates<W, K, const S: usize, const G: usize>(
     laws: &[W],
-    rates: &[LawRate<K, S, G>],
+    rate: impl Fn(usize) -> LawRate<K, S, G>,
     strains: &EffectiveStrains<G>,
     first: usize,
     out: &mut [Lanes<G>],
@@ -117,14 +117,15 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     K: Symmetric<Lanes<G>, S>,
 {
     let (count, natural) = (laws.len(), if strains.natural { 1.0 } else { 0.0 });
-    let (rates, out) = (&rates[..count], &mut out.as_chunks_mut::<S>().0[..count]);
+    let out = &mut out.as_chunks_mut::<S>().0[..count];
     let values = &strains.values[first..].as_chunks::<S>().0[..count];
     let changes = &strains.rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
+        let rate = rate(i);
         let stiff: [Lanes<G>; S] = laws[i].stiffness().times(&changes[i]);
-        let changed: [Lanes<G>; S] = rates[i].stiffness.times(&values[i]);
+        let changed: [Lanes<G>; S] = rate.stiffness.times(&values[i]);
         for c in 0..S {
-            out[i][c] = stiff[c] + changed[c] + rates[i].offset[c] * natural;
+            out[i][c] = stiff[c] + changed[c] + rate.offset[c] * natural;
         }
     }
     if strains.own.is_empty() {
@@ -134,7 +135,7 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     let changes = &strains.own_rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
         let stiff: [Lanes<G>; S] = laws[i].stiffness().uncoupled().times(&changes[i]);
-        let changed: [Lanes<G>; S] = rates[i].stiffness.uncoupled().times(&values[i]);
+        let changed: [Lanes<G>; S] = rate(i).stiffness.uncoupled().times(&values[i]);
         for c in 0..S {
             out[i][c] += stiff[c] + changed[c];
         }
@@ -148,10 +149,17 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
         stretch.clear();
-        let edges = 0..first.stretch.len();
-        stretch.extend(
-            edges.map(|i| LawRate::from_duals(duals.each_ref().map(|rod| &rod.stretch[i]))),
-        );
+        for (i, law) in first.stretch.iter().enumerate() {
+            let laws = duals.each_ref().map(|rod| &rod.stretch[i]);
+            let mut rate = LawRate::<[Lanes<G>; 1], 1, G>::from_duals(laws);
+            // The strain at fixed unknowns changes with the rest length l: d eps/dl = -(1 + eps)/l.
+            let length = law.rest_length.re;
+            let shorter =
+                lanes(duals, |rod| law.stiffness.re * rod.stretch[i].rest_length.eps / length);
+            rate.stiffness[0] -= shorter;
+            rate.offset[0] -= shorter;
+            stretch.push(rate);
+        }
         rest.clear();
         rest.extend(first.stretch.iter().enumerate().map(|(i, law)| {
             lanes(duals, |rod| rod.stretch[i].rest_length.eps) * law.rest_length.re.recip()
@@ -167,9 +175,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         );
         let own = all(duals.each_ref().map(|rod| Some(&*rod.sliders.as_ref()?.sliders)));
         *sliders = own.map(SliderRates::from_duals);
-        *elastic = stretch.iter().any(|law| !law.is_zero())
-            || rest.iter().any(|rest| *rest != Lanes::ZERO)
-            || joint.iter().any(|law| !law.is_zero());
+        *elastic =
+            stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
     }
 
     fn gradient_rate<const G: usize>(
@@ -179,13 +186,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
-        let Rates { elastic, stretch, rest, joint, load, .. } = rates;
+        let Rates { elastic, stretch, joint, load, .. } = rates;
         if derivatives == Derivatives::Hand && *elastic {
-            // The strain at fixed unknowns changes with the rest length l: d eps/dl = -(1 + eps)/l.
-            let axial = |i: usize, strain: f64| {
-                let stiffness = duals[0].stretch[i].stiffness.re;
-                stretch[i].stress(&[strain])[0] - rest[i] * (stiffness * (1.0 + strain))
-            };
+            let axial = |i: usize, strain: f64| stretch[i].stress(&[strain])[0];
             L::pull(geometry, axial, |i, strains| joint[i].stress(strains), |i| load[i], out);
         } else {
             out.fill([0.0; G]);
@@ -245,8 +248,15 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     ) {
         let edges = self.stretch.len();
         let (axial, joints) = out.split_at_mut(edges);
-        stress_rates(&self.stretch, &rates.stretch, strains, 0, axial);
-        stress_rates(&self.joint, &rates.joint, strains, edges, joints);
+        let stretch = |i: usize| {
+            // At fixed strains.
+            let (mut rate, shorter) = (rates.stretch[i], rates.rest[i] * self.stretch[i].stiffness);
+            rate.stiffness[0] += shorter;
+            rate.offset[0] += shorter;
+            rate
+        };
+        stress_rates(&self.stretch, stretch, strains, 0, axial);
+        stress_rates(&self.joint, |i| rates.joint[i], strains, edges, joints);
     }
 
     fn stressed_rate<const G: usize>(

@@ -52,9 +52,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
         add_slopes::<L::Stiffness<f64>, S>(w, strained, edges, &mut to.joint);
-        if !strained.counted {
+        if strained.counted {
             for (i, law) in self.stretch.iter().enumerate() {
-                to.rest[i] -= w[i] * law.stiffness * (strained.strains[i] + 1.0);
+                let strain = strained.strains[i] + strained.own.get(i).copied().unwrap_or(0.0);
+                to.rest[i] += w[i] * law.stiffness * (strain + 1.0);
             }
         }
     }
@@ -70,7 +71,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         laws: &Laws,
     ) -> f64 {
         let stretch = rates.stretch.iter().zip(&laws.stretch);
-        let stretch = stretch.map(|(rate, slopes)| rate.along(slopes).0[0]);
+        let stretch = stretch.flat_map(|(rate, by)| {
+            [rate.stiffness[0] * by.stiffness[0], rate.offset[0] * by.offset[0]].map(|x| x.0[0])
+        });
         let rest = rates.rest.iter().zip(&laws.rest);
         let load = rates.load.iter().enumerate();
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
