@@ -116,7 +116,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         let mut all = [(L::Stiffness::<D>::from_entries(|_| zero), [zero; S]); MOST];
         let joints = self.joint.len().saturating_sub(first);
         for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
-            *own = self.response(first + lane, &V::extract_lane(strains, lane));
+            let strains = V::extract_lane(strains, lane);
+            // One strain has a natural strain at which the law has this stress.
+            *own = match S {
+                1 => self.elastic_joint(first + lane, &strains).response(&strains),
+                _ => self.response(first + lane, &strains),
+            };
         }
         let mut stress = *strains;
         for c in 0..S {

@@ -75,6 +75,10 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The law of a viscous step with the additional stress `K' (kinds s - own)`, where `kinds` are factors of each
     /// kind of strain and `K'` is the stiffness without the coupling of bending and twisting.
     fn viscous_by_kind(&self, factor: D, shift: &[D; S], kinds: &[D; 3], own: &[D; S]) -> Self {
+        if S == 1 {
+            return self
+                .viscous(factor + kinds[Self::KINDS[0]], &components(|c| shift[c] + own[c]));
+        }
         let (elastic, natural) = (self.stiffness(), self.natural());
         let factors = components(|c| factor + kinds[Self::KINDS[c]]);
         let stiffness = elastic.scaled(factor, &factors);

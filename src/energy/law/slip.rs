@@ -68,7 +68,11 @@ impl<D: Scalar, const S: usize> Stretched<D, S> {
     fn new<K: Symmetric<D, S>>(elastic: &K, z: &[D; S], limit: D) -> Self {
         let pull: [D; S] = elastic.times(z);
         let squared = product(z, &pull) / elastic.mean();
-        let size = if squared.value() > 0.0 { squared.sqrt() } else { D::from(0.0) };
+        let size = match squared.value() > 0.0 {
+            _ if S == 1 => z[0].abs(),
+            true => squared.sqrt(),
+            false => D::from(0.0),
+        };
         let factor = (size.value() > limit.value()).then(|| limit / size);
         Self { pull, size, factor }
     }
@@ -115,10 +119,15 @@ impl<D: Scalar> Sliders<D> {
         z: &[D; S],
     ) -> (K, [D; S]) {
         let Stretched { pull, size, factor } = Stretched::new(elastic, z, self.limits[i]);
+        let stiffness = K::from_entries(|k| elastic.entry(k) * self.stiffness);
         let Some(factor) = factor else {
-            let stiffness = K::from_entries(|k| elastic.entry(k) * self.stiffness);
             return (stiffness, components(|c| pull[c] * self.stiffness));
         };
+        if S == 1 {
+            // The direction of slip is the only one.
+            let stress = stiffness.times(&components(|c| z[c] * factor));
+            return (K::from_entries(|_| D::from(0.0)), stress);
+        }
         let radial = (elastic.mean() * size * size).recip();
         let stiffness = K::from_entries(|k| {
             let [r, c] = K::PLACES[k];
@@ -155,6 +164,9 @@ impl<const G: usize> SliderRates<G> {
     ) -> [Lanes<G>; S] {
         let Stretched { pull, size, factor } = Stretched::new(elastic, &z, sliders.limits[i]);
         let Some(factor) = factor else { return rate };
+        if S == 1 {
+            return components(|c| self.0[i] * z[c].signum());
+        }
         // z.K' z, from the entries on the diagonal and those above it.
         let (mut diagonal, mut above) = (Lanes::ZERO, Lanes::ZERO);
         for (k, [r, c]) in R::PLACES.iter().copied().enumerate() {

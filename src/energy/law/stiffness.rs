@@ -64,29 +64,32 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
         })
     }
 
-    /// The solution `s` of `K s = w`, by Gauss's elimination.
+    /// The solution `s` of `K s = w`, by the factors `K = L D L'`.
     fn inverse_times(&self, w: &[T; S]) -> [T; S]
     where
         T: Scalar,
     {
-        let (mut rows, mut s) = ([[T::from(0.0); S]; S], *w);
+        let zero = T::from(0.0);
+        let (mut scaled, mut s, mut lower, mut pivots) = ([[zero; S]; S], *w, [[zero; S]; S], *w);
         for (k, [r, c]) in Self::PLACES.iter().copied().enumerate() {
-            (rows[r][c], rows[c][r]) = (self.entry(k), self.entry(k));
+            scaled[c][r] = self.entry(k);
         }
-        for k in 0..S {
-            for r in k + 1..S {
-                let factor = rows[r][k] / rows[k][k];
-                for c in k..S {
-                    rows[r][c] = rows[r][c] - factor * rows[k][c];
+        for r in 0..S {
+            pivots[r] = scaled[r][r];
+            for k in 0..r {
+                for j in 0..k {
+                    scaled[r][k] = scaled[r][k] - lower[r][j] * scaled[k][j];
                 }
-                s[r] = s[r] - factor * s[k];
+                lower[r][k] = scaled[r][k] / pivots[k];
+                pivots[r] = pivots[r] - lower[r][k] * scaled[r][k];
+                s[r] = s[r] - lower[r][k] * s[k];
             }
         }
-        for k in (0..S).rev() {
-            for c in k + 1..S {
-                s[k] = s[k] - rows[k][c] * s[c];
+        for r in (0..S).rev() {
+            s[r] = s[r] / pivots[r];
+            for c in r + 1..S {
+                s[r] = s[r] - lower[c][r] * s[c];
             }
-            s[k] = s[k] / rows[k][k];
         }
         s
     }
