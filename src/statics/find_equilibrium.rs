@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{Discretized, FramesOf, Model, Setup, UnknownsAndFrames};
-use crate::rod::{ReferenceFrames, Rod};
+use crate::rod::ReferenceFrames;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, DescentSettings, EquilibriumState};
