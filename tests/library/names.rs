@@ -5,27 +5,30 @@ use std::path::{Path, PathBuf};
 
 /// Type names that occur more than once, each with the reason. The number of types with a repeated name is at most 20.
 const REPEATED_TYPES: &[(&str, &str)] = &[
-    (
-        "Along",
-        "different topics, not renamed yet: dynamics/sensitivity/mod, rod/planar/sweep, rod/spatial/sweep, scene/along",
-    ),
+    ("About", "different topics, not renamed yet: campaign/plan, campaign/store"),
+    ("Advice", "different topics, not renamed yet: fit/design/report, study"),
+    ("Along", "different topics, not renamed yet: dynamics/sensitivity/mod, scene/along"),
     (
         "At",
         "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
     ),
-    ("Below", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
-    ("Bent", "different topics, not renamed yet: energy/planar_bend, rod/spatial/geometry"),
-    ("Block", "different topics, not renamed yet: energy/own, fit/design/candidate_designs"),
+    (
+        "Block",
+        "different topics, not renamed yet: energy/own, fit/design/candidate_designs, summary/mod",
+    ),
+    (
+        "Bootstrap",
+        "different topics, not renamed yet: campaign/form, fit/uncertainty/resampling/bootstrap",
+    ),
     ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
-    ("Columns", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
-    ("Edge", "different topics, not renamed yet: energy/joint, rod/planar/geometry"),
+    ("Chart", "different topics, not renamed yet: energy/adapter, page/chart"),
     (
         "Elements",
         "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
     ),
-    ("Energy", "different topics, not renamed yet: energy/adapter, energy/mod"),
+    ("Estimate", "different topics, not renamed yet: command/limits, fit/uncertainty/estimate"),
     ("Field", "different topics, not renamed yet: fit/field/space, fit/search/starts"),
-    ("Forces", "counterparts in the plane and in space: rod/planar/sweep, rod/spatial/forces"),
+    ("Form", "different topics, not renamed yet: campaign/form, fit/file"),
     (
         "Geometry",
         "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
@@ -42,28 +45,23 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
     ("List", "different topics, not renamed yet: dynamics/adjoint/lists, fit/field/space"),
     ("Local", "different topics, not renamed yet: energy/adapter, energy/mod"),
     ("Markers", "different topics, not renamed yet: dynamics/run, fit/observation_form"),
-    ("Measured", "different topics, not renamed yet: fit/report/plot_data, rod/sweeps"),
     ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
     ("Motions", "different topics, not renamed yet: dynamics/record, dynamics/trajectory"),
-    ("Moved", "different topics, not renamed yet: dynamics/adjoint/supports, rod/spatial/moving"),
-    ("Moving", "different topics, not renamed yet: fit/measurement/quantity, rod/spatial/moving"),
     (
         "Numbers",
         "different topics, not renamed yet: dynamics/adjoint/numbers, dynamics/sensitivity/viscous",
     ),
-    (
-        "Pairs",
-        "counterparts in the plane and in space: rod/planar/sweep, rod/spatial/moving, rod/spatial/sweep",
-    ),
+    ("Of", "different topics, not renamed yet: command/schema, dynamics/adjoint/start"),
+    ("Options", "options of each command"),
+    ("Part", "different topics, not renamed yet: campaign/fit_pattern, command/campaign"),
     ("Plan", "different topics, not renamed yet: campaign/plan, fit/design/plan"),
     ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
-    ("Pull", "different topics, not renamed yet: energy/adapter, energy/joint"),
     ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
     ("Record", "different topics, not renamed yet: dynamics/record, fit/duplicates"),
     ("Recorded", "different topics, not renamed yet: dynamics/record, scene/path"),
     (
         "Room",
-        "different topics, not renamed yet: dynamics/adjoint/backward, dynamics/adjoint/course, rod/blocks",
+        "different topics, not renamed yet: dynamics/adjoint/backward, dynamics/adjoint/course",
     ),
     ("Running", "different topics, not renamed yet: dynamics/follower, dynamics/run"),
     ("Sample", "different topics, not renamed yet: dynamics/film, fit/measurement/motion"),
@@ -76,14 +74,8 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
     ("Slopes", "different topics, not renamed yet: dynamics/adjoint/mod, energy/own"),
     ("Space", "different topics, not renamed yet: fit/field/space, rod/layout"),
     ("Stage", "different topics, not renamed yet: dynamics/coefficients, fit/search/journal"),
-    (
-        "Straight",
-        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
-    ),
-    ("Tangent", "different topics, not renamed yet: energy/joint, numerics/tangent"),
-    ("Task", "different topics, not renamed yet: dynamics/run, fit/search/mod"),
-    ("ToEdges", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
-    ("ToNodes", "counterparts in the plane and in space: rod/edges, rod/planar/edges"),
+    ("Task", "different topics, not renamed yet: campaign/plan, dynamics/run, fit/search/mod"),
+    ("Tone", "different topics, not renamed yet: page/card, summary/mod"),
     ("Work", "different topics, not renamed yet: dynamics/step, fit/misfit/work"),
 ];
 
@@ -92,39 +84,39 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
 const MODULES: &str = "
 acceleration accuracy adapter adequacy adjoint adjoint_gradient again aim along analysis ar1 arrays assessment
 attach autocorrelation averaging axes backward banded basis bench bend_twist bias blocks bootstrap boundary
-budget by_unknowns cable camera campaign candidate_designs card changes chart check cluster_jackknife coarse
-code coefficients collect combinations combined command comparison compute constant_axes contributions
-convergence coordinate_series correlation course covariance coverage_factor csv csv_table curved_joints
-damping data data_precheck dataset dead_load dead_moment descent design determined_groups difference
-discrepancy discrete discretization displacement_driven display drag dragging drawing duplicates dynamics
-edge_coordinates edges effects elimination energy energy_balance entries equilibrium equilibrium_derivatives
-error errors estimate estimate_table experiment explain extend extra extrapolation fault faults field figure
-file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run fit_statistics
-fit_summary fitted follower foot_point forces form former_results frame free_run frequencies frequencies_form
-friction gauge gauss_newton generate geometry grade grid guess hash hermite hessian hints html identifiability
-implicit init initial initial_sigmas input input_changes input_directions input_errors input_sensitivities
-inspect inspection inspection_summary job_script joint joint_law journal known lanczos lanes largest_step
-layout ldlt levenberg_marquardt limit limits linearization linearized lists loads local_analysis local_minima
-loss lowest_eigenvalues marker mass material measured_run measurement measures mesh minimum minimum_comparison
-misfit missing_keys mode_numbers model model_with_setup modes moments motion motion_rate moving name
-natural_turn nearest neighbors neutral_equilibrium newton noise noise_scale number numbers numerics
-observation_form observation_row observed_experiment observed_information omitted_effects one_sided_bound
-onset operators optimum out_of_line outcome outlying_experiments output own page parameter parameter_form
-parameters part_file path pencil perturbation phi_function place plan planar planar_bend planarity plane
-platform plausibility player plot_data plotted point points polyline predict prediction prescribed_dofs
-prescribed_motion prior problem profile profile_likelihood quantity quoted random_states ranking rates
-reaction record recorded recorded_motion recorded_point recorded_start recordings reference_stiffness
-refined_residuals refinement remesh renamed_keys repeated_frames replay report required resampling
-residual_acceptance residual_noise residual_tests residuals resolution resolved rest rest_line rod rod_sizes
-rodas4 rosenbrock rounding row run samples save scalar scaled scan scene scene_notes schema scheme
-scheme_support score_tests search section section_profile sensitive sensitivity sensitivity_growth settings
-setup shape shape_form shard shear_deflection simd simulate simulated simulation slenderness sliding snapshots
-soft_clamp space spatial spectrum splitting stability standing start starts state static_mesh statics status
-step step_control stepper stiffness store strain stretch study style summaries summary support supports sweep
-sweeps synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests text_cell
-thickness tie time tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty
-undetected_bias unknown unstable_state usable_rows validate validation validation_errors vector vibration
-viscosity viscous warning_list warnings weighted_search work writer zero_bound
+budget by_unknowns camera campaign candidate_designs card changes chart check cluster_jackknife coarse code
+coefficients collect columns combinations combined command comparison compute constant_axes contributions
+convergence coordinate_series correlation course covariance coverage_factor csv curved_joints damping data
+data_precheck dataset dead_load dead_moment descent design determined_groups difference discrepancy discrete
+discretization displacement_driven display drag dragging drawing duplicates dynamics edge_coordinates edges
+effects elimination energy energy_balance entries equilibrium equilibrium_derivatives error errors estimate
+estimate_table experiment explain extend extra extrapolation fault faults field figure file film
+find_equilibrium findings finite_difference fit fit_pattern fit_statistics fit_summary fitted follower
+foot_point forces form former_results frame frame_products frames free_run frequencies frequencies_form gauge
+gauss_newton geometry grade grid guess hash hermite hessian hints html identifiability implicit init initial
+initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect inspection
+inspection_summary joint journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit
+limits linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues made made_up
+marker mass material measurement measures mesh minimum minimum_comparison misfit missing_keys mode_numbers
+model model_with_setup modes moments motion motion_rate moving name natural_turn nearest neighbors
+neutral_equilibrium newton noise noise_scale number numbers numerics observation_form observation_row
+observed_experiment observed_information omitted_effects one_sided_bound onset operators optimum out_of_line
+outcome outlying_experiments output own page parameter parameter_form parameters part_file path pencil
+perturbation phi_function place plan planar planar_bend planarity plane platform plausibility player plot_data
+plotted point points polyline predict prediction prescribed_dofs prescribed_motion prior problem profile
+profile_likelihood quantity quoted random_states ranking rate rates reaction record recorded_motion
+recorded_point recorded_start recordings reference_stiffness refined_residuals refinement remesh renamed_keys
+repeated_frames replay report required resampling residual_acceptance residual_noise residual_tests residuals
+resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock rounding row run samples scalar scaled scan
+scene scene_notes schema scheme scheme_support score_tests search section section_profile sensitive
+sensitivity sensitivity_growth settings setup shape shape_form shapes shard shear_deflection sheet simd
+simulate simulated simulation slenderness sliding slip soft_clamp space spatial spectrum splitting stability
+standing start starts state static_mesh statics status step step_control stepper stiffness store strain
+stretch study style summaries summary support supports sweep sweeps table tangent taper tensions term_bound
+terminal tested_effects tests text_cell thickness tie time tolerance track trajectory transposed trial
+tributary trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows validate
+validation validation_errors vector vibration viscosity viscous warning_list warnings weighted_search work
+zero_bound
 ";
 
 /// All Rust files below a folder.
