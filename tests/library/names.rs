@@ -5,118 +5,67 @@ use std::path::{Path, PathBuf};
 
 /// Type names that occur more than once, each with the reason. The number of types with a repeated name is at most 20.
 const REPEATED_TYPES: &[(&str, &str)] = &[
-    ("About", "different topics, not renamed yet: campaign/plan, campaign/store"),
-    ("Advice", "different topics, not renamed yet: fit/design/report, study"),
-    ("Along", "different topics, not renamed yet: dynamics/sensitivity/mod, scene/along"),
     (
         "At",
         "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
     ),
-    (
-        "Block",
-        "different topics, not renamed yet: energy/own, fit/design/candidate_designs, summary/mod",
-    ),
-    (
-        "Bootstrap",
-        "different topics, not renamed yet: campaign/form, fit/uncertainty/resampling/bootstrap",
-    ),
     ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
-    ("Chart", "different topics, not renamed yet: energy/adapter, page/chart"),
     (
         "Elements",
         "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
     ),
-    ("Estimate", "different topics, not renamed yet: command/limits, fit/uncertainty/estimate"),
-    ("Field", "different topics, not renamed yet: fit/field/space, fit/search/starts"),
-    ("Form", "different topics, not renamed yet: campaign/form, fit/file"),
     (
         "Geometry",
         "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
     ),
-    (
-        "Group",
-        "different topics, not renamed yet: dynamics/sensitivity/mod, fit/design/contributions, fit/validation_errors/compute",
-    ),
-    (
-        "Kind",
-        "different topics, not renamed yet: dynamics/sensitivity/mod, fit/design/candidate_designs",
-    ),
-    ("Led", "different topics, not renamed yet: dynamics/run, fit/observation_form"),
-    ("List", "different topics, not renamed yet: dynamics/adjoint/lists, fit/field/space"),
     ("Local", "different topics, not renamed yet: energy/adapter, energy/mod"),
-    ("Markers", "different topics, not renamed yet: dynamics/run, fit/observation_form"),
     ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
-    ("Motions", "different topics, not renamed yet: dynamics/record, dynamics/trajectory"),
-    (
-        "Numbers",
-        "different topics, not renamed yet: dynamics/adjoint/numbers, dynamics/sensitivity/viscous",
-    ),
-    ("Of", "different topics, not renamed yet: command/schema, dynamics/adjoint/start"),
-    ("Options", "options of each command"),
-    ("Part", "different topics, not renamed yet: campaign/fit_pattern, command/campaign"),
-    ("Plan", "different topics, not renamed yet: campaign/plan, fit/design/plan"),
     ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
     ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
-    ("Record", "different topics, not renamed yet: dynamics/record, fit/duplicates"),
     ("Recorded", "different topics, not renamed yet: dynamics/record, scene/path"),
-    (
-        "Room",
-        "different topics, not renamed yet: dynamics/adjoint/backward, dynamics/adjoint/course",
-    ),
-    ("Running", "different topics, not renamed yet: dynamics/follower, dynamics/run"),
     ("Sample", "different topics, not renamed yet: dynamics/film, fit/measurement/motion"),
-    ("Search", "different topics, not renamed yet: fit/field/search, fit/search/mod"),
-    (
-        "Series",
-        "different topics, not renamed yet: fit/misfit/observed_experiment, fit/report/plot_data",
-    ),
-    ("Simulated", "different topics, not renamed yet: dynamics/run, fit/measurement/simulated"),
     ("Slopes", "different topics, not renamed yet: dynamics/adjoint/mod, energy/own"),
-    ("Space", "different topics, not renamed yet: fit/field/space, rod/layout"),
-    ("Stage", "different topics, not renamed yet: dynamics/coefficients, fit/search/journal"),
-    ("Task", "different topics, not renamed yet: campaign/plan, dynamics/run, fit/search/mod"),
-    ("Tone", "different topics, not renamed yet: page/card, summary/mod"),
-    ("Work", "different topics, not renamed yet: dynamics/step, fit/misfit/work"),
 ];
 
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its
 /// topic, with a noun of the field, and added here.
 const MODULES: &str = "
-acceleration accuracy adapter adequacy adjoint adjoint_gradient again aim along analysis ar1 arrays assessment
-attach autocorrelation averaging axes backward banded basis bench bend_twist bias blocks bootstrap boundary
-budget by_unknowns camera campaign candidate_designs card changes chart check cluster_jackknife coarse code
-coefficients collect columns combinations combined command comparison compute constant_axes contributions
-convergence coordinate_series correlation course covariance coverage_factor csv curved_joints damping data
-data_precheck dataset dead_load dead_moment descent design determined_groups difference discrepancy discrete
-discretization displacement_driven display drag dragging drawing duplicates dynamics edge_coordinates edges
-effects elimination energy energy_balance entries equilibrium equilibrium_derivatives error errors estimate
-estimate_table experiment explain extend extra extrapolation fault faults field figure file film
-find_equilibrium findings finite_difference fit fit_pattern fit_statistics fit_summary fitted follower
-foot_point forces form former_results frame frame_products frames free_run frequencies frequencies_form gauge
-gauss_newton geometry grade grid guess hash hermite hessian hints html identifiability implicit init initial
-initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect inspection
-inspection_summary joint journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit
-limits linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues made made_up
-marker mass material measurement measures mesh minimum minimum_comparison misfit missing_keys mode_numbers
-model model_with_setup modes moments motion motion_rate moving name natural_turn nearest neighbors
-neutral_equilibrium newton noise noise_scale number numbers numerics observation_form observation_row
-observed_experiment observed_information omitted_effects one_sided_bound onset operators optimum out_of_line
-outcome outlying_experiments output own page parameter parameter_form parameters part_file path pencil
-perturbation phi_function place plan planar planar_bend planarity plane platform plausibility player plot_data
-plotted point points polyline predict prediction prescribed_dofs prescribed_motion prior problem profile
-profile_likelihood quantity quoted random_states ranking rate rates reaction record recorded_motion
-recorded_point recorded_start recordings reference_stiffness refined_residuals refinement remesh renamed_keys
-repeated_frames replay report required resampling residual_acceptance residual_noise residual_tests residuals
-resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock rounding row run samples scalar scaled scan
-scene scene_notes schema scheme scheme_support score_tests search section section_profile sensitive
-sensitivity sensitivity_growth settings setup shape shape_form shapes shard shear_deflection sheet simd
-simulate simulated simulation slenderness sliding slip soft_clamp space spatial spectrum splitting stability
-standing start starts state static_mesh statics status step step_control stepper stiffness store strain
-stretch study style summaries summary support supports sweep sweeps table tangent taper tensions term_bound
-terminal tested_effects tests text_cell thickness tie time tolerance track trajectory transposed trial
-tributary trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows validate
-validation validation_errors vector vibration viscosity viscous warning_list warnings weighted_search work
-zero_bound
+acceleration accuracy adapter adequacy adjoint adjoint_gradient aim along analysis ar1 arrays assessment
+attach autocorrelation averaging axes banded basis bench bend_twist bias blocks bootstrap boundary budget
+by_unknowns cable camera campaign candidate_designs card changes chart check checkpoints cluster_jackknife
+coarse code coefficients collect columns combinations combined command comparison compute constant_axes
+contributions convergence coordinate_series correlation covariance coverage_factor csv csv_table curved_joints
+damping data data_precheck dataset dead_load dead_moment descent design determined_groups difference
+director_axes discrepancy discrete discretization displacement_driven display drag drag_forces drawing
+duplicates dynamics edge_coordinates edges effects elimination energy energy_balance entries equilibrium
+equilibrium_derivatives error errors estimate estimate_table experiment explain extend extra extrapolation
+fault faults field figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern
+fit_run fit_statistics fit_summary fitted foot_point forces form former_results frame frame_products frames
+free_run frequencies frequencies_form gauge gauss_newton generate geometry grade grid hash hermite hessian
+hints history html identifiability init initial initial_sigmas input input_changes input_directions
+input_errors input_sensitivities inspect inspection inspection_summary job_script joint journal known lanczos
+lanes largest_step law layout ldlt levenberg_marquardt limit limits linearization linearized lists loads
+local_analysis local_minima loss lowest_eigenvalues marker mass material measured_run measurement measures
+mesh minimum minimum_comparison misfit missing_keys mode_numbers model model_with_setup modes moments motion
+motion_rate moving name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale
+number numbers numerics observation_form observation_row observed_experiment observed_information
+omitted_effects one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output own
+page parameter parameter_form parameters part_file path pencil perturbation phi_function place plan planar
+planar_bend planarity plane platform plausibility player plot_data plotted point points polyline predict
+prediction predictor prescribed_dofs prescribed_motion prior problem profile profile_likelihood quantity
+quoted random_states ranking rate rates reaction record recorded recorded_motion recorded_point recorded_start
+recordings reference_stiffness refined_residuals refinement relinearize remesh renamed_keys repeated_frames
+replay report required resampling residual_acceptance residual_noise residual_tests residuals resolution
+resolved rest rest_line rod rod_sizes rodas4 rosenbrock rounding row run samples save scalar scaled scan scene
+scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
+sensitivity_carrier sensitivity_growth sensitivity_pipeline settings setup shape shape_form shard
+shear_deflection simd simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space
+spatial spectrum splitting stability standing start starts state static_mesh statics status step step_control
+step_map stepper stiffness store strain stretch study style summaries summary support supports sweep sweeps
+synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests text_cell
+thickness tie time tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty
+undetected_bias unknown unstable_state usable_rows validate validation validation_errors vector vibration
+viscosity warning_list warnings weighted_search work writer zero_bound
 ";
 
 /// All Rust files below a folder.

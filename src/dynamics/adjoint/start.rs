@@ -9,9 +9,7 @@ use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
-use crate::rod::{
-    Laws, Rod, RodGeometry, Strained, Transposed, frame_rates, still_frames, strained,
-};
+use crate::rod::{Laws, Rod, RodGeometry, Strained, Transposed, still_frames, strained};
 use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
@@ -99,11 +97,11 @@ where
         let mut q = vec![0.0; n];
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         tangent.product(&d, &mut q);
-        // The frames are those of where the rod is, and go along.
-        let mut frames = backward.frames.clone();
+        // The frames are based at the equilibrium, and move with it.
+        let mut frames = by_state.frames.clone();
         geometry.add_to_frames(&gradient, (&d, &q), &mut frames);
         geometry.move_frames_back(&mut frames, &mut q);
-        q.iter_mut().zip(&backward.q).for_each(|(q, by)| *q += by);
+        q.iter_mut().zip(by_state.q.as_flattened()).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
             drag.add_slopes_of([&state.q, &state.v, &d], &mut slopes, [&mut q, &mut v]);
@@ -119,49 +117,4 @@ where
         add(&q);
     }
     Some(laws)
-}
-
-/// The derivative along what a simulation's numbers carry.
-fn along<R: Transposed>(
-    backward: &Backward<R>,
-    rod: &R,
-    dual: &Simulation<Dual64, R::Dual>,
-) -> f64 {
-    let state = dual.state();
-    let sum =
-        |by: &[f64], x: &[Dual64]| -> f64 { by.iter().zip(x).map(|(by, x)| by * x.eps).sum() };
-    let mut total = sum(&backward.q, &state.q)
-        + sum(&backward.v, &state.v)
-        + sum(&backward.acceleration, &state.acceleration)
-        + sum(&backward.unbalanced, &state.unbalanced)
-        + sum(&backward.mass, dual.rod().mass());
-    for (by, frame) in backward.frames.iter().zip(frame_rates([&state.frames])) {
-        total += by.turn.0[0] * frame.turn.0[0];
-        total += by.tangent.iter().zip(frame.tangent).map(|(by, x)| by.0[0] * x.0[0]).sum::<f64>();
-    }
-    if let Some(viscous) = &backward.viscous {
-        let (by, own) = (&viscous.internal, &state.internal);
-        total += sum(&by.strain, &own.strain)
-            + sum(&by.strain_rate, &own.strain_rate)
-            + sum(&by.relaxing, &own.relaxing);
-    }
-    let mut rates = R::Rates::default();
-    R::set_rates(std::array::from_ref(dual.rod()), &mut rates);
-    total += rod.along(dual.rod(), &rates, &backward.laws);
-    let (by, own) = (&backward.damping, dual.damping());
-    total += by.mass * own.mass.eps
-        + by.stiffness * own.stiffness.eps
-        + by.bending * own.bending.eps
-        + by.twisting * own.twisting.eps
-        + by.stretching * own.stretching.eps;
-    if let (Some(by), Some(own)) = (by.maxwell, own.maxwell) {
-        total += by.stiffness * own.stiffness.eps + by.time * own.time.eps;
-    }
-    if let (Some(by), Some(own)) = (&backward.drag, dual.drag()) {
-        total += sum(&by.normal, &own.normal)
-            + sum(&by.tangential, &own.tangential)
-            + sum(&by.fluid, &own.fluid)
-            + sum(&by.lengths, &own.lengths);
-    }
-    total + dual.newton().map_or(0.0, |newton| backward.parameter * newton.parameter().eps)
 }

@@ -12,7 +12,10 @@ use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
-use crate::rod::{EffectiveStrains, FrameRate, InternalVariables, Sensitive, Strained, Transposed, strained, RodGeometry};
+use crate::rod::{
+    EffectiveStrains, FrameRate, InternalVariables, RodGeometry, Sensitive, Strained, Transposed,
+    strained,
+};
 use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::{AddAssign, Mul};

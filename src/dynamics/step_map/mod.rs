@@ -28,7 +28,9 @@ use crate::error::Error;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::components;
-use crate::rod::{DualFrames, FrameRate, Rod, Sensitive, Transposed, still_frames, RodGeometry, set_dual_frames};
+use crate::rod::{
+    DualFrames, FrameRate, Rod, RodGeometry, Sensitive, Transposed, set_dual_frames, still_frames,
+};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 use std::ops::Range;

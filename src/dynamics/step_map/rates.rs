@@ -5,7 +5,10 @@ use crate::dynamics::step_map::numbers::{COUNT, list};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::{components, map_components};
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive, Transposed, still_frames, frame_rates};
+use crate::rod::{
+    DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive, Transposed,
+    frame_rates, still_frames,
+};
 use num_dual::Dual64;
 
 /// A simulation whose numbers contain the derivative along one parameter.

@@ -68,7 +68,7 @@ impl<R: Transposed> MovingSupports<R> {
             return;
         }
         let (now, moment) = (step.after, MotionTime::Time(step.after.time));
-        for Moved { motion, frames, sum, .. } in &mut self.moved {
+        for MovingParameter { motion, frames, sum, .. } in &mut self.moved {
             set_dual_frames(&step.before.frames, &self.still, 0, frames);
             let dual = |x: &[f64]| -> Vec<Dual64> { x.iter().map(|x| Dual64::from(*x)).collect() };
             let (mut q1, mut v1) = (dual(&now.q), dual(&now.v));
@@ -84,6 +84,6 @@ impl<R: Transposed> MovingSupports<R> {
         let mut turned = vec![0.0; q.len()];
         self.angles.iter().for_each(|i| turned[*i] = -q[*i]);
         step.end.turn_frames(&turned, frames);
-        self.led.iter().for_each(|i| (q[*i], v[*i]) = (0.0, 0.0));
+        self.prescribed.iter().for_each(|i| (q[*i], v[*i]) = (0.0, 0.0));
     }
 }
