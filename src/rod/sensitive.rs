@@ -22,7 +22,7 @@ pub struct EffectiveStrains<const G: usize> {
 
 /// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
 /// the derivatives of its numbers. Each lane has the result that it would have alone.
-pub trait Sensitive: Rod<f64, Geometry: RodGeometry> {
+pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
 
