@@ -9,7 +9,7 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{Energies, NodalDrag, Rod, State};
+use crate::rod::{Energies, NodalDrag, Rod, State, set_real_frames};
 use crate::scene::{Damping, Scheme, StepTolerance};
 use num_dual::Dual64;
 use std::ops::Range;
@@ -277,7 +277,7 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         for (to, from) in both.into_iter().chain([(&mut state.unbalanced, &of.unbalanced)]) {
             to.iter_mut().zip(from).for_each(|(to, from)| *to = from.re);
         }
-        R::real_frames(&of.frames, &mut state.frames);
+        set_real_frames(&of.frames, &mut state.frames);
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
     }
 

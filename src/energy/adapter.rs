@@ -258,7 +258,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         let mut gradient = [B::from(0.0); Q];
         self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
         if slopes.of_edges {
-            let pull = Pull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
             for (sum, slope) in gradient.iter_mut().zip(by_unknowns::gradient(&pull, q)) {
                 *sum += slope;
             }
@@ -285,7 +285,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
         if slopes.of_edges || curvatures.of_edges {
-            let pull = Pull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
             let (first, second) = by_unknowns::hessian(&pull, q);
             for r in 0..Q {
                 gradient[r] += first[r];
@@ -364,13 +364,13 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
 }
 
 /// A user-defined energy as a function of the unknowns.
-struct Energy<'a, B, E, const N: usize, const P: usize> {
+struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
     site: &'a Site<'a, B>,
 }
 
 impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
-    for Energy<'_, B, E, N, P>
+    for EnergyOfUnknowns<'_, B, E, N, P>
 {
     #[inline]
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
@@ -379,12 +379,12 @@ impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
 }
 
 /// The sum of all directors of an element over `N` nodes times constant slopes.
-struct Pull<'a, B, S, const N: usize> {
+struct DirectorPull<'a, B, S, const N: usize> {
     site: &'a Site<'a, B>,
     slope: S,
 }
 
-impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Pull<'_, B, S, N> {
+impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
@@ -410,7 +410,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Hand => self.hand_gradient(site, q),
                 Derivatives::Dual => None,
             };
-            let energy = Energy { energy: self, site };
+            let energy = EnergyOfUnknowns { energy: self, site };
             let gradient = by_hand.unwrap_or_else(|| by_unknowns::gradient(&energy, q));
             to[..gradient.len()].copy_from_slice(&gradient);
         })
@@ -422,7 +422,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Hand => self.hand_tangent(site, q),
                 Derivatives::Dual => None,
             };
-            let energy = Energy { energy: self, site };
+            let energy = EnergyOfUnknowns { energy: self, site };
             let (gradient, hessian) = by_hand.unwrap_or_else(|| by_unknowns::hessian(&energy, q));
             to.0[..gradient.len()].copy_from_slice(&gradient);
             for (to, row) in to.1.iter_mut().zip(&hessian) {

@@ -49,14 +49,16 @@
 
 use crate::energy::frame::{EdgeFrame, transported_twist};
 pub use crate::energy::joint::EdgeState;
-use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
-pub use crate::energy::stiffness::Stiffness;
+use crate::energy::joint::{DirectedEdge, EdgeSum, Joint, JointGradient, JointTangent, between};
+use crate::energy::law::Law;
+pub use crate::energy::law::Stiffness;
+use crate::energy::law::Symmetric;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::vector::{Vector, add, components, dot, map_components, sub};
+use crate::numerics::vector::{Vector, components, dot, map_components, sub};
 use nalgebra::SVector;
-use num_dual::{Dual2SVec, Dual64, DualSVec};
+use num_dual::{Dual2SVec, DualSVec};
 
 /// Unknowns of the node: `[x0, theta0, x1, theta1, x2]`, m and rad.
 pub const UNKNOWNS: usize = 11;
@@ -112,42 +114,44 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// Energies of bending and twisting by its strains, J.
-    #[inline(always)]
-    pub(crate) fn energies_of(&self, strains: &[D; 3]) -> [D; 2] {
-        let strain = sub(*strains, self.natural);
-        let stress = self.stiffness.times(&strain);
-        [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
-    }
-
     /// First derivatives of the energy between two edges that are their own references, for a twist in rad.
     #[inline(always)]
-    pub(crate) fn pull(&self, e: &Edge<D>, f: &Edge<D>, twist: D) -> Pull<D> {
-        let joint = Joint::new(e, f, twist);
-        joint.pull(e, f, &self.stiffness.times(&sub(joint.strains, self.natural)))
-    }
-
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline]
-    pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
-        Self {
-            stiffness: self.stiffness.map(|k| k * factor),
-            natural: components(|a| (self.natural[a] + shift[a]) / factor),
-        }
-    }
-
-    /// The same with factors and shifts of bending and of twisting besides.
-    pub fn viscous_apart(
+    pub(crate) fn pull(
         &self,
-        factor: D,
-        shift: &[D; 3],
-        ([bend, twist], own): ([D; 2], &[D; 3]),
-    ) -> Self {
-        let one = D::from(1.0);
-        let stiffness = self.stiffness.by_kind(factor, [factor + bend, factor + twist]);
-        let alone = self.stiffness.by_kind(D::from(0.0), [one; 2]);
-        let stress = add(self.stiffness.times(&add(self.natural, *shift)), alone.times(own));
-        Self { stiffness, natural: stiffness.inverse_times(&stress) }
+        e: &DirectedEdge<D>,
+        f: &DirectedEdge<D>,
+        twist: D,
+    ) -> JointGradient<D> {
+        let joint = Joint::new(e, f, twist);
+        joint.pull(e, f, &self.stress(&joint.strains))
+    }
+}
+
+impl<D: Scalar> Law<D, 3> for JointLaw<D> {
+    type Stiffness = Stiffness<D>;
+
+    const KINDS: [usize; 3] = [1, 1, 2];
+
+    #[inline(always)]
+    fn stiffness(&self) -> Stiffness<D> {
+        self.stiffness
+    }
+
+    #[inline(always)]
+    fn natural(&self) -> [D; 3] {
+        self.natural
+    }
+
+    #[inline(always)]
+    fn with(&self, stiffness: Stiffness<D>, natural: [D; 3]) -> Self {
+        Self { stiffness, natural }
+    }
+
+    #[inline(always)]
+    fn energies(&self, s: &[D; 3]) -> [D; 3] {
+        let stress: [D; 3] = self.stiffness.times(s);
+        let bend = (stress[0] * s[0] + stress[1] * s[1]) * 0.5;
+        [s[0].like(0.0), bend, stress[2] * s[2] * 0.5]
     }
 }
 
@@ -191,16 +195,6 @@ fn hessian_to_nodes<D: Scalar>(
     out
 }
 
-impl JointLaw<Dual64> {
-    /// The derivatives of the stresses by the strains, the upper triangle row by row, and those at no
-    /// strain.
-    pub(crate) fn stress_rate(&self) -> ([f64; 6], [f64; 3]) {
-        let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = self.stiffness;
-        let offset = self.stiffness.times(&self.natural).map(|w| -w.eps);
-        ([b11, b12, c1, b22, c2, twist].map(|k| k.eps), offset)
-    }
-}
-
 /// Two edges and the joint between them.
 type Joined<D> = (EdgeState<D>, EdgeState<D>, Joint<D>);
 
@@ -229,21 +223,22 @@ impl<D: Scalar> BendTwist<D> {
     /// Energies of bending and twisting, J; of a coupling between them, half each.
     #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
-        JointLaw { stiffness: self.stiffness, natural: self.natural }.energies_of(&self.strains(q))
+        let law = self.law();
+        let [_, bend, twist] = law.energies(&law.difference(&self.strains(q)));
+        [bend, twist]
     }
 
     /// The energy as a function of the edges: eight unknowns instead of eleven.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
-        let (stress, strain) = self.stress(&self.joined(edges).2.strains);
-        dot(stress, strain) * 0.5
+        let (law, strains) = (self.law(), self.joined(edges).2.strains);
+        dot(law.stress(&strains), law.difference(&strains)) * 0.5
     }
 
-    /// dE/ds of every strain, and the strains less the natural ones.
+    /// The law alone.
     #[inline(always)]
-    fn stress(&self, strains: &[D; 3]) -> ([D; 3], [D; 3]) {
-        let strain = sub(*strains, self.natural);
-        (self.stiffness.times(&strain), strain)
+    fn law(&self) -> JointLaw<D> {
+        JointLaw { stiffness: self.stiffness, natural: self.natural }
     }
 
     /// Gradient with respect to the edges' unknowns for given stresses.
@@ -258,12 +253,14 @@ impl<D: Scalar> BendTwist<D> {
 
     /// Energy and derivatives with respect to the edges' unknowns (the Hessian's lower triangle).
     fn tangent_of(&self, (e, f, joint): &Joined<D>) -> Local<D, EDGE_UNKNOWNS> {
-        let (w, strain) = self.stress(&joint.strains);
-        let Tangent { e: at_e, f: at_f, fe } = joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
+        let (law, strains) = (self.law(), &joint.strains);
+        let (w, strain) = (law.stress(strains), law.difference(strains));
+        let JointTangent { e: at_e, f: at_f, fe } =
+            joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
         let zero = D::from(0.0);
         let (mut gradient, mut hessian) =
             ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
-        let mut own = |first: usize, edge: &EdgeState<D>, sum: &Sum<D>| {
+        let mut own = |first: usize, edge: &EdgeState<D>, sum: &EdgeSum<D>| {
             let own = edge.derivatives(sum, [zero; 2], zero);
             gradient[first..first + 4].copy_from_slice(&own.gradient);
             for r in 0..3 {
@@ -322,7 +319,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joined = self.joined(&to_edges(q));
-        to_nodes(&Self::gradient_of(&joined, &self.stress(&joined.2.strains).0))
+        to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.2.strains)))
     }
 
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {

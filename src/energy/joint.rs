@@ -23,19 +23,19 @@
 //! edge's two joints.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
-use crate::energy::stiffness::Stiffness;
+use crate::energy::law::{Stiffness, Symmetric};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 
 /// Inverse length, 1/m, unit tangent and material directors of an edge.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Edge<D> {
+pub(crate) struct DirectedEdge<D> {
     pub inverse_length: D,
     pub tangent: Vector<D>,
     pub m: [Vector<D>; 2],
 }
 
-impl<D: Scalar> Edge<D> {
+impl<D: Scalar> DirectedEdge<D> {
     /// An edge whose frame has moved with it.
     #[inline(always)]
     pub fn moved(frame: &EdgeFrame<D>, inverse_length: D, angle: D) -> Self {
@@ -65,7 +65,7 @@ impl<D: Scalar> Edge<D> {
 /// An edge, and its rotation since its reference.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeState<D> {
-    pub(crate) edge: Edge<D>,
+    pub(crate) edge: DirectedEdge<D>,
     /// Its length, m, and the square of it.
     pub(crate) length: D,
     pub(crate) squared: D,
@@ -88,13 +88,13 @@ pub struct ByEdge<D> {
 
 /// The first and second derivatives of energies by an edge's `p`, `q` and `h`, summed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sum<D> {
+pub(crate) struct EdgeSum<D> {
     pub gradient: [D; 3],
     /// `pp, qp, qq, hp, hq, hh`.
     pub hessian: [D; 6],
 }
 
-impl<D: Scalar> Sum<D> {
+impl<D: Scalar> EdgeSum<D> {
     /// The derivatives shifted by one SIMD lane towards later edges; the first lane is the last one of `earlier`.
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
@@ -138,7 +138,7 @@ impl<D: Scalar> EdgeState<D> {
         let director = sub(frame.director, scale(both, dot(tangent, frame.director) * inverse));
         let m = EdgeFrame { tangent, director }.turned(angle);
         let turn = [-(dot(frame.tangent, m[1]) * inverse), dot(frame.tangent, m[0]) * inverse];
-        Self { edge: Edge { inverse_length, tangent, m }, length, squared, turn }
+        Self { edge: DirectedEdge { inverse_length, tangent, m }, length, squared, turn }
     }
 
     /// The edges shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
@@ -149,7 +149,7 @@ impl<D: Scalar> EdgeState<D> {
     {
         let (own, rest) = (&self.edge, &later.edge);
         Self {
-            edge: Edge {
+            edge: DirectedEdge {
                 inverse_length: own.inverse_length.after(rest.inverse_length),
                 tangent: vector_after(own.tangent, rest.tangent),
                 m: [vector_after(own.m[0], rest.m[0]), vector_after(own.m[1], rest.m[1])],
@@ -184,11 +184,11 @@ impl<D: Scalar> EdgeState<D> {
     #[inline(always)]
     pub(crate) fn derivatives(
         &self,
-        sum: &Sum<D>,
+        sum: &EdgeSum<D>,
         [force, tension]: [D; 2],
         stiffness: D,
     ) -> ByEdge<D> {
-        let Edge { inverse_length, tangent, m } = &self.edge;
+        let DirectedEdge { inverse_length, tangent, m } = &self.edge;
         let ([g1, g2], torque) = (self.turn, sum.gradient[2]);
         let [pp, qp, qq, hp, hq, hh] = sum.hessian;
         let (t1, t2) = (torque * g1, torque * g2);
@@ -274,15 +274,15 @@ pub(crate) struct Joint<D> {
 }
 
 /// First derivatives of an energy by `p`, `q` and `h` of both edges.
-pub(crate) struct Pull<D> {
+pub(crate) struct JointGradient<D> {
     pub e: [D; 3],
     pub f: [D; 3],
 }
 
 /// First and second derivatives of an energy by `p`, `q` and `h` of both edges.
-pub(crate) struct Tangent<D> {
-    pub e: Sum<D>,
-    pub f: Sum<D>,
+pub(crate) struct JointTangent<D> {
+    pub e: EdgeSum<D>,
+    pub f: EdgeSum<D>,
     /// Rows of the second edge, columns of the first.
     pub fe: [[D; 3]; 3],
 }
@@ -290,7 +290,7 @@ pub(crate) struct Tangent<D> {
 impl<D: Scalar> Joint<D> {
     /// The joint of two edges with a `twist` between them, rad.
     #[inline(always)]
-    pub fn new(e: &Edge<D>, f: &Edge<D>, twist: D) -> Self {
+    pub fn new(e: &DirectedEdge<D>, f: &DirectedEdge<D>, twist: D) -> Self {
         let both = add(e.tangent, f.tangent);
         // To full accuracy in a fold.
         let inverse_chi = (dot(both, both) * 0.5).recip();
@@ -300,7 +300,7 @@ impl<D: Scalar> Joint<D> {
 
     /// `cos/chi` and `sin/chi = v`.
     #[inline(always)]
-    fn turned(&self, e: &Edge<D>, f: &Edge<D>) -> [D; 2] {
+    fn turned(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [D; 2] {
         let Self { inverse_chi, a, b, .. } = self;
         let [cos, sin] = e.along(f.m[0], *inverse_chi);
         [cos - a[0] * b[0], sin - a[1] * b[0]]
@@ -308,7 +308,7 @@ impl<D: Scalar> Joint<D> {
 
     /// The strains' derivatives (columns) by `p`, `q` and `h` (rows) of both edges.
     #[inline(always)]
-    pub fn slopes(&self, e: &Edge<D>, f: &Edge<D>) -> [[[D; 3]; 3]; 2] {
+    pub fn slopes(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [[[D; 3]; 3]; 2] {
         let [c, v] = self.turned(e, f);
         let ([a1, a2], [b1, b2], one) = (self.a, self.b, c.like(1.0));
         let u = c - self.inverse_chi + 1.0;
@@ -321,12 +321,12 @@ impl<D: Scalar> Joint<D> {
 
     /// The sum of the strains' derivatives times the stresses `w`.
     #[inline(always)]
-    pub fn pull(&self, e: &Edge<D>, f: &Edge<D>, w: &[D; 3]) -> Pull<D> {
+    pub fn pull(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>, w: &[D; 3]) -> JointGradient<D> {
         let [c, v] = self.turned(e, f);
         let ([a1, a2], [b1, b2], u) = (self.a, self.b, c - self.inverse_chi + 1.0);
         let (wa, wb) = (w[0] * a1 + w[1] * a2, w[0] * b1 + w[1] * b2);
         let (u1, u2, v1, v2) = (w[0] * u, w[1] * u, w[0] * v, w[1] * v);
-        Pull {
+        JointGradient {
             e: [
                 v2 - u1 - a1 * wa - w[2] * a2,
                 w[2] * a1 - v1 - u2 - a2 * wa,
@@ -344,11 +344,11 @@ impl<D: Scalar> Joint<D> {
     #[inline(always)]
     pub fn tangent(
         &self,
-        e: &Edge<D>,
-        f: &Edge<D>,
+        e: &DirectedEdge<D>,
+        f: &DirectedEdge<D>,
         stiffness: &Stiffness<D>,
         w: &[D; 3],
-    ) -> Tangent<D> {
+    ) -> JointTangent<D> {
         let [c, v] = self.turned(e, f);
         let ([a1, a2], [b1, b2], rho) = (self.a, self.b, self.inverse_chi);
         let (one, [w1, w2, w3]) = (c.like(1.0), *w);
@@ -410,9 +410,9 @@ impl<D: Scalar> Joint<D> {
             dot(by_f[2], k[1]) + w1 * (sigma + bb[2]) - w2 * bb[1],
             dot(by_f[2], k[2]) + x11 + x22,
         ];
-        Tangent {
-            e: Sum { gradient: gradient_e, hessian: ee },
-            f: Sum { gradient: gradient_f, hessian: ff },
+        JointTangent {
+            e: EdgeSum { gradient: gradient_e, hessian: ee },
+            f: EdgeSum { gradient: gradient_f, hessian: ff },
             fe,
         }
     }

@@ -13,12 +13,11 @@ pub(crate) mod by_unknowns;
 pub mod dead_load;
 pub mod dead_moment;
 pub mod frame;
-pub mod friction;
 pub(crate) mod joint;
+pub mod law;
 pub mod own;
 pub mod place;
 pub mod planar_bend;
-mod stiffness;
 pub mod stretch;
 pub(crate) mod tie;
 
@@ -26,17 +25,16 @@ pub use crate::scene::At;
 pub use bend_twist::BendTwist;
 pub use dead_load::DeadLoad;
 pub use dead_moment::DeadMoment;
-pub use friction::Sliders;
+pub use law::{Law, Sliders, Stiffness};
 pub use own::{By, Curvatures, OwnEnergy, Slopes};
 pub use place::{Directors, Place};
 pub use planar_bend::PlanarBend;
-pub use stiffness::Stiffness;
 pub use stretch::Stretch;
 
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
 use nalgebra::SVector;
-use num_dual::{Dual2SVec, Dual64, DualSVec};
+use num_dual::{Dual2SVec, DualSVec};
 use serde::{Deserialize, Serialize};
 
 /// An energy of `N` unknowns, written once for every number type. Implement it to have your own
@@ -114,14 +112,6 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     let energy = |q: SVector<Dual2SVec<D, N>, N>| over.energy(&q.data.0[0].map(OutOfLine)).0;
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
     Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
-}
-
-/// The derivative of the gradient along that of the parameters at fixed unknowns, by num-dual.
-pub fn dual_gradient_rate<E: Element<Dual64, N>, const N: usize>(
-    element: &E,
-    q: &[f64; N],
-) -> [f64; N] {
-    dual_gradient(element, &q.map(Dual64::from)).map(|g| g.eps)
 }
 
 /// Makes an element with `f64` parameters an [`Analytic`] energy, as a user's own would be.

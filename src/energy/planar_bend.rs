@@ -12,9 +12,9 @@
 //! the gradient `n` and the Hessian `-(u n' + n u')`; `phi = angle(f) - angle(e)`,
 //! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
+use crate::energy::law::Law;
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, SimdScalar};
-use num_dual::Dual64;
 
 /// One inner node. Unknowns: `[x0, y0, x1, y1, x2, y2]` of the node's neighbour, itself and its
 /// other neighbour, m.
@@ -27,7 +27,7 @@ pub struct PlanarBend<D> {
 }
 
 /// The edges `e`, `f` at the node, their squared lengths, and the curvature.
-struct Bent<D> {
+struct BentJoint<D> {
     e: [D; 2],
     f: [D; 2],
     ee: D,
@@ -36,7 +36,7 @@ struct Bent<D> {
 }
 
 #[inline]
-fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
+fn bent<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
     let f = [q[4] - q[2], q[5] - q[3]];
     let ee = e[0] * e[0] + e[1] * e[1];
@@ -48,10 +48,10 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let zero = dot.like(0.0);
     let above = dot.if_less(zero, lengths - dot, cross);
     let below = dot.if_less(zero, cross, lengths + dot);
-    Bent { e, f, ee, ff, curvature: above / below * 2.0 }
+    BentJoint { e, f, ee, ff, curvature: above / below * 2.0 }
 }
 
-impl<D: Scalar> Bent<D> {
+impl<D: Scalar> BentJoint<D> {
     /// n(e) and n(f): gradients of the edges' angles, 1/m.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2]) {
@@ -99,29 +99,51 @@ impl<D: Scalar> PlanarBend<D> {
         half * half + 1.0
     }
 
-    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`.
+    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k` with the stiffness and the stress of the law.
     #[inline(always)]
-    pub(crate) fn response(&self, k: D) -> [D; 2] {
+    pub(crate) fn by_angle(k: D, [stiffness]: [D; 1], [stress]: [D; 1]) -> [D; 2] {
         let half = k * 0.5;
         let slope = Self::slope(k);
-        let stress = self.stiffness * (k - self.natural_curvature);
-        [stress * slope, slope * (self.stiffness * slope + stress * half)]
+        [stress * slope, slope * (stiffness * slope + stress * half)]
+    }
+
+    /// Moment and stiffness by the turning angle, N m, of the elastic joint at the curvature `k`.
+    #[inline(always)]
+    fn turning_response(&self, k: D) -> [D; 2] {
+        Self::by_angle(k, self.stiffness(), self.stress(&[k]))
     }
 
     /// The energy, J, at the curvature `k`.
     #[inline(always)]
     pub(crate) fn energy_at(&self, k: D) -> D {
-        let strain = k - self.natural_curvature;
-        self.stiffness * strain * strain * 0.5
+        self.energies(&self.difference(&[k]))[1]
+    }
+}
+
+impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
+    type Stiffness = [D; 1];
+
+    const KINDS: [usize; 1] = [1];
+
+    #[inline(always)]
+    fn stiffness(&self) -> [D; 1] {
+        [self.stiffness]
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
     #[inline(always)]
-    pub fn viscous(&self, factor: D, shift: D) -> Self {
-        Self {
-            stiffness: self.stiffness * factor,
-            natural_curvature: (self.natural_curvature + shift) / factor,
-        }
+    fn natural(&self) -> [D; 1] {
+        [self.natural_curvature]
+    }
+
+    #[inline(always)]
+    fn with(&self, [stiffness]: [D; 1], [natural_curvature]: [D; 1]) -> Self {
+        Self { stiffness, natural_curvature }
+    }
+
+    #[inline(always)]
+    fn energies(&self, [k]: &[D; 1]) -> [D; 3] {
+        let zero = k.like(0.0);
+        [zero, self.stiffness * *k * *k * 0.5, zero]
     }
 }
 
@@ -159,7 +181,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent(q);
         let (n_e, n_f) = bent.angle_gradients();
-        let [moment, _] = self.response(bent.curvature);
+        let [moment, _] = self.turning_response(bent.curvature);
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
     }
 
@@ -168,7 +190,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent(q);
         let (n_e, n_f) = bent.angle_gradients();
-        let [moment, stiffness] = self.response(bent.curvature);
+        let [moment, stiffness] = self.turning_response(bent.curvature);
 
         // With u = (p, q): s n n' + m (u n' + n u') =
         // [[q (s q - 2 m p), p (m p - s q) - m q^2], [.., p (s p + 2 m q)]].
@@ -205,12 +227,5 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
                 [-fe10, -fe11, b10, b11, ff01, ff11],
             ],
         }
-    }
-}
-
-impl PlanarBend<Dual64> {
-    /// The derivatives of the stress by the curvature, and at no curvature, N m.
-    pub(crate) fn stress_rate(&self) -> [f64; 2] {
-        [self.stiffness.eps, -(self.stiffness * self.natural_curvature).eps]
     }
 }

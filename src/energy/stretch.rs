@@ -5,10 +5,10 @@
 //! `eps = |e|/l - 1`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no
 //! digits when the edge is nearly at rest.
 
+use crate::energy::law::Law;
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{components, map_components};
-use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
 #[derive(Clone, Copy, Debug)]
@@ -17,15 +17,8 @@ pub struct Stretch<D, const M: usize> {
     pub stiffness: D,
     /// Rest length, m.
     pub rest_length: D,
-    /// Strain at which the edge is free of stress; zero but for viscous steps.
+    /// Strain at which the edge is free of stress; not zero in viscous steps only.
     pub natural_strain: D,
-}
-
-/// What force and Hessian share: strain, 1/|e| and the unit tangent.
-struct Stretched<D, const M: usize> {
-    strain: D,
-    inverse_length: D,
-    tangent: [D; M],
 }
 
 /// The edge from one node to the other; `N = 2 M`.
@@ -64,34 +57,24 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline(always)]
-    pub fn viscous(&self, factor: D, shift: D) -> Self {
-        Self {
-            stiffness: self.stiffness * factor,
-            natural_strain: (self.natural_strain + shift) / factor,
-            ..*self
-        }
-    }
-
     /// Axial force EA (eps - eps_natural), N, at a length and its square, m and m^2.
     #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
-        self.stiffness * (self.strain_of(squared, length) - self.natural_strain)
+        self.stress(&[self.strain_of(squared, length)])[0]
     }
 
     /// The axial force, N, and the stiffness along the edge, N/m.
     #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
-        [self.force(squared, length), self.stiffness / self.rest_length]
+        let ([stiffness], [force]) = self.response(&[self.strain_of(squared, length)]);
+        [force, stiffness / self.rest_length]
     }
 
     /// The axial force, N, to first order in the change of an edge from `e` to `now`, m: at the strain `t.now/l - 1`.
     #[inline(always)]
     pub(crate) fn tension_after(&self, e: &[D; M], now: &[D; M]) -> D {
         let along = e.iter().zip(now).fold(D::from(0.0), |sum, (e, now)| sum + *e * *now);
-        let strain = along / (squared(e).sqrt() * self.rest_length) - 1.0;
-        self.stiffness * (strain - self.natural_strain)
+        self.stress(&[along / (squared(e).sqrt() * self.rest_length) - 1.0])[0]
     }
 
     /// The change of the Hessian by the edge `e`, m, where `tension`, N, replaces its axial force in the geometric
@@ -115,26 +98,13 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The energy, J, at a length and its square.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
-        let strain = self.strain_of(squared, length) - self.natural_strain;
-        self.stiffness * self.rest_length * strain * strain * 0.5
+        self.energies(&self.difference(&[self.strain_of(squared, length)]))[0]
     }
 
     #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
-    }
-
-    #[inline]
-    fn stretched(&self, e: [D; M]) -> Stretched<D, M> {
-        let squared = squared(&e);
-        let length = squared.sqrt();
-        let inverse_length = length.recip();
-        Stretched {
-            strain: self.strain_of(squared, length),
-            inverse_length,
-            tangent: map_components(&e, |x| x * inverse_length),
-        }
     }
 
     #[inline]
@@ -146,37 +116,62 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The force `F = EA (eps - eps_natural)` pulls along the tangent `t`: dE/de = F t.
     #[inline]
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
-        let Stretched { strain, tangent, .. } = self.stretched(e);
-        let force = self.stiffness * (strain - self.natural_strain);
-        map_components(&tangent, |t| force * t)
+        let squared = squared(&e);
+        let length = squared.sqrt();
+        let (force, inverse_length) = (self.force(squared, length), length.recip());
+        map_components(&e, |x| force * (x * inverse_length))
     }
 
     /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
     #[inline]
     fn tangent_of<const N: usize>(&self, e: [D; M]) -> Local<D, N> {
-        let Stretched { strain, inverse_length, tangent } = self.stretched(e);
-        let strain = strain - self.natural_strain;
-        let force = self.stiffness * strain;
+        let squared = squared(&e);
+        let length = squared.sqrt();
+        let inverse_length = length.recip();
+        let tangent = map_components(&e, |x| x * inverse_length);
+        let [force, stiffness] = self.tension(squared, length);
         let across = force * inverse_length;
-        let along = self.stiffness / self.rest_length - across;
-        let block = |r: usize, c: usize| {
-            let (r, c) = (r.max(c), r.min(c));
-            let entry = along * tangent[c] * tangent[r];
-            if r == c { entry + across } else { entry }
-        };
+        let along = stiffness - across;
         let mut hessian = [[across; N]; N];
         for r in 0..M {
-            for c in 0..M {
-                let entry = block(r, c);
-                (hessian[r][c], hessian[M + r][M + c]) = (entry, entry);
-                (hessian[r][M + c], hessian[M + r][c]) = (-entry, -entry);
+            for c in 0..=r {
+                let entry = along * tangent[c] * tangent[r];
+                let entry = if r == c { entry + across } else { entry };
+                for (r, c) in [(r, c), (c, r)] {
+                    (hessian[r][c], hessian[M + r][M + c]) = (entry, entry);
+                    (hessian[r][M + c], hessian[M + r][c]) = (-entry, -entry);
+                }
             }
         }
-        Local {
-            energy: force * strain * self.rest_length * 0.5,
-            gradient: to_nodes(map_components(&tangent, |t| force * t)),
-            hessian,
-        }
+        let gradient = to_nodes(map_components(&tangent, |t| force * t));
+        Local { energy: self.energy_at(squared, length), gradient, hessian }
+    }
+}
+
+impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
+    type Stiffness = [D; 1];
+
+    const KINDS: [usize; 1] = [0];
+
+    #[inline(always)]
+    fn stiffness(&self) -> [D; 1] {
+        [self.stiffness]
+    }
+
+    #[inline(always)]
+    fn natural(&self) -> [D; 1] {
+        [self.natural_strain]
+    }
+
+    #[inline(always)]
+    fn with(&self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) -> Self {
+        Self { stiffness, natural_strain, ..*self }
+    }
+
+    #[inline(always)]
+    fn energies(&self, [strain]: &[D; 1]) -> [D; 3] {
+        let zero = strain.like(0.0);
+        [self.stiffness * self.rest_length * *strain * *strain * 0.5, zero, zero]
     }
 }
 
@@ -221,12 +216,3 @@ macro_rules! element {
 
 element!(4, 2);
 element!(6, 3);
-
-impl<const M: usize> Stretch<Dual64, M> {
-    /// The derivatives of the force by the strain, and at no strain, N: `d eps/d rest = -(1 + eps)/rest`.
-    pub(crate) fn force_rate(&self) -> [f64; 2] {
-        let shorter = self.stiffness.re * self.rest_length.eps / self.rest_length.re;
-        let natural = (self.stiffness * self.natural_strain).eps;
-        [self.stiffness.eps - shorter, -shorter - natural]
-    }
-}

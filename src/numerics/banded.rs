@@ -61,46 +61,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
-    /// [`add_column`](Tangent::add_column), inlined.
-    #[inline(always)]
-    pub fn add_column_inlined<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
-        let add = |out: &mut [D; G], entry: D| {
-            for g in 0..G {
-                out[g] += entry * x[g];
-            }
-        };
-        add(&mut out[j], self.diagonal[j]);
-        let column = &self.below[j];
-        let below = &mut out[j + 1..];
-        match below.first_chunk_mut::<W>() {
-            Some(below) => {
-                for p in 0..W {
-                    add(&mut below[p], column[p]);
-                }
-            }
-            None => {
-                for p in 0..below.len() {
-                    add(&mut below[p], column[p]);
-                }
-            }
-        }
-        // By symmetry, row j left of the diagonal.
-        let first = j.saturating_sub(W);
-        let (above, rows) = (&mut out[first..j], &self.below[first..j]);
-        match (above.first_chunk_mut::<W>(), rows.first_chunk::<W>()) {
-            (Some(above), Some(rows)) => {
-                for p in 0..W {
-                    add(&mut above[p], rows[p][W - 1 - p]);
-                }
-            }
-            _ => {
-                for p in 0..above.len() {
-                    add(&mut above[p], rows[p][j - first - 1 - p]);
-                }
-            }
-        }
-    }
-
     /// [`add_product`](Tangent::add_product), inlined.
     #[inline(always)]
     fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
@@ -187,8 +147,43 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    #[inline(always)]
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
-        self.add_column_inlined(j, x, out);
+        let add = |out: &mut [D; G], entry: D| {
+            for g in 0..G {
+                out[g] += entry * x[g];
+            }
+        };
+        add(&mut out[j], self.diagonal[j]);
+        let column = &self.below[j];
+        let below = &mut out[j + 1..];
+        match below.first_chunk_mut::<W>() {
+            Some(below) => {
+                for p in 0..W {
+                    add(&mut below[p], column[p]);
+                }
+            }
+            None => {
+                for p in 0..below.len() {
+                    add(&mut below[p], column[p]);
+                }
+            }
+        }
+        // By symmetry, row j left of the diagonal.
+        let first = j.saturating_sub(W);
+        let (above, rows) = (&mut out[first..j], &self.below[first..j]);
+        match (above.first_chunk_mut::<W>(), rows.first_chunk::<W>()) {
+            (Some(above), Some(rows)) => {
+                for p in 0..W {
+                    add(&mut above[p], rows[p][W - 1 - p]);
+                }
+            }
+            _ => {
+                for p in 0..above.len() {
+                    add(&mut above[p], rows[p][j - first - 1 - p]);
+                }
+            }
+        }
     }
 
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {

@@ -40,6 +40,14 @@ elementwise! {
     Mul<f64> mul, g factor -> factor, *=;
 }
 
+impl<const G: usize> Mul<Lanes<G>> for f64 {
+    type Output = Lanes<G>;
+    #[inline(always)]
+    fn mul(self, lanes: Lanes<G>) -> Lanes<G> {
+        lanes * self
+    }
+}
+
 impl<const G: usize> AddAssign for Lanes<G> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {

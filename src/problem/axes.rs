@@ -10,7 +10,7 @@ use crate::problem::Discretized;
 use crate::problem::model::{Model, first_director};
 use crate::problem::setup::Setup;
 use crate::problem::start::FramesOver;
-use crate::rod::Rod;
+use crate::rod::{ReferenceFrames, Rod};
 use crate::scene::marker::MarkerStencil;
 
 /// An axis in the world and its rate, 1/s.
@@ -73,7 +73,7 @@ impl<M: Model> Discretized<'_, M> {
         edge: usize,
         tangent: Vector<D>,
     ) -> Vector<D> {
-        match M::Rod::<D>::director(q, frames, edge) {
+        match frames.director(q, edge) {
             Some(director) => self.model.rate(&director, 0),
             None => cross(self.normal().map(D::from), tangent),
         }

@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::model::Model;
-use crate::rod::Rod;
+use crate::rod::{ReferenceFrames, Rod};
 use crate::scene::path::RecordedNode;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Motion, Track};
@@ -206,7 +206,7 @@ impl<D: Nestable> BoundaryMotion<D> {
                 let about = tangent.map(|c| c * pose.twist);
                 let director = rotate(pose.rotation, rotate(about, director));
                 let turn = pose.twist - end.pose(from.map(D::from)).twist;
-                R::align(q, frames, edge, director, turn.value());
+                frames.align(q, edge, director, turn.value());
             }
         }
     }

@@ -62,7 +62,7 @@
 //! has three coordinates, angles and frames.
 
 use crate::energy::adapter::Chart;
-use crate::energy::friction::{Sliders, Springs};
+use crate::energy::law::{Sliders, Springs};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
@@ -207,11 +207,11 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
 
 /// Springs of internal friction that slip at the curvature of the scene times the factor `times(i)` of joint `i`; none
 /// without friction.
-pub(crate) fn springs<D: Scalar, J>(
+pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
     times: impl Fn(usize) -> D,
-) -> Option<Springs<D, J>> {
+) -> Option<Springs<D, K, S>> {
     let friction = scene.loads.damping.friction?;
     let limit = |(i, length): (usize, &D)| friction.curvature * *length * times(i);
     let limits = tributary.joint.iter().enumerate().map(limit).collect();

@@ -5,7 +5,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
-use crate::rod::{AssembledRod, NodalDrag};
+use crate::rod::{AssembledRod, NodalDrag, ReferenceFrames};
 use crate::scene::mesh::Mesh;
 use crate::scene::{PointForce, PointMass, Scene, Track};
 
@@ -39,7 +39,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         if !self.scene.energies.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
             let (q, frames) = (model.unknowns(&self.rest), model.frames(&self.rest));
-            let rest = own::RestState { q: &q, frames: M::Rod::edge_frames(&frames) };
+            let rest = own::RestState { q: &q, frames: frames.edge_frames() };
             rod.set_own(own::attached_energies(&chart, &self.scene, &self.mesh, rest));
         }
         rod

@@ -9,7 +9,7 @@ use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
 use crate::problem::{Discretized, SpatialProblem};
-use crate::rod::{Rod, SpatialRod};
+use crate::rod::{ReferenceFrames, Rod, SpatialRod};
 use crate::scene::{Clamp, End, Motion, Recorded, Support};
 
 /// Frames of the rod of a model `M` over the number type `D`.
@@ -101,7 +101,7 @@ impl<M: Model> Discretized<'_, M> {
             q[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);
         }
         M::Rod::<D>::rebase(&mut frames, &q);
-        M::Rod::<D>::untwist(&mut q, &frames);
+        frames.untwist(&mut q);
         (q, frames)
     }
 
@@ -157,12 +157,10 @@ impl<M: Model> Discretized<'_, M> {
                     .into_iter()
                     .map(|node| HeldNode { node, position: place(node) })
                     .collect(),
-                edge: M::Rod::<D>::director(&q, &frames, edge).filter(|_| clamped).map(
-                    |director| {
-                        let tangent = unit(sub(place(edge + 1), place(edge)));
-                        HeldEdge { edge, tangent, director }
-                    },
-                ),
+                edge: frames.director(&q, edge).filter(|_| clamped).map(|director| {
+                    let tangent = unit(sub(place(edge + 1), place(edge)));
+                    HeldEdge { edge, tangent, director }
+                }),
             }
         });
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())

@@ -7,8 +7,8 @@ pub(super) const MOST: usize = 8;
 /// Unknowns of a block and the node after it, four of each.
 const WINDOW: usize = 4 * (MOST + 1);
 
-/// Room for a block that goes beyond the end of a rod.
-pub(super) type Room<T> = Option<[T; MOST]>;
+/// Copies of elements for a block that goes beyond the end of a rod.
+pub(super) type PaddedBlock<T> = Option<[T; MOST]>;
 
 /// `LANES` elements of `all` from `first` on, filled with `beyond` after the end.
 #[inline(always)]
@@ -16,7 +16,7 @@ pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     all: &'a [T],
     first: usize,
     beyond: T,
-    room: &'a mut Room<T>,
+    room: &'a mut PaddedBlock<T>,
 ) -> &'a [T] {
     match all.get(first..first + V::LANES) {
         Some(all) => all,

@@ -3,20 +3,18 @@
 mod rates;
 mod transposed;
 
-pub use rates::{JointRate, RateLayout};
-pub use transposed::TransposedLayout;
+pub use rates::RateLayout;
 
-use crate::energy::frame::EdgeFrame;
-use crate::energy::friction::Springs;
-use crate::energy::{DeadLoad, Derivatives, Element, Stretch};
+use crate::energy::law::Spring;
+use crate::energy::{DeadLoad, Derivatives, Element, Law, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::components;
-use crate::rod::joint_law::LinearJoint;
-use crate::rod::layout::{At, Elements, Layout, NodeSink, Spring};
-use crate::rod::moments::EdgeMoments;
-use crate::rod::sweeps::{EdgeTangent, Elastic, Measured, Strains, TangentSweep};
-use crate::rod::{AssembledRod, DualFrames, Energies, Extra, InternalVariables, Rod, Viscosity};
+use crate::rod::frames::ReferenceFrames;
+use crate::rod::layout::{At, Elements, Layout, LayoutSprings, NodeSink};
+use crate::rod::moments::Moments;
+use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
+use crate::rod::{AssembledRod, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
 
 /// The elements, masses and loads of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
@@ -31,9 +29,9 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     /// Weight and point forces, one per node.
     pub load: Vec<DeadLoad<D, N>>,
     /// Constant moments.
-    pub moments: L::Moments<D>,
+    pub moments: Moments<D>,
     /// Springs of internal friction beside the joints.
-    pub sliders: Option<Springs<D, Spring<L, D, N, S>>>,
+    pub sliders: Option<LayoutSprings<L, D, N, S>>,
     /// User-defined energies.
     pub own: Extra<D>,
 }
@@ -70,7 +68,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         Elements { stretch, joint, load, springs, tensions: None }
     }
 
-    fn at<'a>(&'a self, q: &'a [D], frames: &'a L::Frames<D>) -> At<'a, D, L, N, S> {
+    pub(super) fn at<'a>(&'a self, q: &'a [D], frames: &'a L::Frames<D>) -> At<'a, D, L, N, S> {
         At { elements: self.elements(), q, frames }
     }
 
@@ -88,14 +86,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
             L::derive_by_duals(at, &mut nodes);
             nodes.end();
             if let Some(geometry) = geometry {
-                D::run_sweep(Measured { at, geometry });
+                D::run_sweep(GeometrySweep { at, geometry });
             }
         } else {
             let (gradient, tangent) = (&mut *gradient, &mut *tangent);
             D::run_sweep(TangentSweep { at, gradient, tangent, geometry });
         }
         self.moments.add_tangent(at.q, gradient, tangent);
-        self.own.add_tangent(at.q, L::edge_frames(at.frames), derivatives, gradient, tangent);
+        self.own.add_tangent(at.q, at.frames.edge_frames(), derivatives, gradient, tangent);
     }
 }
 
@@ -131,12 +129,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
                 let to = gradient[L::STRIDE * i..].iter_mut();
                 to.zip(load.force).for_each(|(to, force)| *to -= force);
             }
-            L::add_gradient_by_duals(at, gradient);
+            L::dual_gradients(at, |first, local| {
+                gradient[first..].iter_mut().zip(local).for_each(|(to, local)| *to += *local);
+            });
         } else {
             L::gradient(at, gradient);
         }
         self.moments.add_gradient(q, gradient);
-        self.own.add_gradient(q, L::edge_frames(frames), derivatives, gradient);
+        self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
     fn tangent(
@@ -171,7 +171,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
-        D::run_sweep(Measured { at: self.at(q, frames), geometry });
+        D::run_sweep(GeometrySweep { at: self.at(q, frames), geometry });
     }
 
     fn measured_tangent(
@@ -204,10 +204,6 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_edge_tangent(q, tangent);
     }
 
-    fn rebase(frames: &mut Self::Frames, q: &[D]) {
-        L::rebase(frames, q);
-    }
-
     fn moved_gradient(
         &self,
         q: &[D],
@@ -216,32 +212,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         gradient: &mut [D],
     ) {
         if D::PLAIN && derivatives == Derivatives::Dual {
-            Self::rebase(frames, q);
+            frames.move_to(q);
             return self.gradient(q, frames, derivatives, gradient);
         }
         L::moved_gradient(self.elements(), q, frames, gradient);
         self.moments.add_gradient(q, gradient);
-        self.own.add_gradient(q, L::edge_frames(frames), derivatives, gradient);
-    }
-
-    fn real_frames(dual: &DualFrames<Self, D>, frames: &mut Self::Frames) {
-        L::set_real_frames(dual, frames);
-    }
-
-    fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames) {
-        L::refer(q, from, to);
-    }
-
-    fn director(q: &[D], frames: &Self::Frames, edge: usize) -> Option<[D; 3]> {
-        L::director(q, frames, edge)
-    }
-
-    fn untwist(q: &mut [D], frames: &Self::Frames) {
-        L::untwist(q, frames);
-    }
-
-    fn align(q: &mut [D], frames: &Self::Frames, edge: usize, director: [D; 3], turn: f64) {
-        L::align(q, frames, edge, director, turn);
+        self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
     fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize> {
@@ -275,7 +251,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn not_finite(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
-        self.own.not_finite(q, L::edge_frames(frames))
+        self.own.not_finite(q, frames.edge_frames())
     }
 
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
@@ -286,7 +262,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
         let turning = |i: usize| 2.0 * (0.5 * L::joint_strains(&at, q, i)[0].value()).atan();
         sums.potential += self.moments.potential(q, turning);
-        sums.own = self.own.energy(q, L::edge_frames(frames));
+        sums.own = self.own.energy(q, frames.edge_frames());
         sums
     }
 
@@ -301,10 +277,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn dashpots(&self) -> Self {
         let mut rod = self.clone();
         let zero = D::from(0.0);
-        rod.stretch.iter_mut().for_each(|edge| edge.natural_strain = zero);
-        rod.joint.iter_mut().for_each(|joint| joint.set_natural([zero; S]));
+        rod.stretch.iter_mut().for_each(|edge| *edge = edge.with(edge.stiffness(), [zero]));
+        rod.joint.iter_mut().for_each(|joint| *joint = joint.with(joint.stiffness(), [zero; S]));
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
-        rod.moments.clear();
+        rod.moments.list.clear();
         rod.own = Extra::default();
         rod
     }
@@ -312,61 +288,22 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let (stretch, joints) = strains.split_at(self.stretch.len());
         let mut energies = [D::from(0.0); 3];
-        for (e, s) in self.stretch.iter().zip(stretch) {
-            energies[0] += e.stiffness * e.rest_length * *s * *s * 0.5;
-        }
-        for (joint, s) in self.joint.iter().zip(joints.as_chunks::<S>().0) {
-            let [bend, twist] = joint.strain_energies(s);
-            energies[1] += bend;
-            energies[2] += twist;
+        let edges = self.stretch.iter().zip(stretch).map(|(edge, s)| edge.energies(&[*s]));
+        let joints = self.joint.iter().zip(joints.as_chunks::<S>().0);
+        for kinds in edges.chain(joints.map(|(joint, s)| joint.energies(s))) {
+            (0..3).for_each(|kind| energies[kind] += kinds[kind]);
         }
         energies
     }
 
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
-        let (edges, joints) = (elastic.stretch.len(), elastic.joint.len());
-        let (axial, joined) = viscosity.shift.split_at(edges);
-        let (to, from) = (&mut self.stretch[..edges], &elastic.stretch[..edges]);
-        match &viscosity.own {
-            None => {
-                for i in 0..edges {
-                    to[i] = from[i].viscous(viscosity.factor, axial[i]);
-                }
-            }
-            Some(own) => {
-                for i in 0..edges {
-                    let shift = axial[i] + own.time[0] * own.past[i];
-                    to[i] = from[i].viscous(viscosity.factor + own.factor[0], shift);
-                }
-            }
-        }
-        let shifts = &joined.as_chunks::<S>().0[..joints];
-        let (to, from) = (&mut self.joint[..joints], &elastic.joint[..joints]);
-        match &viscosity.own {
-            None => {
-                for i in 0..joints {
-                    to[i] = from[i].viscous(viscosity.factor, &shifts[i], None);
-                }
-            }
-            Some(own) => {
-                let past = own.past[edges..].as_chunks::<S>().0;
-                for i in 0..joints {
-                    to[i] = from[i].viscous(viscosity.factor, &shifts[i], Some((own, &past[i])));
-                }
-            }
-        }
+        viscosity.set_laws(&elastic.stretch, &mut self.stretch, 0);
+        viscosity.set_laws(&elastic.joint, &mut self.joint, elastic.stretch.len());
     }
 
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
-        let stretch = viscosity.factor(0);
-        let (stretched, joined) = viscosity.shift.split_at(dashpots.stretch.len());
-        for ((to, from), strain) in self.stretch.iter_mut().zip(&dashpots.stretch).zip(stretched) {
-            (to.stiffness, to.natural_strain) = (from.stiffness * stretch, *strain);
-        }
-        let joints = self.joint.iter_mut().zip(&dashpots.joint).zip(joined.as_chunks::<S>().0);
-        for ((to, from), strains) in joints {
-            *to = from.dashpot(viscosity, *strains);
-        }
+        viscosity.set_dashpots(&dashpots.stretch, &mut self.stretch, 0);
+        viscosity.set_dashpots(&dashpots.joint, &mut self.joint, dashpots.stretch.len());
     }
 
     fn slides(&self) -> usize {
@@ -380,29 +317,29 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let strains = strain[elastic.stretch.len()..].as_chunks::<S>().0;
         let starts = strains.iter().zip(slid.as_chunks::<S>().0);
         springs.acting.extend(elastic.joint.iter().zip(starts).map(|(joint, (strain, slid))| {
-            (joint.stiffness(), components(|c| slid[c] - strain[c]))
+            Spring { elastic: joint.stiffness(), offset: components(|c| slid[c] - strain[c]) }
         }));
     }
 
     fn slip(&self, z: &mut [D]) {
         let Some(springs) = &self.sliders else { return };
         for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
-            *z = self.joint[i].slid(&springs.sliders, i, *z);
+            *z = springs.sliders.slid(i, &self.joint[i].stiffness(), *z);
         }
     }
 
     fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return f64::INFINITY };
-        let of =
-            |(i, z): (usize, &[D; S])| self.joint[i].distance_to_slipping(&springs.sliders, i, *z);
-        z.as_chunks::<S>().0.iter().enumerate().map(of).fold(f64::INFINITY, f64::min)
+        let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint).enumerate();
+        stretches
+            .map(|(i, (z, joint))| springs.sliders.distance_to_slipping(i, &joint.stiffness(), z))
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn slider_energy(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return 0.0 };
-        let energy =
-            |(z, joint): (&[D; S], &L::Joint<D>)| joint.spring_energy(&springs.sliders, *z).value();
-        z.as_chunks::<S>().0.iter().zip(&self.joint).map(energy).sum()
+        let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint);
+        stretches.map(|(z, joint)| springs.sliders.energy(&joint.stiffness(), z).value()).sum()
     }
 }
 
@@ -428,9 +365,5 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
 
     fn set_own(&mut self, own: Extra<D>) {
         self.own = own;
-    }
-
-    fn edge_frames(frames: &Self::Frames) -> &[EdgeFrame<D>] {
-        L::edge_frames(frames)
     }
 }

@@ -116,18 +116,8 @@ struct Parts<D> {
     tangential: D,
 }
 
-/// The derivatives of a misfit by the numbers of drag.
-#[derive(Clone, Debug)]
-pub struct DragSlopes {
-    /// As those of [`NodalDrag`].
-    pub normal: [f64; 2],
-    /// Likewise.
-    pub tangential: [f64; 2],
-    /// Likewise.
-    pub fluid: Vector<f64>,
-    /// Likewise.
-    pub lengths: Vec<f64>,
-}
+/// The derivatives of a number by the numbers of drag, each in the place of its number.
+pub type DragSlopes = NodalDrag<f64>;
 
 impl NodalDrag<Dual64> {
     /// Whether it is none, and has no derivative either.
@@ -137,10 +127,11 @@ impl NodalDrag<Dual64> {
 }
 
 impl NodalDrag<f64> {
-    /// No derivatives.
+    /// Zero derivatives.
     pub fn no_slopes(&self) -> DragSlopes {
         let lengths = vec![0.0; self.lengths.len()];
-        DragSlopes { normal: [0.0; 2], tangential: [0.0; 2], fluid: [0.0; 3], lengths }
+        let (normal, tangential, fluid) = ([0.0; 2], [0.0; 2], [0.0; 3]);
+        NodalDrag { normal, tangential, fluid, lengths, unknowns: self.unknowns }
     }
 
     /// Adds the derivatives of `d` times [minus the forces](Self::add_forces) on a rod whose tangents are those at `q`:

@@ -6,7 +6,6 @@ use crate::energy::frame::EdgeFrame;
 use crate::energy::place::Spot;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
-use num_dual::Dual64;
 use std::sync::Arc;
 
 /// The user-defined energies of a rod; an empty list without any.
@@ -54,6 +53,16 @@ impl<D: Scalar> Placed<D> {
     }
 }
 
+/// An energy at one of its places.
+struct Occurrence<'a, D: Nestable> {
+    name: &'a str,
+    energy: &'a dyn Over<D>,
+    site: Site<'a, D>,
+    /// The first of its unknowns in the rod, and all of them.
+    first: usize,
+    q: &'a [D],
+}
+
 impl<D> Extra<D> {
     /// All of them.
     pub(crate) fn placed(&self) -> &[Placed<D>] {
@@ -66,29 +75,31 @@ impl<D: Nestable> Extra<D> {
         Self(placed)
     }
 
-    /// Shows every place of every energy with the unknowns there.
-    #[inline]
-    fn each(
-        &self,
-        q: &[D],
-        frames: &[EdgeFrame<D>],
-        mut show: impl FnMut(&dyn Over<D>, Site<D>, &[D], usize),
-    ) {
-        for placed in &self.0 {
-            let energy = D::instance(&*placed.energy);
-            for spot in &placed.spots {
-                let (own, edges) = placed.span(spot);
-                let first = own.start;
-                show(energy, placed.site(spot, &frames[edges]), &q[own], first);
-            }
-        }
+    /// Whether there is none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 
-    /// The sum of all energies, J. `frames` of every edge; none in a plane.
+    /// All places of all energies with their unknowns in `q`; `frames` are those of all edges, none in the plane.
+    #[inline]
+    fn sites<'a>(
+        &'a self,
+        q: &'a [D],
+        frames: &'a [EdgeFrame<D>],
+    ) -> impl Iterator<Item = Occurrence<'a, D>> {
+        self.0.iter().flat_map(move |placed| {
+            let energy = D::instance(&*placed.energy);
+            placed.spots.iter().map(move |spot| {
+                let (own, edges) = placed.span(spot);
+                let (first, site) = (own.start, placed.site(spot, &frames[edges]));
+                Occurrence { name: &placed.name, energy, site, first, q: &q[own] }
+            })
+        })
+    }
+
+    /// The sum of all energies, J.
     pub(crate) fn energy(&self, q: &[D], frames: &[EdgeFrame<D>]) -> f64 {
-        let mut sum = 0.0;
-        self.each(q, frames, |energy, site, q, _| sum += energy.energy(&site, q).value());
-        sum
+        self.sites(q, frames).map(|at| at.energy.energy(&at.site, at.q).value()).sum()
     }
 
     /// Adds their gradient.
@@ -104,12 +115,12 @@ impl<D: Nestable> Extra<D> {
             return;
         }
         let mut local = [D::from(0.0); MOST];
-        self.each(q, frames, |energy, site, q, first| {
-            energy.gradient(&site, q, derivatives, &mut local);
-            for (to, from) in gradient[first..].iter_mut().zip(&local[..q.len()]) {
+        for at in self.sites(q, frames) {
+            at.energy.gradient(&at.site, at.q, derivatives, &mut local);
+            for (to, from) in gradient[at.first..].iter_mut().zip(&local[..at.q.len()]) {
                 *to += *from;
             }
-        });
+        }
     }
 
     /// Adds their gradient and its tangent.
@@ -126,65 +137,28 @@ impl<D: Nestable> Extra<D> {
             return;
         }
         let mut local = ([D::from(0.0); MOST], [[D::from(0.0); MOST]; MOST]);
-        self.each(q, frames, |energy, site, q, first| {
-            energy.tangent(&site, q, derivatives, &mut local);
-            for (to, from) in gradient[first..].iter_mut().zip(&local.0[..q.len()]) {
+        for at in self.sites(q, frames) {
+            at.energy.tangent(&at.site, at.q, derivatives, &mut local);
+            for (to, from) in gradient[at.first..].iter_mut().zip(&local.0[..at.q.len()]) {
                 *to += *from;
             }
-            tangent.add_corner(first, q.len(), &local.1);
-        });
+            tangent.add_corner(at.first, at.q.len(), &local.1);
+        }
     }
 
     /// The first energy whose value or slope at `q` is no finite number, and where, m along the rod.
     pub(crate) fn not_finite(&self, q: &[D], frames: &[EdgeFrame<D>]) -> Option<(String, f64)> {
         let mut local = [D::from(0.0); MOST];
-        for placed in &self.0 {
-            let energy = D::instance(&*placed.energy);
-            for spot in &placed.spots {
-                let (own, edges) = placed.span(spot);
-                let (site, own) = (placed.site(spot, &frames[edges]), &q[own]);
-                energy.gradient(&site, own, Derivatives::Hand, &mut local);
-                let slopes = local[..own.len()].iter().copied();
-                let mut all = slopes.chain([energy.energy(&site, own)]);
-                // Unknowns that are not finite are no fault of the energy.
-                let is_there = own.iter().all(|x| x.value().is_finite());
-                if is_there && all.any(|x| !x.value().is_finite()) {
-                    return Some((placed.name.to_string(), spot.numbers[0].value()));
-                }
+        for at in self.sites(q, frames) {
+            at.energy.gradient(&at.site, at.q, Derivatives::Hand, &mut local);
+            let slopes = local[..at.q.len()].iter().copied();
+            let mut all = slopes.chain([at.energy.energy(&at.site, at.q)]);
+            // Unknowns that are not finite are no fault of the energy.
+            let is_there = at.q.iter().all(|x| x.value().is_finite());
+            if is_there && all.any(|x| !x.value().is_finite()) {
+                return Some((at.name.to_string(), at.site.place[0].value()));
             }
         }
         None
-    }
-}
-
-impl Extra<Dual64> {
-    /// Hands `add` the derivative of their gradient along the parameter they carry, at fixed unknowns
-    /// and frames, place by place with its first unknown.
-    pub(crate) fn add_gradient_rate(
-        &self,
-        q: &[f64],
-        frames: &[EdgeFrame<f64>],
-        derivatives: Derivatives,
-        mut add: impl FnMut(usize, &[f64]),
-    ) {
-        if self.0.is_empty() {
-            return;
-        }
-        let mut local = [Dual64::from(0.0); MOST];
-        let mut own = [Dual64::from(0.0); MOST];
-        let mut references = Vec::with_capacity(2);
-        for placed in &self.0 {
-            let energy = Dual64::instance(&*placed.energy);
-            for spot in &placed.spots {
-                let (unknowns, edges) = placed.span(spot);
-                let (first, count) = (unknowns.start, unknowns.len());
-                own.iter_mut().zip(&q[unknowns]).for_each(|(to, q)| *to = Dual64::from(*q));
-                references.clear();
-                references.extend(frames[edges].iter().map(|frame| frame.map(Dual64::from)));
-                let site = placed.site(spot, &references);
-                energy.gradient(&site, &own[..count], derivatives, &mut local);
-                add(first, &local.map(|x| x.eps)[..count]);
-            }
-        }
     }
 }

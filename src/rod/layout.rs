@@ -1,13 +1,12 @@
 //! The interface of a rod's layout, in the plane or in space: unknowns of a node, strains of a joint, frames, and sweeps.
 
-use crate::energy::frame::EdgeFrame;
-use crate::energy::friction::Springs;
+use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
-use crate::rod::joint_law::LinearJoint;
-use crate::rod::moments::EdgeMoments;
-use num_dual::Dual64;
+use crate::numerics::vector::components;
+use crate::rod::blocks::{MOST, block};
+use crate::rod::frames::{ReferenceFrames, RodGeometry};
 use std::fmt::Debug;
 
 /// The layout of a rod in the plane.
@@ -18,11 +17,16 @@ pub struct Plane;
 #[derive(Clone, Copy, Debug)]
 pub struct Space;
 
-/// The elastic stiffness of a joint, and the stretch of its spring at no strain.
-pub type Spring<L, D, const N: usize, const S: usize> =
-    (<<L as Layout<N, S>>::Joint<D> as LinearJoint<D, S>>::Stiffness, [D; S]);
+/// The springs of internal friction of a rod.
+pub type LayoutSprings<L, D, const N: usize, const S: usize> =
+    law::Springs<D, <L as Layout<N, S>>::Stiffness<D>, S>;
+
+/// Stiffness and stresses of a joint.
+pub type JointResponse<L, D, const N: usize, const S: usize> =
+    (<L as Layout<N, S>>::Stiffness<D>, [D; S]);
 
 /// The elements of a rod.
+#[derive(Clone, Copy)]
 pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
     /// One per edge.
     pub stretch: &'a [Stretch<D, N>],
@@ -31,13 +35,13 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
     /// One per node.
     pub load: &'a [DeadLoad<D, N>],
     /// Springs of internal friction, if they act.
-    pub springs: Option<&'a Springs<D, Spring<L, D, N, S>>>,
+    pub springs: Option<&'a LayoutSprings<L, D, N, S>>,
     /// The tensions of edges, N, where the stretching does not determine them.
     pub tensions: Option<&'a [D]>,
 }
 
 /// A rod at its unknowns, with its frames.
-pub struct At<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     /// Its elements.
     pub elements: Elements<'a, D, L, N, S>,
     /// The unknowns.
@@ -46,22 +50,85 @@ pub struct At<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub frames: &'a L::Frames<D>,
 }
 
-// Derived, these would require what elements and frames refer to to be `Copy` too.
-impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Copy for Elements<'_, D, L, N, S> {}
-impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Clone
-    for Elements<'_, D, L, N, S>
-{
+// Derived, these would require that frames are `Copy`.
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
-impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
+impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
+    /// Stiffness and stresses of joint `i` at its strains, with the springs of internal friction that act there.
+    fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
+        let (stiffness, mut stress) = self.joint[i].response(strains);
+        let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
+        else {
+            return (stiffness, stress);
+        };
+        let z = components(|c| strains[c] + spring.offset[c]);
+        let (own, own_stress) = springs.sliders.response(i, &spring.elastic, &z);
+        for c in 0..S {
+            stress[c] += own_stress[c];
+        }
+        let sum = Symmetric::from_entries(|k| stiffness.entry(k) + own.entry(k));
+        (sum, stress)
+    }
+
+    /// An elastic law with the [response](Self::response) of joint `i` at its strains.
+    pub(super) fn elastic_joint(&self, i: usize, strains: &[D; S]) -> L::Joint<D> {
+        if self.springs.is_none() {
+            return self.joint[i];
+        }
+        let (stiffness, stress) = self.response(i, strains);
+        let back = stiffness.inverse_times(&stress);
+        self.joint[i].with(stiffness, components(|c| strains[c] - back[c]))
+    }
+
+    /// The laws of the edges from `first` on in SIMD lanes.
     #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
+    pub(super) fn stretches<V: SimdScalar<D>>(
+        &self,
+        level: V::Level,
+        first: usize,
+    ) -> Stretch<V, N> {
+        let mut room = None;
+        Stretch::side_by_side(
+            level,
+            block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room),
+        )
+    }
+
+    /// Stiffnesses and stresses of the joints from `first` on, which have these elastic laws and strains.
+    #[inline(always)]
+    pub(super) fn responses<V: SimdScalar<D>>(
+        &self,
+        level: V::Level,
+        first: usize,
+        law: &L::Joint<V>,
+        strains: &[V; S],
+    ) -> JointResponse<L, V, N, S> {
+        if self.springs.is_none() {
+            return law.response(strains);
+        }
+        let zero = D::from(0.0);
+        let mut all = [(L::Stiffness::<D>::from_entries(|_| zero), [zero; S]); MOST];
+        let joints = self.joint.len().saturating_sub(first);
+        for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
+            let strains = V::extract_lane(strains, lane);
+            // One strain has a natural strain at which the law has this stress.
+            *own = match S {
+                1 => self.elastic_joint(first + lane, &strains).response(&strains),
+                _ => self.response(first + lane, &strains),
+            };
+        }
+        let mut stress = *strains;
+        for c in 0..S {
+            stress[c] = V::gather(level, |lane| all[lane].1[c]);
+        }
+        let entry = |k: usize| V::gather(level, |lane| all[lane].0.entry(k));
+        (Symmetric::from_entries(entry), stress)
     }
 }
 
@@ -69,16 +136,16 @@ impl<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_
 pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + 'static {
     /// Unknowns from one node to the next: `N` coordinates, and the angle of the next edge if there are frames.
     const STRIDE: usize;
+    /// The stiffness of a joint, or its derivatives.
+    type Stiffness<T: StiffnessEntry>: Symmetric<T, S>;
     /// The law of a joint.
-    type Joint<D: Scalar>: LinearJoint<D, S>;
-    /// Constant moments on edges.
-    type Moments<D: Scalar>: EdgeMoments<D>;
+    type Joint<D: Scalar>: Law<D, S, Stiffness = Self::Stiffness<D>>;
     /// Second derivatives of the energy.
     type Tangent<D: Scalar>: Tangent<D>;
-    /// What angles are measured from.
-    type Frames<D: Scalar>: Clone + Debug + Send + Sync;
-    /// Edges and joints as they are, in plain numbers.
-    type Geometry: Clone + Debug + Default + Send + Sync;
+    /// The reference frames of the angles.
+    type Frames<D: Nestable>: ReferenceFrames<D>;
+    /// Edges and joints at the unknowns of a rod, in plain numbers.
+    type Geometry: RodGeometry;
     /// Derivatives of the energy by an edge.
     type ByEdge<V: Scalar>;
     /// Derivatives by two edges that follow each other: rows of the second, columns of the first.
@@ -106,9 +173,6 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
         to: &mut impl EdgeSink<D, Self, N, S>,
     );
 
-    /// Gives a geometry room for so many edges.
-    fn resize(geometry: &mut Self::Geometry, edges: usize);
-
     /// The coordinates of node `i`, m.
     #[inline(always)]
     fn node<D>(q: &[D], i: usize) -> &[D; N] {
@@ -121,19 +185,11 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Writes the gradient by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
 
-    /// Adds the gradient of edges and joints by num-dual.
-    fn add_gradient_by_duals<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
+    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
+    fn dual_gradients<D: Nestable>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
 
     /// The strains of joint `i`.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
-
-    /// The frames of all edges; none in the plane.
-    fn edge_frames<D: Scalar>(_: &Self::Frames<D>) -> &[EdgeFrame<D>] {
-        &[]
-    }
-
-    /// Moves the frames to `q`, without changing any energy there.
-    fn rebase<D: Nestable>(_: &mut Self::Frames<D>, _q: &[D]) {}
 
     /// Moves the frames to `q` and writes the gradient there, by the hand-derived formulas.
     fn moved_gradient<D: Nestable>(
@@ -144,37 +200,6 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     ) {
         Self::gradient(At { elements, q, frames }, gradient);
     }
-
-    /// Writes frames without their derivatives.
-    fn set_real_frames<D: Scalar>(_dual: &Self::Frames<Dual64>, _: &mut Self::Frames<D>) {}
-
-    /// Measures the angles of `q`, which are from `from`, from `to` instead.
-    fn refer<D: Scalar>(_q: &mut [D], _from: &Self::Frames<D>, _to: &Self::Frames<D>) {}
-
-    /// The first material director of an edge, if edges have one.
-    fn director<D: Scalar>(_q: &[D], _: &Self::Frames<D>, _edge: usize) -> Option<[D; 3]> {
-        None
-    }
-
-    /// Turns all edges but the first about themselves until no joint is twisted.
-    fn untwist<D: Scalar>(_q: &mut [D], _: &Self::Frames<D>) {}
-
-    /// Turns an edge so that its first material director is `director`, on the turn nearest to
-    /// `turn` beyond its angle in `q`.
-    fn align<D: Scalar>(
-        _q: &mut [D],
-        _: &Self::Frames<D>,
-        _edge: usize,
-        _director: [D; 3],
-        _turn: f64,
-    ) {
-    }
-
-    /// The strains of the edges in a geometry.
-    fn measured_edges(geometry: &Self::Geometry) -> impl Iterator<Item = f64>;
-
-    /// The strains of the joints in a geometry.
-    fn measured_joints(geometry: &Self::Geometry) -> impl Iterator<Item = [f64; S]>;
 }
 
 /// The edges of a rod in blocks of as many as there are SIMD lanes.

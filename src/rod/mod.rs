@@ -5,11 +5,12 @@
 //! space.
 
 mod blocks;
+mod columns;
 mod discrete;
 mod drag;
 mod edges;
 mod extra;
-mod joint_law;
+mod frames;
 pub mod layout;
 mod moments;
 pub mod planar;
@@ -24,17 +25,20 @@ pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub use extra::Extra;
 pub(crate) use extra::Placed;
+pub use frames::{
+    FrameRate, ReferenceFrames, RodGeometry, frame_rates, set_dual_frames, set_real_frames,
+    still_frames,
+};
 pub use layout::Layout;
 pub use moments::Moments;
 pub use planar::PlanarRod;
-pub use sensitive::{EffectiveStrains, FrameRate, Sensitive};
+pub use sensitive::{EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
-pub use transposed::{Laws, Strained, Transposed, still_frames, strained};
+pub use transposed::{Laws, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;
-use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
@@ -77,7 +81,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// The same rod over dual numbers: with a derivative along one parameter in every quantity.
     type Dual: Rod<Dual64>;
     /// The reference frames of the angles: [`crate::energy::frame::Frames`], or `()` in the plane.
-    type Frames: Clone + std::fmt::Debug + Send + Sync;
+    type Frames: ReferenceFrames<D>;
 
     /// Geometry and strains of edges and joints in plain numbers, as the derivatives along all parameters need them.
     type Geometry: Clone + std::fmt::Debug + Default + Send + Sync;
@@ -154,7 +158,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     );
 
     /// Moves the frames to `q`, without changing any energy there.
-    fn rebase(frames: &mut Self::Frames, q: &[D]);
+    fn rebase(frames: &mut Self::Frames, q: &[D]) {
+        frames.move_to(q);
+    }
 
     /// Moves the frames to `q` and writes the gradient there.
     fn moved_gradient(
@@ -167,24 +173,6 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         Self::rebase(frames, q);
         self.gradient(q, frames, derivatives, gradient);
     }
-
-    /// Writes the real part of dual frames.
-    fn real_frames(dual: &DualFrames<Self, D>, frames: &mut Self::Frames);
-
-    /// Converts the angles of `q` from the reference frames `from` to the reference frames `to`.
-    fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
-
-    /// The first material director of an edge, if edges have one.
-    fn director(_q: &[D], _frames: &Self::Frames, _edge: usize) -> Option<[D; 3]> {
-        None
-    }
-
-    /// Turns all edges but the first about themselves until no joint is twisted.
-    fn untwist(_q: &mut [D], _frames: &Self::Frames) {}
-
-    /// Turns an edge so that its first material director is `director`, on the turn nearest to
-    /// `turn` beyond its angle in `q`.
-    fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [D; 3], _turn: f64) {}
 
     /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than a
     /// right angle, to the opposite side. A fold of 180 degrees has infinite energy, so that only a step that is too
@@ -261,9 +249,6 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
 
     /// Replaces the user-defined energies.
     fn set_own(&mut self, own: Extra<D>);
-
-    /// The frames of the edges, if there are any.
-    fn edge_frames(frames: &Self::Frames) -> &[EdgeFrame<D>];
 }
 
 /// The matrix of the second derivatives of the energy of a rod over `D`.

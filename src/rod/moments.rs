@@ -5,44 +5,8 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
-use std::fmt::Debug;
 
-/// Constant moments on edges; `()` for a rod without any.
-pub trait EdgeMoments<D: Scalar>: Clone + Debug + Send + Sync {
-    /// Whether such a rod can have moments at all.
-    const POSSIBLE: bool = false;
-
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        true
-    }
-
-    /// Removes all.
-    fn clear(&mut self) {}
-
-    /// Adds their gradient.
-    fn add_gradient(&self, _q: &[D], _gradient: &mut [D]) {}
-
-    /// Adds their gradient and its tangent.
-    fn add_tangent(&self, _q: &[D], _gradient: &mut [D], _tangent: &mut impl Tangent<D>) {}
-
-    /// Adds their tangent in terms of edges.
-    fn add_edge_tangent(&self, _q: &[D], _tangent: &mut impl Tangent<D>) {}
-
-    /// Their potential, J, where the joints have these turning angles, rad.
-    fn potential(&self, _q: &[D], _turning: impl Fn(usize) -> f64) -> f64 {
-        0.0
-    }
-
-    /// The jump of the potential, J, over a step in which the angle of the first edge passes half a turn.
-    fn jump(&self, _before: &[D], _now: &[D]) -> f64 {
-        0.0
-    }
-}
-
-impl<D: Scalar> EdgeMoments<D> for () {}
-
-/// The moments on the edges of a planar rod.
+/// The moments on the edges of a planar rod; none in space.
 #[derive(Clone, Debug)]
 pub struct Moments<D> {
     /// Each with the edge on which it acts.
@@ -58,32 +22,27 @@ fn ends<D>(q: &[D], i: usize) -> &[D; 4] {
 }
 
 impl<D: Scalar> Moments<D> {
+    /// No moments.
+    pub fn none() -> Self {
+        Self { list: Vec::new(), heading: [D::from(0.0); 2] }
+    }
+
     /// The angle of the first edge from its direction at rest, in (-pi, pi], rad.
     fn first_angle(&self, q: &[D]) -> f64 {
         let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
         first.energy(ends(q, 0)).value()
     }
-}
 
-impl<D: Scalar> EdgeMoments<D> for Moments<D> {
-    const POSSIBLE: bool = true;
-
-    fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
-    fn clear(&mut self) {
-        self.list.clear();
-    }
-
-    fn add_gradient(&self, q: &[D], gradient: &mut [D]) {
+    /// Adds their gradient.
+    pub(super) fn add_gradient(&self, q: &[D], gradient: &mut [D]) {
         for (i, moment) in &self.list {
             let local = moment.gradient(ends(q, *i));
             gradient[2 * i..].iter_mut().zip(local).for_each(|(to, from)| *to += from);
         }
     }
 
-    fn add_tangent(&self, q: &[D], gradient: &mut [D], tangent: &mut impl Tangent<D>) {
+    /// Adds their gradient and its tangent.
+    pub(super) fn add_tangent(&self, q: &[D], gradient: &mut [D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let local = moment.tangent(ends(q, *i));
             gradient[2 * i..].iter_mut().zip(local.gradient).for_each(|(to, from)| *to += from);
@@ -91,16 +50,17 @@ impl<D: Scalar> EdgeMoments<D> for Moments<D> {
         }
     }
 
-    /// The derivatives by the second node are those by the edge.
-    fn add_edge_tangent(&self, q: &[D], tangent: &mut impl Tangent<D>) {
+    /// Adds their tangent in terms of edges: the derivatives by the second node are those by the edge.
+    pub(super) fn add_edge_tangent(&self, q: &[D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let h = moment.tangent(ends(q, *i)).hessian;
             tangent.add_corner(2 * i + 2, 2, &[[h[2][2], h[2][3]], [h[3][2], h[3][3]]]);
         }
     }
 
-    /// Angles count on from the first edge's, beyond half turns, by the turning angles of the joints.
-    fn potential(&self, q: &[D], turning: impl Fn(usize) -> f64) -> f64 {
+    /// Their potential, J, where the joints have these turning angles, rad. Angles count on from the first edge's, beyond
+    /// half turns.
+    pub(super) fn potential(&self, q: &[D], turning: impl Fn(usize) -> f64) -> f64 {
         let Some(last) = self.list.iter().map(|(i, _)| *i).max() else { return 0.0 };
         let mut angle = self.first_angle(q);
         let mut potential = 0.0;
@@ -114,9 +74,9 @@ impl<D: Scalar> EdgeMoments<D> for Moments<D> {
         potential
     }
 
-    /// A hinged rod turns beyond half a turn, where its first angle jumps.
-    fn jump(&self, before: &[D], now: &[D]) -> f64 {
-        if self.is_empty() {
+    /// The jump of the potential, J, over a step in which the angle of the first edge passes half a turn.
+    pub(super) fn jump(&self, before: &[D], now: &[D]) -> f64 {
+        if self.list.is_empty() {
             return 0.0;
         }
         let turns = ((self.first_angle(before) - self.first_angle(now)) / TAU).round();
@@ -126,17 +86,16 @@ impl<D: Scalar> EdgeMoments<D> for Moments<D> {
 }
 
 impl Moments<Dual64> {
-    /// Passes the derivative of each moment's gradient at fixed unknowns to `add`, with its first unknown.
-    pub(crate) fn add_gradient_rate(&self, q: &[f64], mut add: impl FnMut(usize, &[f64])) {
-        for (i, DeadMoment { moment, .. }) in &self.list {
-            let rate = DeadMoment { moment: moment.eps, rest: [0.0; 2] };
-            add(2 * i, &rate.gradient(ends(q, *i)));
-        }
+    /// The derivative of a number along the parameter that the moments carry, where the number has these derivatives by
+    /// a moment on each edge; without those it is zero.
+    pub(super) fn along(&self, slopes: &[f64]) -> f64 {
+        let moments = self.list.iter().filter(|(i, _)| *i < slopes.len());
+        moments.map(|(i, m)| m.moment.eps * slopes[*i]).sum()
     }
 }
 
 /// Adds the derivatives of `d` times the gradient by a moment on each edge.
-pub(crate) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
+pub(super) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
     for (i, to) in slopes.iter_mut().enumerate() {
         let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };
         let forces = unit.gradient(ends(q, i));

@@ -7,16 +7,16 @@ mod geometry;
 mod rates;
 mod sweep;
 
+use crate::energy::law::StiffnessEntry;
 use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::rod::DiscreteRod;
 use crate::rod::layout::{EdgeSink, Layout, NodeSink, Plane};
-use crate::rod::moments::Moments;
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
-use crate::rod::planar::edges::{ByEdge, ToEdges, ToNodes};
+use crate::rod::planar::edges::{ByEdge, PlanarEdges, PlanarNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::sweep::{Along, At, Elements, Forces};
+use crate::rod::planar::sweep::{At, Elements, PlanarBlocks, PlanarGradient};
 
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;
@@ -27,30 +27,21 @@ fn unknowns<D: Copy, const M: usize>(q: &[D], i: usize) -> &[D; M] {
     q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
 }
 
-#[inline(always)]
-fn scatter<D: Scalar, const M: usize>(from: &[D; M], to: &mut [D], i: usize) {
-    let to: &mut [D; M] = to[2 * i..].first_chunk_mut().expect("an element's nodes are the rod's");
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += *from;
-    }
-}
-
-/// Bend `i` with its spring of internal friction, where the rod is at `q`.
+/// Bend `i` with the springs of internal friction that act where the rod is at `q`, as an elastic element.
 fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
-    let bend = &elements.joint[i];
-    elements.sliding(i, bend, bend.strain(unknowns(q, i)))
+    elements.elastic_joint(i, &[elements.joint[i].strain(unknowns(q, i))])
 }
 
 impl Layout<2, 1> for Plane {
     const STRIDE: usize = 2;
+    type Stiffness<T: StiffnessEntry> = [T; 1];
     type Joint<D: Scalar> = PlanarBend<D>;
-    type Moments<D: Scalar> = Moments<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
-    type Frames<D: Scalar> = ();
+    type Frames<D: Nestable> = ();
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = [[V; 2]; 2];
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
@@ -58,21 +49,19 @@ impl Layout<2, 1> for Plane {
         [x1 - x0, y1 - y0]
     }
 
-    fn resize(geometry: &mut Geometry, edges: usize) {
-        geometry.resize(edges);
-    }
-
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
-        D::run_sweep(Forces { at, gradient });
+        D::run_sweep(PlanarGradient { at, gradient });
     }
 
-    fn add_gradient_by_duals<D: Nestable>(At { elements, q, .. }: At<'_, D>, gradient: &mut [D]) {
+    fn dual_gradients<D: Nestable>(
+        At { elements, q, .. }: At<'_, D>,
+        mut add: impl FnMut(usize, &[D]),
+    ) {
         for (i, element) in elements.stretch.iter().enumerate() {
-            scatter(&dual_gradient::<_, _, 4>(element, unknowns(q, i)), gradient, i);
+            add(2 * i, &dual_gradient::<_, _, 4>(element, unknowns(q, i)));
         }
         for i in 0..elements.joint.len() {
-            let local: [D; 6] = dual_gradient(&bend(&elements, i, q), unknowns(q, i));
-            scatter(&local, gradient, i);
+            add(2 * i, &dual_gradient::<_, _, 6>(&bend(&elements, i, q), unknowns(q, i)));
         }
     }
 
@@ -86,14 +75,14 @@ impl Layout<2, 1> for Plane {
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> impl NodeSink<V, Self, 2, 1> {
-        ToNodes::<D, V>::new(level, load, gradient, tangent)
+        PlanarNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 2, 1> {
-        ToEdges { tangent, last }
+        PlanarEdges { tangent, last }
     }
 
     fn derive_by_duals<D: Nestable>(
@@ -121,13 +110,5 @@ impl Layout<2, 1> for Plane {
             }
             to.edges(i, &own, &after);
         }
-    }
-
-    fn measured_edges(geometry: &Geometry) -> impl Iterator<Item = f64> {
-        geometry.edges.iter().map(|edge| edge.strain)
-    }
-
-    fn measured_joints(geometry: &Geometry) -> impl Iterator<Item = [f64; 1]> {
-        geometry.joints.iter().map(|[curvature, _]| [*curvature])
     }
 }

@@ -1,17 +1,8 @@
-//! Derivatives of the forces, strains and frames of a rod along parameters.
+//! Derivatives of the forces and strains of a rod along parameters.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
-use crate::rod::{DualFrames, Rod};
-
-/// The derivatives of the reference frame of an edge along `G` parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct FrameRate<const G: usize> {
-    /// Those of its tangent.
-    pub tangent: [Lanes<G>; 3],
-    /// The rotation of its directors about the tangent, rad.
-    pub turn: Lanes<G>,
-}
+use crate::rod::{FrameRate, Rod, RodGeometry};
 
 /// The effective strains from which the stress at one moment follows, in the order of the strains, with their
 /// derivatives along `G` parameters: the stress of a joint is `K (s - s_natural)`, and that of dashpots alone `K s`.
@@ -31,7 +22,7 @@ pub struct EffectiveStrains<const G: usize> {
 
 /// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
 /// the derivatives of its numbers. Each lane has the result that it would have alone.
-pub trait Sensitive: Rod<f64> + 'static {
+pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
 
@@ -87,33 +78,5 @@ pub trait Sensitive: Rod<f64> + 'static {
         at: (&[f64], &Self::Frames),
         derivatives: Derivatives,
         out: &mut [[f64; G]],
-    );
-
-    /// Adds the derivatives of the gradient along those of the frames, at fixed `q`, where gradient and tangent are
-    /// those given.
-    fn frame_rate<const G: usize>(
-        frames: &[FrameRate<G>],
-        geometry: &Self::Geometry,
-        gradient: &[f64],
-        tangent: &Self::Tangent,
-        out: &mut [[f64; G]],
-    );
-
-    /// Moves the derivatives of the frames to the state of the `geometry`, where the unknowns have the derivatives `q`.
-    fn rebase_rates<const G: usize>(
-        frames: &mut [FrameRate<G>],
-        geometry: &Self::Geometry,
-        q: &[[f64; G]],
-    );
-
-    /// The derivatives that frames carry.
-    fn frame_rates<const G: usize>(frames: [&DualFrames<Self, f64>; G]) -> Vec<FrameRate<G>>;
-
-    /// Writes frames with the derivatives along parameter `lane`.
-    fn set_dual_frames<const G: usize>(
-        frames: &Self::Frames,
-        rates: &[FrameRate<G>],
-        lane: usize,
-        dual: &mut DualFrames<Self, f64>,
     );
 }

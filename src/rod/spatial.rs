@@ -3,30 +3,29 @@
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
 mod forces;
+mod frame_products;
+mod frames;
 mod geometry;
 mod moving;
 mod rates;
 mod sweep;
-mod transposed;
 
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{BendTwist, JointLaw};
-use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
+use crate::energy::frame::Frames;
 use crate::energy::joint::{Between, ByEdge};
-use crate::energy::{DeadLoad, Local, dual_gradient, dual_tangent};
+use crate::energy::law::StiffnessEntry;
+use crate::energy::{DeadLoad, Local, Stiffness, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::vector::{Vector, add, dot, map_components, unit};
+use crate::numerics::vector::map_components;
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
-use crate::rod::edges::{STRIDE, ToEdges, ToNodes};
+use crate::rod::edges::{STRIDE, SpatialEdges, SpatialNodes};
 use crate::rod::layout::{EdgeSink, Layout, NodeSink, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
-use crate::rod::spatial::moving::Rebase;
-use crate::rod::spatial::sweep::{Along, At, Elements};
-use num_dual::Dual64;
-use std::f64::consts::TAU;
+use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks};
 
 /// A rod in space.
 pub type SpatialRod<D> = DiscreteRod<D, Space, 3, 3>;
@@ -64,33 +63,28 @@ fn with_reference<D: Scalar>(joint: &JointLaw<D>, i: usize, frames: &Frames<D>) 
     joint.at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
 }
 
-/// The same with the springs of internal friction that act there.
+/// Joint `i` with its reference and the springs of internal friction that act where the rod is at `q`, as an elastic
+/// element.
 fn joint<D: Nestable>(
     elements: &Elements<'_, D>,
     i: usize,
     q: &[D],
     frames: &Frames<D>,
 ) -> BendTwist<D> {
-    let element = with_reference(&elements.joint[i], i, frames);
-    let spring = elements.springs.and_then(|springs| Some((springs, springs.acting.get(i)?)));
-    let Some((springs, (elastic, from))) = spring else { return element };
-    let strains = element.strains(around(q, i));
-    let both = (&elements.joint[i], elastic);
-    let JointLaw { stiffness, natural } =
-        springs.sliders.joint(i, both, strains, add(strains, *from));
-    BendTwist { stiffness, natural, ..element }
+    let strains = with_reference(&elements.joint[i], i, frames).strains(around(q, i));
+    with_reference(&elements.elastic_joint(i, &strains), i, frames)
 }
 
 impl Layout<3, 3> for Space {
     const STRIDE: usize = STRIDE;
+    type Stiffness<T: StiffnessEntry> = Stiffness<T>;
     type Joint<D: Scalar> = JointLaw<D>;
-    type Moments<D: Scalar> = ();
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
-    type Frames<D: Scalar> = Frames<D>;
+    type Frames<D: Nestable> = Frames<D>;
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = Between<V>;
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = Along<'a, D, V>;
+    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
 
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
@@ -98,42 +92,28 @@ impl Layout<3, 3> for Space {
         [x1 - x0, y1 - y0, z1 - z0]
     }
 
-    fn resize(geometry: &mut Geometry, edges: usize) {
-        geometry.resize(edges);
-    }
-
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
-    fn add_gradient_by_duals<D: Nestable>(
+    fn dual_gradients<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
-        gradient: &mut [D],
+        mut add: impl FnMut(usize, &[D]),
     ) {
         for (i, element) in elements.stretch.iter().enumerate() {
             let local = dual_gradient(element, &ends(q, i));
-            for r in 0..6 {
-                gradient[STRIDE * i + ENDS[r]] += local[r];
-            }
+            let mut own = [D::from(0.0); 7];
+            (0..6).for_each(|r| own[ENDS[r]] = local[r]);
+            add(STRIDE * i, &own);
         }
         for i in 0..elements.joint.len() {
-            let local = bend_twist::dual_gradient(&joint(&elements, i, q, frames), around(q, i));
-            for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
-                *to += *from;
-            }
+            let element = joint(&elements, i, q, frames);
+            add(STRIDE * i, &bend_twist::dual_gradient(&element, around(q, i)));
         }
     }
 
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
         with_reference(&at.elements.joint[i], i, at.frames).strains(around(q, i))
-    }
-
-    fn edge_frames<D: Scalar>(frames: &Frames<D>) -> &[EdgeFrame<D>] {
-        &frames.edges
-    }
-
-    fn rebase<D: Nestable>(frames: &mut Frames<D>, q: &[D]) {
-        D::run_sweep(Rebase { q, frames });
     }
 
     /// One sweep: every edge's frame is moved, and is its own reference.
@@ -146,76 +126,20 @@ impl Layout<3, 3> for Space {
         D::run_sweep(MovedGradient { elements, q, frames, gradient });
     }
 
-    fn set_real_frames<D: Scalar>(dual: &Frames<Dual64>, frames: &mut Frames<D>) {
-        let real = |v: Vector<Dual64>| v.map(|c| D::from(c.re));
-        for (to, from) in frames.edges.iter_mut().zip(&dual.edges) {
-            *to = EdgeFrame { tangent: real(from.tangent), director: real(from.director) };
-        }
-        for (to, from) in frames.twist.iter_mut().zip(&dual.twist) {
-            *to = D::from(from.re);
-        }
-    }
-
-    fn refer<D: Scalar>(q: &mut [D], from: &Frames<D>, to: &Frames<D>) {
-        let count = from.edges.len();
-        let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(Space::edge(q, j))).collect();
-        let mut before: Option<(D, D)> = None;
-        for (j, t) in tangents.iter().enumerate() {
-            let theta = STRIDE * j + 3;
-            let old = q[theta];
-            let [director, _] = from.edges[j].material(*t, old);
-            let [d1, d2] = to.edges[j].material(*t, D::from(0.0));
-            let angle = dot(director, d2).atan2(dot(director, d1));
-            // Whole turns: the first edge's as they were, the others' so that twist stays.
-            let expected = match before {
-                None => old,
-                Some((old_left, new_left)) => {
-                    let twist = |frames: &Frames<D>| {
-                        let ends = [frames.edges[j - 1].tangent, frames.edges[j].tangent];
-                        frames.twist[j - 1] - transported_twist(ends, [tangents[j - 1], *t])
-                    };
-                    old - old_left + twist(from) - twist(to) + new_left
-                }
-            };
-            let turns = ((expected - angle).value() / TAU).round();
-            let new = angle + turns * TAU;
-            before = Some((old, new));
-            q[theta] = new;
-        }
-    }
-
-    fn director<D: Scalar>(q: &[D], frames: &Frames<D>, j: usize) -> Option<[D; 3]> {
-        Some(frames.edges[j].material(unit(Space::edge(q, j)), q[STRIDE * j + 3])[0])
-    }
-
-    fn untwist<D: Scalar>(q: &mut [D], frames: &Frames<D>) {
-        for (j, twist) in frames.twist.iter().enumerate() {
-            q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;
-        }
-    }
-
-    fn align<D: Scalar>(q: &mut [D], frames: &Frames<D>, j: usize, director: [D; 3], turn: f64) {
-        let [d1, d2] = frames.edges[j].material(unit(Space::edge(q, j)), D::from(0.0));
-        let angle = dot(director, d2).atan2(dot(director, d1));
-        let theta = &mut q[STRIDE * j + 3];
-        let turns = ((*theta + turn - angle).value() / TAU).round();
-        *theta = angle + turns * TAU;
-    }
-
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> impl NodeSink<V, Self, 3, 3> {
-        ToNodes::<D, V>::new(level, load, gradient, tangent)
+        SpatialNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
     ) -> impl EdgeSink<V, Self, 3, 3> {
-        ToEdges { tangent, last }
+        SpatialEdges { tangent, last }
     }
 
     fn derive_by_duals<D: Nestable>(
@@ -268,13 +192,5 @@ impl Layout<3, 3> for Space {
             let (vector, angle_vector) = ([three(0), three(1), three(2)], three(3));
             to.edges(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
         }
-    }
-
-    fn measured_edges(geometry: &Geometry) -> impl Iterator<Item = f64> {
-        geometry.edges.iter().map(|edge| edge.strain)
-    }
-
-    fn measured_joints(geometry: &Geometry) -> impl Iterator<Item = [f64; 3]> {
-        geometry.joints.iter().map(|joint| joint.strains)
     }
 }

@@ -1,11 +1,12 @@
 //! Sweeps over the edges of a rod, several of them in SIMD lanes.
 
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
+use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::rod::Energies;
+use crate::rod::frames::RodGeometry;
 use crate::rod::layout::{At, EdgeBlocks, Layout, NodeSink};
 
 /// Writes gradient and tangent, and the geometry if there is one, by the hand-derived formulas.
-pub(super) struct TangentSweep<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct TangentSweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut L::Tangent<D>,
@@ -21,7 +22,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
         if let Some(geometry) = &mut geometry {
-            L::resize(geometry, elements.stretch.len());
+            geometry.resize(elements.stretch.len());
         }
         let mut nodes = L::node_sink::<D, V>(level, elements.load, self.gradient, self.tangent);
         L::Blocks::<'_, D, V>::new(self.at, level).derive(&mut nodes, geometry);
@@ -30,7 +31,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Adds the tangent in terms of edges, by the hand-derived formulas.
-pub(super) struct EdgeTangent<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct EdgeTangent<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub tangent: &'a mut L::Tangent<D>,
 }
@@ -48,19 +49,19 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Writes the geometry.
-pub(super) struct Measured<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct GeometrySweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub geometry: &'a mut L::Geometry,
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
-    for Measured<'_, D, L, N, S>
+    for GeometrySweep<'_, D, L, N, S>
 {
     type Output = ();
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
-        L::resize(self.geometry, self.at.elements.stretch.len());
+        self.geometry.resize(self.at.elements.stretch.len());
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);
         while let Some(block) = blocks.next() {
             blocks.measure(&block, self.geometry);
@@ -69,7 +70,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Adds up the elastic energies, without those of springs.
-pub(super) struct Elastic<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct Elastic<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
 }
 
@@ -96,7 +97,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Writes the strains of edges and of joints.
-pub(super) struct Strains<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct Strains<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub edges: &'a mut [D],
     pub joints: &'a mut [[D; S]],

@@ -3,19 +3,19 @@
 //! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`. Parameters
 //! change laws and loads only, so the derivatives by each law and each load are enough for all parameters.
 
+use crate::energy::law::LawSlopes;
 use crate::numerics::lanes::Lanes;
-use crate::rod::sensitive::{FrameRate, Sensitive};
+use crate::rod::{FrameRate, Sensitive};
 
 /// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
-    /// By the slope of each axial force in the strain, and by its constant part, N.
-    pub stretch: Vec<[f64; 2]>,
+    /// By the law of each edge at fixed unknowns.
+    pub stretch: Vec<LawSlopes>,
     /// By the relative change of each rest length, where it changes effective strains.
     pub rest: Vec<f64>,
-    /// By the stiffness of each joint, the upper triangle row by row, and by its stresses without strain; planar rods use
-    /// the first entry of either.
-    pub joint: Vec<([f64; 6], [f64; 3])>,
+    /// By the law of each joint.
+    pub joint: Vec<LawSlopes>,
     /// By the loads on all unknowns.
     pub load: Vec<f64>,
     /// By a dead moment on each edge; empty where moments are not possible or not needed.
@@ -26,9 +26,9 @@ impl Laws {
     /// Zeros.
     pub fn new(edges: usize, unknowns: usize, moments: usize) -> Self {
         Self {
-            stretch: vec![[0.0; 2]; edges],
+            stretch: vec![LawSlopes::default(); edges],
             rest: vec![0.0; edges],
-            joint: vec![([0.0; 6], [0.0; 3]); edges - 1],
+            joint: vec![LawSlopes::default(); edges - 1],
             load: vec![0.0; unknowns],
             moment: vec![0.0; moments],
         }
@@ -51,9 +51,6 @@ pub trait Transposed: Sensitive {
     /// Zero derivatives. `moments`: whether those by dead moments are needed.
     fn no_laws(&self, moments: bool) -> Laws;
 
-    /// Writes the strains of all elements in a geometry.
-    fn measured_strains(geometry: &Self::Geometry, out: &mut Vec<f64>);
-
     /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
     fn by_length(&self, strains: &mut [f64]);
 
@@ -65,22 +62,6 @@ pub trait Transposed: Sensitive {
 
     /// Adds the derivatives by the dead moments at `q`, where those by the forces are `d`.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
-
-    /// Adds the derivatives by the frames that follow from those by the angles of the edges.
-    fn turn_frames(geometry: &Self::Geometry, angles: &[f64], frames: &mut [FrameRate<1>]);
-
-    /// Adds the derivatives by the frames, where those by the forces are the first of `by`, and its product with the
-    /// tangent is the second.
-    fn add_to_frames(
-        geometry: &Self::Geometry,
-        gradient: &[f64],
-        by: (&[f64], &[f64]),
-        frames: &mut [FrameRate<1>],
-    );
-
-    /// The transpose of [`rebase_rates`](Sensitive::rebase_rates): replaces the derivatives by the frames after their
-    /// move by those before it, and adds the part by the unknowns to `q`.
-    fn rebase_back(geometry: &Self::Geometry, frames: &mut [FrameRate<1>], q: &mut [f64]);
 
     /// The derivative along one parameter, of which `dual` and `rates` contain the changes of the rod.
     fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
@@ -101,9 +82,4 @@ pub fn strained<R: Transposed>(
     rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
     out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);
     rod.by_length(out);
-}
-
-/// Zero derivatives of `count` frames.
-pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
-    vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }

@@ -1,7 +1,9 @@
 //! The viscous stress of a step as factors of stiffnesses and shifts of natural strains. At a known state, the stresses of
 //! a Maxwell branch and of internal friction are shifts too.
 
+use crate::energy::Law;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::components;
 use crate::rod::InternalVariables;
 use crate::scene::Damping;
 
@@ -66,8 +68,40 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// The factor for strains of one kind.
-    pub fn factor(&self, kind: usize) -> D {
-        self.own.as_ref().map_or(self.factor, |own| self.factor + own.factor[kind])
+    /// Writes the laws with this stress, from elastic ones whose strains are those from `first` on.
+    pub(super) fn set_laws<W: Law<D, S>, const S: usize>(
+        &self,
+        elastic: &[W],
+        laws: &mut [W],
+        first: usize,
+    ) {
+        let (from, to) = (elastic, &mut laws[..elastic.len()]);
+        let shift = &self.shift[first..].as_chunks::<S>().0[..from.len()];
+        let Some(own) = &self.own else {
+            for i in 0..from.len() {
+                to[i] = from[i].viscous(self.factor, &shift[i]);
+            }
+            return;
+        };
+        let past = &own.past[first..].as_chunks::<S>().0[..from.len()];
+        for i in 0..from.len() {
+            let past = components(|c| own.time[W::KINDS[c]] * past[i][c]);
+            to[i] = from[i].viscous_by_kind(self.factor, &shift[i], &own.factor, &past);
+        }
+    }
+
+    /// Writes dashpots with the factors of this stress, and its shifts as natural strains.
+    pub(super) fn set_dashpots<W: Law<D, S>, const S: usize>(
+        &self,
+        dashpots: &[W],
+        laws: &mut [W],
+        first: usize,
+    ) {
+        let own = self.own.as_ref().map_or([D::from(0.0); 3], |own| own.factor);
+        let kinds = own.map(|own| self.factor + own);
+        let shift = self.shift[first..].as_chunks::<S>().0;
+        for (to, (from, shift)) in laws.iter_mut().zip(dashpots.iter().zip(shift)) {
+            *to = from.dashpot(self.factor, &kinds, *shift);
+        }
     }
 }

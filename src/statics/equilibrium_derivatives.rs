@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Singular};
 use crate::problem::{Discretized, FramesOf, Model, Setup};
-use crate::rod::Rod;
+use crate::rod::{ReferenceFrames, Rod};
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Parameter, Support};
 use crate::statics::descent::EquilibriumState;
@@ -155,9 +155,9 @@ impl<M: Model> Discretized<'_, M> {
             let end = if i < free.start { End::Start } else { End::End };
             if supports.at(end) == Support::Recorded
                 && let edge = i / M::STRIDE
-                && let Some(director) = M::Rod::<D>::director(&begin, &begin_frames, edge)
+                && let Some(director) = begin_frames.director(&begin, edge)
             {
-                M::Rod::<D>::align(q, frames, edge, director, 0.0);
+                frames.align(q, edge, director, 0.0);
             }
         }
         self.held_ends(setup).advance::<M::Rod<D>>(moment, moment, q, frames);

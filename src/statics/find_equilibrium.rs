@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{Discretized, FramesOf, Model, Setup, UnknownsAndFrames};
-use crate::rod::Rod;
+use crate::rod::ReferenceFrames;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, DescentSettings, EquilibriumState};
@@ -27,7 +27,7 @@ impl<M: Model> Discretized<'_, M> {
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
         let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
         let mut found = self.equilibrium_of(&rod, false)?;
-        M::Rod::<f64>::refer(&mut found.q, &found.frames, &self.begin(self.setup).1);
+        found.frames.convert_angles(&mut found.q, &self.begin(self.setup).1);
         Ok(found.q)
     }
 

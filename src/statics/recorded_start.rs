@@ -22,7 +22,7 @@ use crate::numerics::vector::sub;
 use crate::problem::{
     Discretized, FramesOf, Model, NodeTie, Setup, UnknownsAndFrames, between_markers,
 };
-use crate::rod::{FactorsOf, Rod};
+use crate::rod::{FactorsOf, ReferenceFrames, Rod};
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{Recorded, Track};
 use crate::statics::descent::{Descent, DescentSettings};
@@ -172,7 +172,7 @@ impl<M: Model> Discretized<'_, M> {
             .into_iter()
             .map(|rest| {
                 let mut q = rest.q;
-                M::Rod::<f64>::refer(&mut q, &rest.frames, &reference);
+                rest.frames.convert_angles(&mut q, &reference);
                 q
             })
             .collect())

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::Derivatives;
 use rodfit::energy::bend_twist::{JointLaw, Stiffness};
 use rodfit::energy::frame::Frames;
-use rodfit::energy::friction::{Sliders, Springs};
+use rodfit::energy::law::{Sliders, Spring, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
@@ -62,7 +62,9 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
             let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
-            let acting = (1..edges).map(|_| (next(0.1, 3.0), [next(-0.5, 0.5)])).collect();
+            let acting = (1..edges)
+                .map(|_| Spring { elastic: [next(0.1, 3.0)], offset: [next(-0.5, 0.5)] })
+                .collect();
             Springs { sliders, acting }
         }),
         own: Extra::default(),
@@ -109,7 +111,7 @@ fn spatial<D: Nestable>(
         coupling: [next(-0.1, 0.1), next(-0.1, 0.1)],
     };
     let rod = SpatialRod {
-        moments: (),
+        moments: Moments::none(),
         stretch,
         joint: (1..edges)
             .map(|_| JointLaw {
@@ -123,7 +125,10 @@ fn spatial<D: Nestable>(
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
             let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
             let acting = (1..edges)
-                .map(|_| (stiffness(&mut next), [0; 3].map(|_| next(-0.5, 0.5))))
+                .map(|_| Spring {
+                    elastic: stiffness(&mut next),
+                    offset: [0; 3].map(|_| next(-0.5, 0.5)),
+                })
                 .collect();
             Springs { sliders, acting }
         }),

@@ -11,7 +11,8 @@ use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
-use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, Sensitive, SpatialRod};
+use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod};
+use rodfit::rod::{frame_rates, set_dual_frames, set_real_frames};
 
 const EDGES: usize = 6;
 
@@ -58,7 +59,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
 fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> SpatialRod<D> {
     let mut next = |low, high| to(numbers.next(low, high));
     SpatialRod {
-        moments: (),
+        moments: Moments::none(),
         stretch: (0..EDGES)
             .map(|_| Stretch {
                 stiffness: next(10.0, 90.0),
@@ -150,7 +151,7 @@ fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
     });
     let plain = |frames: &Frames<Dual64>| {
         let mut real = Frames::bishop(&[[0.0; 3]; EDGES], [0.0; 3]);
-        SpatialRod::<f64>::real_frames(frames, &mut real);
+        set_real_frames(frames, &mut real);
         real
     };
     let frames = before.each_ref().map(|q| {
@@ -159,14 +160,14 @@ fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
         SpatialRod::rebase(&mut frames, q);
         frames
     });
-    let mut rates: Vec<FrameRate<2>> = SpatialRod::<f64>::frame_rates(frames.each_ref());
+    let mut rates: Vec<FrameRate<2>> = frame_rates(frames.each_ref());
     let (real, q) = (plain(&frames[0]), values(&now[0]));
 
     let (mut gradient, mut tangent) = (vec![0.0; count], BandMatrix::zeros(count));
     rod.tangent(&q, &real, Derivatives::Hand, &mut gradient, &mut tangent);
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
         let (mut found, geometry) = gradient_rates((&rod, &duals), (&q, &real), derivatives);
-        SpatialRod::frame_rate(&rates, &geometry, &gradient, &tangent, &mut found);
+        geometry.add_frame_rates(&rates, &gradient, &tangent, &mut found);
         for g in 0..2 {
             let still: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
             let mut exact = vec![Dual64::from(0.0); count];
@@ -178,12 +179,12 @@ fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
     // Moved on to the second place.
     let (_, geometry) = gradient_rates((&rod, &duals), (&q, &real), Derivatives::Hand);
     let lanes: Vec<[f64; 2]> = (0..count).map(|i| [now[0][i].eps, now[1][i].eps]).collect();
-    SpatialRod::rebase_rates(&mut rates, &geometry, &lanes);
+    geometry.move_frame_rates(&mut rates, &lanes);
     for g in 0..2 {
         let mut exact = frames[g].clone();
         SpatialRod::rebase(&mut exact, &now[g]);
         let mut found = exact.clone();
-        SpatialRod::<f64>::set_dual_frames(&plain(&exact), &rates, g, &mut found);
+        set_dual_frames(&plain(&exact), &rates, g, &mut found);
         let all = |frames: &Frames<Dual64>| -> Vec<f64> {
             let edges = frames.edges.iter().flat_map(|edge| [edge.tangent, edge.director]);
             edges.flatten().chain(frames.twist.iter().copied()).map(|x| x.eps).collect()

@@ -126,15 +126,6 @@ impl Rod<f64> for PublishedRod {
     ) {
         self.0.edge_tangent(q, frames, derivatives, tangent);
     }
-    fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
-        SpatialRod::<f64>::rebase(frames, q);
-    }
-    fn real_frames(dual: &Frames<Dual64>, frames: &mut Frames<f64>) {
-        <SpatialRod<f64> as Rod<f64>>::real_frames(dual, frames);
-    }
-    fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
-        SpatialRod::<f64>::refer(q, from, to);
-    }
     fn leapt(&self, before: &[f64], now: &[f64]) -> Option<usize> {
         self.0.leapt(before, now)
     }

@@ -9,7 +9,7 @@ use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
-use crate::rod::{Laws, Rod, Strained, Transposed, still_frames, strained};
+use crate::rod::{Laws, Rod, RodGeometry, Strained, Transposed, still_frames, strained};
 use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
@@ -81,7 +81,7 @@ where
     let mut geometry = Default::default();
     rod.measure(&state.q, &state.frames, &mut geometry);
     let (mut strain, mut along) = (Vec::new(), Vec::new());
-    <M::Rod<f64> as Transposed>::measured_strains(&geometry, &mut strain);
+    geometry.write_strains(&mut strain);
     along.resize(strain.len(), 0.0);
     let still = still_frames(by_state.frames.len());
     let mut laws = parameters.laws.clone();
@@ -99,8 +99,8 @@ where
         tangent.product(&d, &mut q);
         // The frames are based at the equilibrium, and move with it.
         let mut frames = by_state.frames.clone();
-        <M::Rod<f64> as Transposed>::add_to_frames(&geometry, &gradient, (&d, &q), &mut frames);
-        <M::Rod<f64> as Transposed>::rebase_back(&geometry, &mut frames, &mut q);
+        geometry.add_to_frames(&gradient, (&d, &q), &mut frames);
+        geometry.move_frames_back(&mut frames, &mut q);
         q.iter_mut().zip(by_state.q.as_flattened()).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);

@@ -18,7 +18,7 @@ use crate::dynamics::step_map::{
     DualSimulation, ParameterRates, StateRates, StepMap, StepWorkspace,
 };
 use crate::error::Error;
-use crate::rod::{DualFrames, InternalVariables, Sensitive, State};
+use crate::rod::{DualFrames, InternalVariables, Sensitive, State, set_dual_frames};
 use num_dual::Dual64;
 
 /// The derivatives of an implicit scheme's states along `G` parameters.
@@ -69,7 +69,7 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
 
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64> {
         let mut dual = self.dual_frames[lane].clone();
-        R::set_dual_frames(now, &self.state.frames, lane, &mut dual);
+        set_dual_frames(now, &self.state.frames, lane, &mut dual);
         dual
     }
 

@@ -14,7 +14,8 @@ use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
 use crate::rod::{
-    EffectiveStrains, FrameRate, InternalVariables, Sensitive, Strained, Transposed, strained,
+    EffectiveStrains, FrameRate, InternalVariables, RodGeometry, Sensitive, Strained, Transposed,
+    strained,
 };
 use crate::scene::Damping;
 use num_dual::Dual64;
@@ -280,7 +281,7 @@ impl<R: Transposed> StepMap<'_, R> {
         let form = has_history.then(|| self.form(moment));
         match &form {
             Some(form) => self.set_effective(moment, form, self.has_own_times, effective),
-            None => R::measured_strains(self.step.end, &mut effective.values),
+            None => self.step.end.write_strains(&mut effective.values),
         }
         along.resize(effective.values.len(), 0.0);
         strained(rod, self.step.end, &self.still, d, along);
@@ -381,5 +382,5 @@ pub fn add_by_strains<R: Transposed>(
     R::stressed_rate(None, &stress, geometry, at, Derivatives::Hand, &mut out);
     let out = out.into_flattened();
     q.iter_mut().zip(&out).for_each(|(q, out)| *q += out);
-    R::turn_frames(geometry, &out, frames);
+    geometry.turn_frames(&out, frames);
 }

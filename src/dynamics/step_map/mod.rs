@@ -29,7 +29,9 @@ use crate::error::Error;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::components;
-use crate::rod::{FrameRate, Rod, Sensitive, Transposed, still_frames};
+use crate::rod::{
+    FrameRate, Rod, RodGeometry, Sensitive, Transposed, set_dual_frames, still_frames,
+};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -115,7 +117,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         } else if self.averages {
             state.unbalanced.fill([0.0; G]);
         }
-        R::rebase_rates(&mut state.frames, self.step.end, &state.q);
+        self.step.end.move_frame_rates(&mut state.frames, &state.q);
         Ok(())
     }
 
@@ -138,7 +140,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             let dual = |x: &[f64], rates: &[[f64; G]]| -> Vec<Dual64> {
                 x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
             };
-            R::set_dual_frames(&step.before.frames, &state.frames, g, &mut frames[g]);
+            set_dual_frames(&step.before.frames, &state.frames, g, &mut frames[g]);
             let (mut q, mut v) = (dual(&now.q, &state.q), dual(&now.v, &state.v));
             motions[g].advance::<R::Dual>(moment, moment, &mut q, &frames[g]);
             motions[g].velocities(now.time, &mut v);
@@ -167,7 +169,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             }
             false => R::gradient_rate(elastic, step.end, at, step.derivatives, direct),
         }
-        R::frame_rate(&state.frames, step.end, step.gradient, step.tangent, direct);
+        step.end.add_frame_rates(&state.frames, step.gradient, step.tangent, direct);
         for Held { i, q, .. } in held.iter().filter(|held| held.q != [0.0; G]) {
             step.tangent.add_column(*i, *q, direct);
         }
@@ -194,7 +196,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
                 }
                 false => R::gradient_rate(elastic, place, at, step.derivatives, direct),
             }
-            R::frame_rate(&state.frames, place, &forces.gradient, &forces.tangent, direct);
+            place.add_frame_rates(&state.frames, &forces.gradient, &forces.tangent, direct);
             for (j, start) in state.q.iter().enumerate() {
                 forces.tangent.add_column(j, (Lanes(*start) * (1.0 - stage.place)).0, direct);
             }
@@ -329,7 +331,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let elastic = (!self.averages).then_some((&parameters.rods, &parameters.laws));
         let at = (&step.after.q[..], &step.before.frames);
         R::stressed_rate(elastic, &history.stress, step.end, at, step.derivatives, direct);
-        R::frame_rate(&state.frames, step.end, gradient, tangent, direct);
+        step.end.add_frame_rates(&state.frames, gradient, tangent, direct);
         tangent.add_product(&state.q, direct);
         let free = step.free.clone();
         state.unbalanced[free.clone()].copy_from_slice(&direct[free.clone()]);
@@ -371,7 +373,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         room: &mut StepWorkspace<R, 1>,
     ) -> Result<(), Error> {
         let step = self.step;
-        R::rebase_back(step.end, &mut state.frames, state.q.as_flattened_mut());
+        step.end.move_frames_back(&mut state.frames, state.q.as_flattened_mut());
         // Prescribed unknowns have no derivatives, and forces do not move them.
         step.led.fill(&mut state.unbalanced, [0.0]);
         if !state.internal.strain.is_empty() {
@@ -416,7 +418,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         let (gradient, tangent) = step.next;
         tangent.product(&d, &mut room.stiff);
         state.q.as_flattened_mut().iter_mut().zip(&room.stiff).for_each(|(q, stiff)| *q += stiff);
-        R::add_to_frames(step.end, gradient, (&d, &room.stiff), &mut state.frames);
+        step.end.add_to_frames(gradient, (&d, &room.stiff), &mut state.frames);
         self.stress_transposed(HistoryMoment::NextStart, &d, state, slopes, &mut room.history);
         self.history_transposed(state, slopes, &mut room.history);
         self.add_loads(&d, slopes);
@@ -502,7 +504,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         if R::HAS_FRAMES {
             let stiff = &mut room.stiff;
             step.tangent.product(d, stiff);
-            R::add_to_frames(step.end, step.gradient, (d, stiff), &mut state.frames);
+            step.end.add_to_frames(step.gradient, (d, stiff), &mut state.frames);
             self.fixed().for_each(|i| state.q[i][0] += stiff[i]);
         } else {
             for i in self.fixed() {

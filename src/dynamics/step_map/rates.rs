@@ -7,7 +7,7 @@ use crate::numerics::vector::{components, map_components};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{
     DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive, Transposed,
-    still_frames,
+    frame_rates, still_frames,
 };
 use num_dual::Dual64;
 
@@ -52,7 +52,7 @@ impl<const G: usize> StateRates<G> {
             v: lanes(states.map(|state| &state.v[..])),
             acceleration: lanes(states.map(|state| &state.acceleration[..])),
             unbalanced: lanes(states.map(|state| &state.unbalanced[..])),
-            frames: R::frame_rates(states.map(|state| &state.frames)),
+            frames: frame_rates(states.map(|state| &state.frames)),
             internal: InternalVariables {
                 strain: internal_lanes(internal.map(|internal| &internal.strain[..])),
                 strain_rate: internal_lanes(internal.map(|internal| &internal.strain_rate[..])),

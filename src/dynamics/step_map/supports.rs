@@ -2,7 +2,7 @@
 
 use crate::dynamics::linearization::Linearization;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{DualFrames, FrameRate, Transposed};
+use crate::rod::{DualFrames, FrameRate, RodGeometry, Transposed, set_dual_frames};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
@@ -69,7 +69,7 @@ impl<R: Transposed> MovingSupports<R> {
         }
         let (now, moment) = (step.after, MotionTime::Time(step.after.time));
         for MovingParameter { motion, frames, sum, .. } in &mut self.moved {
-            R::set_dual_frames(&step.before.frames, &self.still, 0, frames);
+            set_dual_frames(&step.before.frames, &self.still, 0, frames);
             let dual = |x: &[f64]| -> Vec<Dual64> { x.iter().map(|x| Dual64::from(*x)).collect() };
             let (mut q1, mut v1) = (dual(&now.q), dual(&now.v));
             motion.advance::<R::Dual>(moment, moment, &mut q1, frames);
@@ -83,7 +83,7 @@ impl<R: Transposed> MovingSupports<R> {
         // A held director turns back against a frame that turns.
         let mut turned = vec![0.0; q.len()];
         self.angles.iter().for_each(|i| turned[*i] = -q[*i]);
-        R::turn_frames(step.end, &turned, frames);
+        step.end.turn_frames(&turned, frames);
         self.prescribed.iter().for_each(|i| (q[*i], v[*i]) = (0.0, 0.0));
     }
 }

@@ -1,62 +1,33 @@
-//! The derivatives of a rod's forces, and of its frames, transposed.
+//! The derivatives of a rod's forces, transposed.
 
+use crate::energy::Law;
+use crate::energy::law::{LawSlopes, Symmetric};
 use crate::numerics::lanes::Lanes;
 use crate::rod::discrete::DiscreteRod;
-use crate::rod::discrete::rates::{JointRate, RateLayout, Rates};
-use crate::rod::moments::EdgeMoments;
-use crate::rod::sensitive::FrameRate;
+use crate::rod::discrete::rates::{RateLayout, Rates};
+use crate::rod::moments;
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
-/// Transposed products of a [`RateLayout`].
-pub trait TransposedLayout<const N: usize, const S: usize>: RateLayout<N, S> {
-    /// Adds the derivatives of a number by the law of a joint, see [`Laws::joint`], where the stresses have the
-    /// derivatives `w`; `own` are the strains with a viscosity of their kind.
-    fn add_to_joint(
-        w: &[f64; S],
-        strains: &[f64; S],
-        own: &[f64; S],
-        law: &mut ([f64; 6], [f64; 3]),
-    );
-
-    /// Adds the derivatives by the moments at `q`, where the forces have the derivatives `d`.
-    fn add_to_moments(_q: &[f64], _d: &[f64], _laws: &mut Laws) {}
-
-    /// The product with the derivatives by moments.
-    fn along_moments(_: &Self::Moments<Dual64>, _laws: &Laws) -> f64 {
-        0.0
+/// Adds the derivatives by the laws whose strains are those from `first` on.
+fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
+    w: &[f64],
+    Strained { strains, own, .. }: Strained<'_>,
+    first: usize,
+    slopes: &mut [LawSlopes],
+) {
+    let [w, strains] = [w, strains].map(|list| list[first..].as_chunks::<S>().0);
+    let own = own.get(first..).map_or(&[][..], |own| own.as_chunks::<S>().0);
+    for (i, slopes) in slopes.iter_mut().enumerate() {
+        slopes.add::<K, S>(&w[i], &strains[i], own.get(i).unwrap_or(&[0.0; S]));
     }
-
-    /// Transposed part of the frames' turn with the angles of their edges.
-    fn turn_frames(_: &Self::Geometry, _angles: &[f64], _frames: &mut [FrameRate<1>]) {}
-
-    /// Transposed [`RateLayout::frame_rate`]: see
-    /// [`Transposed::add_to_frames`](crate::rod::Transposed::add_to_frames).
-    fn add_to_frames(
-        _: &Self::Geometry,
-        _gradient: &[f64],
-        _by: (&[f64], &[f64]),
-        _frames: &mut [FrameRate<1>],
-    ) {
-    }
-
-    /// Transposed [`RateLayout::rebase_rates`].
-    fn rebase_back(_: &Self::Geometry, _frames: &mut [FrameRate<1>], _q: &mut [f64]) {}
 }
 
-impl<L: TransposedLayout<N, S>, const N: usize, const S: usize> Transposed
-    for DiscreteRod<f64, L, N, S>
-{
+impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for DiscreteRod<f64, L, N, S> {
     fn no_laws(&self, moments: bool) -> Laws {
         let edges = self.stretch.len();
-        let any = L::Moments::<f64>::POSSIBLE && (moments || !self.moments.is_empty());
+        let any = N == 2 && (moments || !self.moments.list.is_empty());
         Laws::new(edges, self.mass.len(), if any { edges } else { 0 })
-    }
-
-    fn measured_strains(geometry: &L::Geometry, out: &mut Vec<f64>) {
-        out.clear();
-        out.extend(L::measured_edges(geometry));
-        out.extend(L::measured_joints(geometry).flatten());
     }
 
     fn by_length(&self, strains: &mut [f64]) {
@@ -70,46 +41,27 @@ impl<L: TransposedLayout<N, S>, const N: usize, const S: usize> Transposed
         out.clear();
         out.extend(self.stretch.iter().zip(axial).map(|(law, w)| law.stiffness * w));
         for (law, w) in self.joint.iter().zip(joints.as_chunks::<S>().0) {
-            out.extend(L::stiffness_times(law, w, coupled));
+            let stiffness = law.stiffness();
+            let stiffness = if coupled { stiffness } else { stiffness.uncoupled() };
+            let stressed: [f64; S] = stiffness.times(w);
+            out.extend(stressed);
         }
     }
 
-    fn add_to_laws(&self, w: &[f64], Strained { strains, own, counted }: Strained, to: &mut Laws) {
+    fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut Laws) {
         let edges = self.stretch.len();
-        for (i, law) in self.stretch.iter().enumerate() {
-            let s = strains[i] + own.get(i).copied().unwrap_or(0.0);
-            to.stretch[i][0] += w[i] * s;
-            to.stretch[i][1] += w[i];
-            if counted {
-                to.rest[i] += w[i] * law.stiffness * (s + 1.0);
+        add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
+        add_slopes::<L::Stiffness<f64>, S>(w, strained, edges, &mut to.joint);
+        if strained.counted {
+            for (i, law) in self.stretch.iter().enumerate() {
+                let strain = strained.strains[i] + strained.own.get(i).copied().unwrap_or(0.0);
+                to.rest[i] += w[i] * law.stiffness * (strain + 1.0);
             }
-        }
-        let [w, strains] = [w, strains].map(|list| list[edges..].as_chunks::<S>().0);
-        let own = own.get(edges..).map_or(&[][..], |own| own.as_chunks::<S>().0);
-        for (i, law) in to.joint.iter_mut().enumerate() {
-            L::add_to_joint(&w[i], &strains[i], own.get(i).unwrap_or(&[0.0; S]), law);
         }
     }
 
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws) {
-        L::add_to_moments(q, d, laws);
-    }
-
-    fn turn_frames(geometry: &L::Geometry, angles: &[f64], frames: &mut [FrameRate<1>]) {
-        L::turn_frames(geometry, angles, frames);
-    }
-
-    fn add_to_frames(
-        geometry: &L::Geometry,
-        gradient: &[f64],
-        by: (&[f64], &[f64]),
-        frames: &mut [FrameRate<1>],
-    ) {
-        L::add_to_frames(geometry, gradient, by, frames);
-    }
-
-    fn rebase_back(geometry: &L::Geometry, frames: &mut [FrameRate<1>], q: &mut [f64]) {
-        L::rebase_back(geometry, frames, q);
+        moments::add_slopes(q, d, &mut laws.moment);
     }
 
     fn along(
@@ -118,13 +70,16 @@ impl<L: TransposedLayout<N, S>, const N: usize, const S: usize> Transposed
         rates: &Rates<L, N, S, 1>,
         laws: &Laws,
     ) -> f64 {
-        let stretch = rates.stretch.iter().flatten().zip(laws.stretch.iter().flatten());
+        let stretch = rates.stretch.iter().zip(&laws.stretch);
+        let stretch = stretch.flat_map(|(rate, by)| {
+            [rate.stiffness[0] * by.stiffness[0], rate.offset[0] * by.offset[0]].map(|x| x.0[0])
+        });
         let rest = rates.rest.iter().zip(&laws.rest);
         let load = rates.load.iter().enumerate();
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
-        let all = stretch.chain(rest).chain(load);
-        all.map(|(Lanes([rate]), to)| rate * to).sum::<f64>()
-            + L::along_moments(&dual.moments, laws)
+        let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
+        all.sum::<f64>()
+            + dual.moments.along(&laws.moment)
             + Self::along_joints(rates, laws).iter().sum::<f64>()
     }
 

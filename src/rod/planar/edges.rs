@@ -4,7 +4,7 @@ use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::tangent::Tangent;
-use crate::rod::blocks::block;
+use crate::rod::columns::{NodeColumns, NodeEntries, loads};
 use crate::rod::layout::{EdgeSink, NodeSink, Plane};
 
 /// Half-bandwidth of the planar tangent.
@@ -30,22 +30,16 @@ impl<D: Scalar> ByEdge<D> {
 }
 
 /// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
-pub(super) struct ToNodes<'a, D, V: SimdScalar<D>> {
+pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 2>],
-    gradient: &'a mut [[D; 2]],
-    /// Of the tangent, two columns for each node.
-    diagonal: &'a mut [[D; 2]],
-    below: &'a mut [Below<D>],
+    nodes: NodeColumns<'a, D, 2, HALF_BANDWIDTH>,
     /// The derivatives by the edges before, and those between the next edges (rows) and them (columns).
     before: ByEdge<V>,
     between: [[V; 2]; 2],
 }
 
-/// What stands below the diagonal in both columns of a node.
-type Below<D> = [[D; HALF_BANDWIDTH]; 2];
-
-impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
+impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -55,43 +49,12 @@ impl<'a, D: Scalar, V: SimdScalar<D>> ToNodes<'a, D, V> {
     ) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
         let before = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
-        let (diagonal, below) = tangent.columns_mut();
-        let gradient = gradient.as_chunks_mut().0;
-        Self { level, load, gradient, diagonal, below, before, between: [[zero; 2]; 2] }
+        let nodes = NodeColumns::new(gradient, tangent);
+        Self { level, load, nodes, before, between: [[zero; 2]; 2] }
     }
 }
 
-/// What is written of nodes side by side.
-struct Columns<V> {
-    gradient: [V; 2],
-    diagonal: [V; 2],
-    below: Below<V>,
-}
-
-impl<V: Scalar> Columns<V> {
-    /// Writes the nodes of as many lanes as there is room for.
-    #[inline(always)]
-    fn write<D: Scalar>(
-        &self,
-        gradient: &mut [[D; 2]],
-        diagonal: &mut [[D; 2]],
-        below: &mut [Below<D>],
-    ) where
-        V: SimdScalar<D>,
-    {
-        for (lane, to) in gradient.iter_mut().enumerate() {
-            *to = V::extract_lane(&self.gradient, lane);
-        }
-        for (lane, to) in diagonal.iter_mut().enumerate() {
-            *to = V::extract_lane(&self.diagonal, lane);
-        }
-        for (lane, to) in below.iter_mut().enumerate() {
-            *to = [V::extract_lane(&self.below[0], lane), V::extract_lane(&self.below[1], lane)];
-        }
-    }
-}
-
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -102,12 +65,8 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
         let (pxx, pyx, pyy) = (xx.before(vector[0]), yx.before(vector[1]), yy.before(vector[2]));
         let (b00, b01) = (a00.before(between[0][0]), a01.before(between[0][1]));
         let (b10, b11) = (a10.before(between[1][0]), a11.before(between[1][1]));
-        let mut room = None;
-        let none = DeadLoad { force: [D::from(0.0); 2] };
-        let load = block::<D, V, _>(self.load, first, none, &mut room);
-        let lx = V::gather(self.level, |lane| load[lane].force[0]);
-        let ly = V::gather(self.level, |lane| load[lane].force[1]);
-        let columns = Columns {
+        let [lx, ly] = loads::<D, V, 2>(self.load, self.level, first);
+        let columns = NodeEntries {
             gradient: [px - gx - lx, py - gy - ly],
             diagonal: [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)],
             below: [
@@ -115,23 +74,12 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
                 [b01 + a01 - yx, b11 + a11 - yy, -a01, -a11, gx.like(0.0)],
             ],
         };
-        let left = self.load.len() - 1 - first;
-        let [gradient, diagonal] = [&mut *self.gradient, &mut *self.diagonal];
-        // How many there are is known when this is compiled, but for the last ones.
-        if left >= V::LANES {
-            let span = first..first + V::LANES;
-            let (gradient, diagonal) = (&mut gradient[span.clone()], &mut diagonal[span.clone()]);
-            columns.write(gradient, diagonal, &mut self.below[span]);
-        } else {
-            let span = first..first + left;
-            let (gradient, diagonal) = (&mut gradient[span.clone()], &mut diagonal[span.clone()]);
-            columns.write(gradient, diagonal, &mut self.below[span]);
-        }
+        self.nodes.write(first, self.load.len() - 1 - first, &columns);
         (self.before, self.between) = (*own, *after);
     }
 }
 
-impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V> {
+impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -139,20 +87,20 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for ToNodes<'_, D, V>
         let [px, py] = V::extract_lane(&self.before.gradient, lane);
         let [xx, yx, yy] = V::extract_lane(&self.before.vector, lane);
         let load = &self.load[i].force;
-        self.gradient[i] = [px - load[0], py - load[1]];
-        self.diagonal[i] = [xx, yy];
-        self.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
+        self.nodes.gradient[2 * i..].copy_from_slice(&[px - load[0], py - load[1]]);
+        self.nodes.diagonal[i] = [xx, yy];
+        self.nodes.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
     }
 }
 
 /// Adds the second derivatives by edges.
-pub(super) struct ToEdges<'a, D> {
+pub(super) struct PlanarEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
     pub(super) last: usize,
 }
 
-impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for ToEdges<'_, D> {
+impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarEdges<'_, D> {
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

@@ -1,10 +1,11 @@
 //! Edges of a planar rod, and the geometry of the rod: strains, and their derivatives.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::rod::frames::RodGeometry;
 
 /// Lengths, m, and directions of edges in SIMD lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Edge<D> {
+pub(super) struct PlanarEdge<D> {
     pub squared: D,
     pub length: D,
     pub inverse_length: D,
@@ -13,7 +14,7 @@ pub(super) struct Edge<D> {
     pub normal: [D; 2],
 }
 
-impl<D: Scalar> Edge<D> {
+impl<D: Scalar> PlanarEdge<D> {
     #[inline(always)]
     pub fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
         let e = [*x1 - *x0, *y1 - *y0];
@@ -48,7 +49,7 @@ fn pair_after<S, V: SimdScalar<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
 
 /// Direction and strain of an edge, in plain numbers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Straight {
+pub(super) struct PlanarEdgeGeometry {
     pub tangent: [f64; 2],
     /// The derivative of its angle, 1/m.
     pub normal: [f64; 2],
@@ -58,15 +59,22 @@ pub(super) struct Straight {
 /// Edges and joints of a planar rod at its unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    pub(super) edges: Vec<Straight>,
+    pub(super) edges: Vec<PlanarEdgeGeometry>,
     /// Curvature, and its derivative by the angle.
     pub(super) joints: Vec<[f64; 2]>,
 }
 
-impl Geometry {
-    /// Room for so many edges.
-    pub(super) fn resize(&mut self, edges: usize) {
-        self.edges.resize(edges, Straight::default());
+impl RodGeometry for Geometry {
+    fn resize(&mut self, edges: usize) {
+        self.edges.resize(edges, PlanarEdgeGeometry::default());
         self.joints.resize(edges - 1, [0.0; 2]);
+    }
+
+    fn edge_strains(&self) -> impl Iterator<Item = f64> {
+        self.edges.iter().map(|edge| edge.strain)
+    }
+
+    fn joint_strains(&self) -> impl Iterator<Item = f64> {
+        self.joints.iter().map(|[curvature, _]| *curvature)
     }
 }

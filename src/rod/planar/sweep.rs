@@ -1,21 +1,20 @@
 //! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient and derivatives by edges.
 
-use crate::energy::friction::Springs;
+use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
-use crate::energy::{PlanarBend, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
-use crate::rod::blocks::{MOST, block, tension, window};
+use crate::rod::blocks::{block, tension, window};
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
-use crate::rod::planar::geometry::{Edge, Geometry, Straight};
+use crate::rod::planar::geometry::{Geometry, PlanarEdge, PlanarEdgeGeometry};
 
 /// Edges in SIMD lanes, the edges after them, and the curvatures of the joints between. The joint after the last edge
 /// is straight; lanes beyond have no meaning.
-pub struct Pairs<V> {
+pub struct PlanarEdgePairs<V> {
     /// The number of the first edge.
     first: usize,
-    e: Edge<V>,
-    f: Edge<V>,
+    e: PlanarEdge<V>,
+    f: PlanarEdge<V>,
     curvature: V,
 }
 
@@ -25,56 +24,42 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Plane, 2, 1>;
 /// A planar rod at its unknowns.
 pub(super) type At<'a, D> = layout::At<'a, D, Plane, 2, 1>;
 
-impl<D: Nestable> Elements<'_, D> {
-    /// A bend at a curvature, with the spring of internal friction that acts there if one does.
-    pub(super) fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
-        let Some(Springs { sliders, acting }) = self.springs else { return *bend };
-        match acting.get(i) {
-            Some((elastic, [from])) => {
-                sliders.bend(i, (bend, *elastic), curvature, curvature + *from)
-            }
-            None => *bend,
-        }
-    }
-}
-
 /// The edges of a rod at `q`, block after block.
-pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
+pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
     /// The number of the first edge of the next block.
     first: usize,
-    edge: Edge<V>,
+    edge: PlanarEdge<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
-    /// The bends between edges, as they are at their curvatures.
+impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
+    /// The elastic laws of the joints after the edges from `first` on.
     #[inline(always)]
-    fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
+    fn bends(&self, first: usize) -> PlanarBend<V> {
         let mut room = None;
-        let all = block::<D, V, _>(self.elements.joint, *first, PlanarBend::none(), &mut room);
-        if self.elements.springs.is_none() {
-            return PlanarBend::side_by_side(self.level, all);
-        }
-        let mut sliding = [PlanarBend::none(); MOST];
-        for (lane, bend) in all.iter().enumerate() {
-            sliding[lane] = self.elements.sliding(first + lane, bend, curvature.lane(lane));
-        }
-        PlanarBend::side_by_side(self.level, &sliding)
+        let all = block::<D, V, _>(self.elements.joint, first, PlanarBend::none(), &mut room);
+        PlanarBend::side_by_side(self.level, all)
     }
 
-    /// How edges stretch.
+    /// Moments of the joints and their derivatives by the turning angles, N m.
     #[inline(always)]
-    fn stretches(&self, first: usize) -> Stretch<V, 2> {
-        let mut room = None;
-        let all = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut room);
-        Stretch::side_by_side(self.level, all)
+    fn turning_response(
+        &self,
+        PlanarEdgePairs { first, curvature, .. }: &PlanarEdgePairs<V>,
+    ) -> [V; 2] {
+        let law = self.bends(*first);
+        let (stiffness, stress) =
+            self.elements.responses::<V>(self.level, *first, &law, &[*curvature]);
+        PlanarBend::by_angle(*curvature, stiffness, stress)
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Along<'a, D, V> {
-    type Block = Pairs<V>;
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
+    for PlanarBlocks<'a, D, V>
+{
+    type Block = PlanarEdgePairs<V>;
 
     #[inline(always)]
     fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
@@ -82,7 +67,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
     }
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
+    fn next(&mut self) -> Option<PlanarEdgePairs<V>> {
         let (first, e) = (self.first, self.edge);
         if first >= self.elements.stretch.len() {
             return None;
@@ -93,44 +78,45 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
         }
         let f = e.after::<D>(&self.edge);
         let curvature = curvature_between(e.tangent, f.tangent);
-        Some(Pairs { first, e, f, curvature })
+        Some(PlanarEdgePairs { first, e, f, curvature })
     }
 
-    fn first(block: &Pairs<V>) -> usize {
+    fn first(block: &PlanarEdgePairs<V>) -> usize {
         block.first
     }
 
     /// Curvatures as [`PlanarBend::strain`] computes them, to the last digit.
     #[inline(always)]
-    fn strains(&self, Pairs { first, e, .. }: &Pairs<V>) -> (V, [V; 1]) {
+    fn strains(&self, PlanarEdgePairs { first, e, .. }: &PlanarEdgePairs<V>) -> (V, [V; 1]) {
         let mut room = None;
         let q = window(self.q, *first, 2, 2 * V::LANES + 4, &mut room);
         let at = |c: usize| V::gather(self.level, |lane| q[2 * lane + c]);
         let joint = curvature(&[[at(0), at(1)], [at(2), at(3)], [at(4), at(5)]]);
-        (self.stretches(*first).strain_of(e.squared, e.length), [joint])
+        (self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length), [joint])
     }
 
     #[inline(always)]
-    fn energies(&self, Pairs { first, e, curvature, .. }: &Pairs<V>) -> [V; 3] {
-        let mut room = None;
-        let bends = block::<D, V, _>(self.elements.joint, *first, PlanarBend::none(), &mut room);
-        let bend = PlanarBend::side_by_side(self.level, bends).energy_at(*curvature);
-        let stretch = self.stretches(*first).energy_at(e.squared, e.length);
+    fn energies(&self, PlanarEdgePairs { first, e, curvature, .. }: &PlanarEdgePairs<V>) -> [V; 3] {
+        let bend = self.bends(*first).energy_at(*curvature);
+        let stretch =
+            self.elements.stretches::<V>(self.level, *first).energy_at(e.squared, e.length);
         [stretch, bend, stretch.like(0.0)]
     }
 
     #[inline(always)]
-    fn measure(&self, Pairs { first, e: edge, curvature, .. }: &Pairs<V>, geometry: &mut Geometry) {
-        let (first, level) = (*first, self.level);
-        let mut room = None;
-        let laws = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut room);
-        let law = Stretch::side_by_side::<V>(level, laws);
-        let (strain, slope) =
-            (law.strain_of(edge.squared, edge.length), PlanarBend::slope(*curvature));
+    fn measure(
+        &self,
+        PlanarEdgePairs { first, e: edge, curvature, .. }: &PlanarEdgePairs<V>,
+        geometry: &mut Geometry,
+    ) {
+        let first = *first;
+        let strain =
+            self.elements.stretches::<V>(self.level, first).strain_of(edge.squared, edge.length);
+        let slope = PlanarBend::slope(*curvature);
         let value = |x: V, lane: usize| x.lane(lane).value();
         for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
             let both = |[x, y]: [V; 2]| [value(x, lane), value(y, lane)];
-            *to = Straight {
+            *to = PlanarEdgeGeometry {
                 tangent: both(edge.tangent),
                 normal: both(edge.normal),
                 strain: value(strain, lane),
@@ -155,8 +141,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
             if let Some(geometry) = &mut geometry {
                 self.measure(&pairs, geometry);
             }
-            let [moment, stiffness] = self.bends(&pairs).response(pairs.curvature);
-            let Pairs { first, e, f, .. } = pairs;
+            let [moment, stiffness] = self.turning_response(&pairs);
+            let PlanarEdgePairs { first, e, f, .. } = pairs;
             let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
             let after = [
                 [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
@@ -164,7 +150,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
             ];
             let torque = moment.before(moments) - moment;
             let both = stiffness.before(stiffnesses) + stiffness;
-            let [force, along] = self.stretches(first).tension(e.squared, e.length);
+            let [force, along] =
+                self.elements.stretches::<V>(self.level, first).tension(e.squared, e.length);
             let tension = tension(self.elements.tensions, self.level, first, force);
             let axial = [force, tension, along];
             to.edges(first, &by_edge(axial, &e, torque, both), &after);
@@ -175,10 +162,14 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1> for Al
 
 /// The edges from `first` on.
 #[inline(always)]
-fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usize) -> Edge<V> {
+fn edges_at<D: Nestable, V: SimdScalar<D>>(
+    q: &[D],
+    level: V::Level,
+    first: usize,
+) -> PlanarEdge<V> {
     let mut room = None;
     let q = window(q, first, 2, 2 * V::LANES + 2, &mut room);
-    Edge::new(&[
+    PlanarEdge::new(&[
         V::gather(level, |lane| q[2 * lane]),
         V::gather(level, |lane| q[2 * lane + 1]),
         V::gather(level, |lane| q[2 * lane + 2]),
@@ -191,7 +182,7 @@ fn edges_at<D: Nestable, V: SimdScalar<D>>(q: &[D], level: V::Level, first: usiz
 #[inline(always)]
 fn by_edge<V: Scalar>(
     [force, tension, along]: [V; 3],
-    edge: &Edge<V>,
+    edge: &PlanarEdge<V>,
     moment: V,
     stiffness: V,
 ) -> ByEdge<V> {
@@ -216,26 +207,26 @@ fn by_edge<V: Scalar>(
 /// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
 /// of the moments at its ends over its length as shear force. The gradient at a node is the difference of the forces of
 /// its two edges, less its load.
-pub(super) struct Forces<'a, D: Scalar> {
+pub(super) struct PlanarGradient<'a, D: Nestable> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
 
-impl<D: Nestable> Sweep<D> for Forces<'_, D> {
+impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
         let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
-        let mut along = Along::<D, V>::new(self.at, level);
+        let mut along = PlanarBlocks::<D, V>::new(self.at, level);
         let zero = V::gather(level, |_| D::from(0.0));
         let (mut moments, mut carried, edges) = (zero, [zero; 2], elements.stretch.len());
         while let Some(pairs) = along.next() {
-            let [moment, _] = along.bends(&pairs).response(pairs.curvature);
-            let Pairs { first, e, .. } = pairs;
+            let [moment, _] = along.turning_response(&pairs);
+            let PlanarEdgePairs { first, e, .. } = pairs;
             let torque = moment.before(moments) - moment;
-            let axial = along.stretches(first).force(e.squared, e.length);
+            let axial = elements.stretches::<V>(level, first).force(e.squared, e.length);
             let force = [
                 axial * e.tangent[0] + torque * e.normal[0],
                 axial * e.tangent[1] + torque * e.normal[1],

@@ -2,16 +2,16 @@
 
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
-use crate::energy::joint::{EdgeState, Pull};
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
+use crate::energy::joint::{EdgeState, JointGradient};
+use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::numerics::vector::{add, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::EdgeBlocks;
-use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
-use crate::rod::spatial::sweep::{Along, At, Elements, Pairs, joints, stretches};
+use crate::rod::spatial::moving::{MovedEdgePairs, MovingFrames};
+use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks, SpatialEdgePairs, joints};
 
 /// Writes the gradient by nodes from derivatives by edges, block after block.
-struct Forces<'a, D, V> {
+struct GradientWriter<'a, D, V> {
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],
     /// Derivatives of the joints before the next edges, and forces of the edges before, N.
@@ -19,7 +19,7 @@ struct Forces<'a, D, V> {
     carried: [V; 3],
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
     #[inline(always)]
     fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
@@ -28,7 +28,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
 
     /// Adds the edges from `first` on with the derivatives of the joints after them and their axial forces, N.
     #[inline(always)]
-    fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &Pull<V>, axial: V) {
+    fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &JointGradient<V>, axial: V) {
         let (open, carried) = (&self.open, &self.carried);
         let before =
             [pull.f[0].before(open[0]), pull.f[1].before(open[1]), pull.f[2].before(open[2])];
@@ -54,7 +54,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Forces<'a, D, V> {
 }
 
 /// Writes the gradient by the hand-derived formulas.
-pub(super) struct Gradient<'a, D: Scalar> {
+pub(super) struct Gradient<'a, D: Nestable> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
@@ -64,12 +64,13 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
-        let mut nodes = Forces::<D, V>::new(level, self.at.elements.load, self.gradient);
-        let mut along = Along::<D, V>::new(self.at, level);
+        let elements = self.at.elements;
+        let mut nodes = GradientWriter::<D, V>::new(level, elements.load, self.gradient);
+        let mut along = SpatialBlocks::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
-            let Pairs { first, e, f, bent, .. } = &pairs;
+            let SpatialEdgePairs { first, e, f, bent, .. } = &pairs;
             let pull = bent.pull(&e.edge, &f.edge, &along.response(&pairs).1);
-            let axial = along.stretches(*first).force(e.squared, e.length);
+            let axial = elements.stretches::<V>(level, *first).force(e.squared, e.length);
             nodes.add(*first, e, &pull, axial);
         }
         nodes.end();
@@ -77,7 +78,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 }
 
 /// Moves the frames with their edges, and writes the gradient there.
-pub(super) struct MovedGradient<'a, D: Scalar> {
+pub(super) struct MovedGradient<'a, D: Nestable> {
     pub elements: Elements<'a, D>,
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,
@@ -89,13 +90,13 @@ impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
-        let mut nodes = Forces::<D, V>::new(level, self.elements.load, self.gradient);
-        let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
+        let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);
+        let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);
         while let Some(pairs) = moving.next() {
-            let MovedPairs { first, twist, .. } = pairs;
+            let MovedEdgePairs { first, twist, .. } = pairs;
             let (e, f) = (pairs.e.state(), pairs.f.state());
             let pull = joints(self.elements.joint, level, first).pull(&e.edge, &f.edge, twist);
-            let axial = stretches(self.elements.stretch, level, first).force(e.squared, e.length);
+            let axial = self.elements.stretches::<V>(level, first).force(e.squared, e.length);
             nodes.add(first, &e, &pull, axial);
         }
         nodes.end();

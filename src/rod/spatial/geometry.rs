@@ -4,7 +4,7 @@ use crate::numerics::vector::Vector;
 
 /// Length, m, directions and strain of an edge, and its rotation since its reference.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Straight {
+pub(super) struct SpatialEdgeGeometry {
     pub(super) length: f64,
     pub(super) inverse_length: f64,
     pub(super) tangent: Vector<f64>,
@@ -21,7 +21,7 @@ pub(super) struct Straight {
 
 /// The strains of a joint, and their derivatives (columns) by the rotations `p`, `q` and `h` of both edges (rows).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Bent {
+pub(super) struct SpatialJointGeometry {
     pub(super) strains: [f64; 3],
     pub(super) by: [[[f64; 3]; 3]; 2],
 }
@@ -29,14 +29,6 @@ pub(super) struct Bent {
 /// Edges and joints of a spatial rod at its unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    pub(super) edges: Vec<Straight>,
-    pub(super) joints: Vec<Bent>,
-}
-
-impl Geometry {
-    /// Room for so many edges.
-    pub(super) fn resize(&mut self, edges: usize) {
-        self.edges.resize(edges, Straight::default());
-        self.joints.resize(edges - 1, Bent::default());
-    }
+    pub(super) edges: Vec<SpatialEdgeGeometry>,
+    pub(super) joints: Vec<SpatialJointGeometry>,
 }

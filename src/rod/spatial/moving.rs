@@ -1,7 +1,7 @@
 //! Parallel transport of the reference frames of a rod to its edges at other unknowns, in SIMD lanes.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
-use crate::energy::joint::{Edge, EdgeState};
+use crate::energy::joint::{DirectedEdge, EdgeState};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::numerics::vector::{Vector, dot, scale};
 use crate::rod::blocks::block;
@@ -9,7 +9,7 @@ use crate::rod::spatial::sweep::{frames_at, vectors_at};
 
 /// Edges whose frames have moved with them.
 #[derive(Clone, Copy)]
-pub(super) struct Moved<V> {
+pub(super) struct MovedEdges<V> {
     squared: V,
     length: V,
     inverse_length: V,
@@ -19,12 +19,12 @@ pub(super) struct Moved<V> {
     from: Vector<V>,
 }
 
-impl<V: Scalar> Moved<V> {
+impl<V: Scalar> MovedEdges<V> {
     /// The edges with their present frames as references.
     #[inline(always)]
     pub fn state(&self) -> EdgeState<V> {
         let Self { squared, length, inverse_length, angle, frame, .. } = self;
-        let edge = Edge::moved(frame, *inverse_length, *angle);
+        let edge = DirectedEdge::moved(frame, *inverse_length, *angle);
         EdgeState { edge, length: *length, squared: *squared, turn: [squared.like(0.0); 2] }
     }
 
@@ -47,26 +47,26 @@ impl<V: Scalar> Moved<V> {
 
 /// Edges in SIMD lanes, the edges after them, and the twists of the joints between, rad. Lanes after the last edge have
 /// no meaning.
-pub(super) struct Pairs<V> {
+pub(super) struct MovedEdgePairs<V> {
     /// The number of the first edge.
     pub first: usize,
-    pub e: Moved<V>,
-    pub f: Moved<V>,
+    pub e: MovedEdges<V>,
+    pub f: MovedEdges<V>,
     pub twist: V,
 }
 
 /// Moves the frames of a rod to `q`, without changing any energy there: neither directors nor twists jump.
-pub(super) struct Moving<'a, D, V: SimdScalar<D>> {
+pub(super) struct MovingFrames<'a, D, V: SimdScalar<D>> {
     q: &'a [D],
     frames: &'a mut [EdgeFrame<D>],
     twist: &'a mut [D],
     level: V::Level,
     /// The number of the first edge of the next block.
     first: usize,
-    edges: Moved<V>,
+    edges: MovedEdges<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Moving<'a, D, V> {
+impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
     #[inline(always)]
     pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
         let edges = move_edges(q, &mut frames.edges, level, 0);
@@ -76,7 +76,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Moving<'a, D, V> {
 
     /// Moves the frames of the next block.
     #[inline(always)]
-    pub fn next(&mut self) -> Option<Pairs<V>> {
+    pub fn next(&mut self) -> Option<MovedEdgePairs<V>> {
         let (first, e) = (self.first, self.edges);
         if first >= self.frames.len() {
             return None;
@@ -94,7 +94,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> Moving<'a, D, V> {
             *to = twist.lane(lane);
         }
         let turn = f.angle - e.angle;
-        Some(Pairs { first, e, f, twist: turn + twist })
+        Some(MovedEdgePairs { first, e, f, twist: turn + twist })
     }
 }
 
@@ -105,7 +105,7 @@ fn move_edges<D: Nestable, V: SimdScalar<D>>(
     frames: &mut [EdgeFrame<D>],
     level: V::Level,
     first: usize,
-) -> Moved<V> {
+) -> MovedEdges<V> {
     let (e, angle) = vectors_at::<D, V>(q, level, first);
     let squared = dot(e, e);
     let length = squared.sqrt();
@@ -117,7 +117,7 @@ fn move_edges<D: Nestable, V: SimdScalar<D>>(
             (V::extract_lane(&frame.tangent, lane), V::extract_lane(&frame.director, lane));
         *to = EdgeFrame { tangent, director };
     }
-    Moved { squared, length, inverse_length, angle, frame, from: before.tangent }
+    MovedEdges { squared, length, inverse_length, angle, frame, from: before.tangent }
 }
 
 /// Moves all frames without a gradient.
@@ -131,7 +131,7 @@ impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
 
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
-        let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
+        let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);
         while moving.next().is_some() {}
     }
 }

@@ -1,34 +1,21 @@
 //! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies and derivatives by edges.
 
-use crate::energy::Stretch;
+use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
-use crate::energy::joint::{Joint, Sum, between};
+use crate::energy::joint::{EdgeSum, Joint, between};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::vector::{Vector, add, combine, scale, sub};
-use crate::rod::blocks::{MOST, block, tension, window};
+use crate::numerics::vector::{Vector, combine, scale, sub};
+use crate::rod::blocks::{block, tension, window};
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Space};
-use crate::rod::spatial::geometry::{Geometry, Straight};
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry};
 
 /// The elements of a spatial rod.
 pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
 
 /// A spatial rod at its unknowns, with its frames.
 pub(super) type At<'a, D> = layout::At<'a, D, Space, 3, 3>;
-
-impl<D: Nestable> Elements<'_, D> {
-    /// The stiffness and the stresses of joint `i` at its strains.
-    pub(super) fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
-        let law = &self.joint[i];
-        match self.springs.and_then(|springs| Some((springs, springs.acting.get(i)?))) {
-            None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
-            Some((springs, (elastic, from))) => {
-                springs.sliders.response(i, (law, elastic), *strains, add(*strains, *from))
-            }
-        }
-    }
-}
 
 /// Edges in SIMD lanes, with their angles, rad, and their reference frames.
 #[derive(Clone, Copy)]
@@ -40,7 +27,7 @@ struct Edges<V> {
 
 /// Edges in SIMD lanes, the edges after them, and the joints between. The joint after the last edge has neither
 /// stiffness nor stress; lanes beyond have no meaning.
-pub struct Pairs<V> {
+pub struct SpatialEdgePairs<V> {
     /// The number of the first edge.
     pub(super) first: usize,
     pub(super) e: EdgeState<V>,
@@ -50,7 +37,7 @@ pub struct Pairs<V> {
 }
 
 /// The edges of a rod at `q`, block after block.
-pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
+pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
@@ -61,36 +48,21 @@ pub struct Along<'a, D: Scalar, V: SimdScalar<D>> {
     edges: Edges<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> Along<'a, D, V> {
-    /// How edges stretch.
+impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
+    /// Stiffnesses and stresses of joints.
     #[inline(always)]
-    pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
-        stretches(self.elements.stretch, self.level, first)
-    }
-
-    /// The stiffness of joints and their stresses.
-    #[inline(always)]
-    pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
-        if self.elements.springs.is_none() {
-            return (law.stiffness, law.stiffness.times(&sub(bent.strains, law.natural)));
-        }
-        let none = JointLaw::<D>::none();
-        let mut all = [(none.stiffness, none.natural); MOST];
-        let joints = self.elements.joint.len().saturating_sub(*first);
-        for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
-            *own = self.elements.response(first + lane, &V::extract_lane(&bent.strains, lane));
-        }
-        let stress = [
-            V::gather(self.level, |lane| all[lane].1[0]),
-            V::gather(self.level, |lane| all[lane].1[1]),
-            V::gather(self.level, |lane| all[lane].1[2]),
-        ];
-        (Stiffness::side_by_side(self.level, &all, |own| &own.0), stress)
+    pub fn response(
+        &self,
+        SpatialEdgePairs { first, law, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> (Stiffness<V>, [V; 3]) {
+        self.elements.responses::<V>(self.level, *first, law, &bent.strains)
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Along<'a, D, V> {
-    type Block = Pairs<V>;
+impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
+    for SpatialBlocks<'a, D, V>
+{
+    type Block = SpatialEdgePairs<V>;
 
     #[inline(always)]
     fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
@@ -100,7 +72,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
     }
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
+    fn next(&mut self) -> Option<SpatialEdgePairs<V>> {
         let (first, edges) = (self.first, self.edges);
         if first >= self.elements.stretch.len() {
             return None;
@@ -117,37 +89,50 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         let law: JointLaw<V> = joints(self.elements.joint, self.level, first);
         let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
         let bent = joint.joint(&e, &f, turn);
-        Some(Pairs { first, e, f, law, bent })
+        Some(SpatialEdgePairs { first, e, f, law, bent })
     }
 
-    fn first(block: &Pairs<V>) -> usize {
+    fn first(block: &SpatialEdgePairs<V>) -> usize {
         block.first
     }
 
     #[inline(always)]
-    fn strains(&self, Pairs { first, e, bent, .. }: &Pairs<V>) -> (V, [V; 3]) {
-        (self.stretches(*first).strain_of(e.squared, e.length), bent.strains)
+    fn strains(
+        &self,
+        SpatialEdgePairs { first, e, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> (V, [V; 3]) {
+        (
+            self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length),
+            bent.strains,
+        )
     }
 
     #[inline(always)]
-    fn energies(&self, Pairs { first, e, law, bent, .. }: &Pairs<V>) -> [V; 3] {
-        let [bend, twist] = law.energies_of(&bent.strains);
-        [self.stretches(*first).energy_at(e.squared, e.length), bend, twist]
+    fn energies(
+        &self,
+        SpatialEdgePairs { first, e, law, bent, .. }: &SpatialEdgePairs<V>,
+    ) -> [V; 3] {
+        let [_, bend, twist] = law.energies(&law.difference(&bent.strains));
+        [
+            self.elements.stretches::<V>(self.level, *first).energy_at(e.squared, e.length),
+            bend,
+            twist,
+        ]
     }
 
     #[inline(always)]
     fn measure(
         &self,
-        Pairs { first, e: state, f: next, bent: joint, .. }: &Pairs<V>,
+        SpatialEdgePairs { first, e: state, f: next, bent: joint, .. }: &SpatialEdgePairs<V>,
         geometry: &mut Geometry,
     ) {
         let (first, level) = (*first, self.level);
-        let (mut references, mut laws) = (None, None);
+        let mut references = None;
         let beyond = self.frames[self.frames.len() - 1];
         let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
         let frame = EdgeFrame::side_by_side::<V>(level, frames);
-        let laws = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut laws);
-        let strain = Stretch::side_by_side::<V>(level, laws).strain_of(state.squared, state.length);
+        let strain =
+            self.elements.stretches::<V>(level, first).strain_of(state.squared, state.length);
         let EdgeState { edge, length, turn, .. } = state;
         let by_chi = one_plus_dot(frame.tangent, edge.tangent).recip();
         let across = [scale(edge.m[0], edge.inverse_length), scale(edge.m[1], edge.inverse_length)];
@@ -156,7 +141,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         for (lane, to) in geometry.edges[first..].iter_mut().take(V::LANES).enumerate() {
             let vector =
                 |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
-            *to = Straight {
+            *to = SpatialEdgeGeometry {
                 length: value(length, lane),
                 inverse_length: value(&edge.inverse_length, lane),
                 tangent: vector(&edge.tangent),
@@ -186,15 +171,16 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3> for Al
         mut geometry: Option<&mut Geometry>,
     ) {
         let zero = V::gather(self.level, |_| D::from(0.0));
-        let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
+        let mut open = EdgeSum { gradient: [zero; 3], hessian: [zero; 6] };
         while let Some(pairs) = self.next() {
-            let Pairs { first, e, f, bent, .. } = &pairs;
+            let SpatialEdgePairs { first, e, f, bent, .. } = &pairs;
             if let Some(geometry) = &mut geometry {
                 self.measure(&pairs, geometry);
             }
             let (stiffness, stress) = self.response(&pairs);
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
-            let [force, along] = self.stretches(*first).tension(e.squared, e.length);
+            let [force, along] =
+                self.elements.stretches::<V>(self.level, *first).tension(e.squared, e.length);
             let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
             let tension = tension(self.elements.tensions, self.level, *first, force);
             let own = e.derivatives(&sum, [force, tension], along);
@@ -213,17 +199,6 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
 ) -> JointLaw<V> {
     let mut room = None;
     JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
-}
-
-/// How the edges from `first` on stretch.
-#[inline(always)]
-pub(super) fn stretches<D: Nestable, V: SimdScalar<D>>(
-    all: &[Stretch<D, 3>],
-    level: V::Level,
-    first: usize,
-) -> Stretch<V, 3> {
-    let mut room = None;
-    Stretch::side_by_side(level, block::<D, V, _>(all, first, Stretch::none(), &mut room))
 }
 
 /// The vectors of edges from `first` on, and their angles.

@@ -1,0 +1,93 @@
+//! Derivatives of the stresses of a law along parameters, and of a number by the law.
+//!
+//! The stress `K s + w` of a [`Law`] is linear in its stiffness `K` and in its stress without strain `w = -K s_natural`.
+//! [`LawRate`] has the derivatives of both along parameters. [`LawSlopes`] has the derivatives of a number by both: the
+//! transposed product.
+
+use crate::energy::law::{Law, Symmetric};
+use crate::numerics::lanes::Lanes;
+use crate::numerics::vector::components;
+use num_dual::Dual64;
+
+/// Derivatives of a law with `S` strains along `G` parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct LawRate<K, const S: usize, const G: usize> {
+    /// Of the stiffness.
+    pub stiffness: K,
+    /// Of the stress without strain.
+    pub offset: [Lanes<G>; S],
+}
+
+impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G> {
+    /// The derivatives that dual laws contain, one for each parameter.
+    pub fn from_duals<L: Law<Dual64, S>>(duals: [&L; G]) -> Self {
+        let offsets = duals.map(|law| law.stiffness().times(&law.natural()));
+        Self {
+            stiffness: K::from_entries(|k| {
+                Lanes(components(|g| duals[g].stiffness().entry(k).eps))
+            }),
+            offset: components(|c| Lanes(components(|g| -offsets[g][c].eps))),
+        }
+    }
+
+    /// Whether no parameter changes the law.
+    pub fn is_zero(&self) -> bool {
+        (0..K::PLACES.len()).all(|k| self.stiffness.entry(k) == Lanes::ZERO)
+            && self.offset == [Lanes::ZERO; S]
+    }
+
+    /// The derivatives of the stresses at these strains.
+    #[inline(always)]
+    pub fn stress(&self, strains: &[f64; S]) -> [Lanes<G>; S] {
+        let mut stress: [Lanes<G>; S] = self.stiffness.times(strains);
+        for c in 0..S {
+            stress[c] += self.offset[c];
+        }
+        stress
+    }
+
+    /// The derivatives of a number that has these `slopes` by the law.
+    pub fn along(&self, slopes: &LawSlopes) -> Lanes<G> {
+        let mut sum = Lanes::ZERO;
+        for k in 0..K::PLACES.len() {
+            sum += self.stiffness.entry(k) * slopes.stiffness[k];
+        }
+        for c in 0..S {
+            sum += self.offset[c] * slopes.offset[c];
+        }
+        sum
+    }
+}
+
+/// The derivatives of a number by a law; entries beyond those of its strains are zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LawSlopes {
+    /// By the entries of the stiffness, the upper triangle row by row.
+    pub stiffness: [f64; 6],
+    /// By the stresses without strain.
+    pub offset: [f64; 3],
+}
+
+impl LawSlopes {
+    /// Adds the derivatives of a number that has those `w` by the stresses, at the strains `strains`. The stiffness
+    /// without the coupling of bending and twisting counts the strains `own` besides.
+    #[inline(always)]
+    pub fn add<K: Symmetric<f64, S>, const S: usize>(
+        &mut self,
+        w: &[f64; S],
+        strains: &[f64; S],
+        own: &[f64; S],
+    ) {
+        for (k, [row, column]) in K::PLACES.iter().copied().enumerate() {
+            let strain = |c: usize| strains[c] + if K::is_coupling(k) { 0.0 } else { own[c] };
+            let mut product = w[row] * strain(column);
+            if row != column {
+                product += w[column] * strain(row);
+            }
+            self.stiffness[k] += product;
+        }
+        for c in 0..S {
+            self.offset[c] += w[c];
+        }
+    }
+}

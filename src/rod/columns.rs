@@ -1,0 +1,82 @@
+//! Gradient and tangent of a rod, written node by node in SIMD lanes.
+
+use crate::energy::DeadLoad;
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::rod::blocks::block;
+use std::ops::Range;
+
+/// Entries of one node, or of nodes in SIMD lanes: its `K` unknowns and the columns of the tangent, with `W` entries
+/// below the diagonal.
+pub(super) struct NodeEntries<V, const K: usize, const W: usize> {
+    pub gradient: [V; K],
+    pub diagonal: [V; K],
+    pub below: [[V; W]; K],
+}
+
+/// The gradient and the columns of the tangent, `K` for each node.
+pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
+    pub gradient: &'a mut [D],
+    pub diagonal: &'a mut [[D; K]],
+    pub below: &'a mut [[[D; W]; K]],
+}
+
+impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
+    #[inline(always)]
+    pub fn new(gradient: &'a mut [D], tangent: &'a mut BandMatrix<D, W>) -> Self {
+        let (diagonal, below) = tangent.columns_mut();
+        Self { gradient, diagonal, below }
+    }
+
+    /// Writes the nodes of all lanes from `first` on, at most `left`.
+    #[inline(always)]
+    pub fn write<V: SimdScalar<D>>(
+        &mut self,
+        first: usize,
+        left: usize,
+        columns: &NodeEntries<V, K, W>,
+    ) {
+        // The number of nodes is a constant for the compiler except in the last block.
+        if left >= V::LANES {
+            self.write_nodes(first..first + V::LANES, columns);
+        } else {
+            self.write_nodes(first..first + left, columns);
+        }
+    }
+
+    #[inline(always)]
+    fn write_nodes<V: SimdScalar<D>>(
+        &mut self,
+        nodes: Range<usize>,
+        columns: &NodeEntries<V, K, W>,
+    ) {
+        let gradient = &mut self.gradient.as_chunks_mut::<K>().0[nodes.clone()];
+        for (lane, to) in gradient.iter_mut().enumerate() {
+            *to = V::extract_lane(&columns.gradient, lane);
+        }
+        for (lane, to) in self.diagonal[nodes.clone()].iter_mut().enumerate() {
+            *to = V::extract_lane(&columns.diagonal, lane);
+        }
+        for (lane, to) in self.below[nodes].iter_mut().enumerate() {
+            for c in 0..K {
+                to[c] = V::extract_lane(&columns.below[c], lane);
+            }
+        }
+    }
+}
+
+/// The dead loads on the nodes from `first` on, N; zero beyond the last node.
+#[inline(always)]
+pub(super) fn loads<D: Scalar, V: SimdScalar<D>, const N: usize>(
+    all: &[DeadLoad<D, N>],
+    level: V::Level,
+    first: usize,
+) -> [V; N] {
+    let mut room = None;
+    let load = block::<D, V, _>(all, first, DeadLoad { force: [D::from(0.0); N] }, &mut room);
+    let mut forces = [V::gather(level, |lane| load[lane].force[0]); N];
+    for c in 1..N {
+        forces[c] = V::gather(level, |lane| load[lane].force[c]);
+    }
+    forces
+}

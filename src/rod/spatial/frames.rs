@@ -1,0 +1,78 @@
+//! Reference frames of a rod in space: moves to other unknowns, and the angles measured from them.
+
+use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{Vector, dot, unit};
+use crate::rod::edges::STRIDE;
+use crate::rod::frames::ReferenceFrames;
+use crate::rod::layout::{Layout, Space};
+use crate::rod::spatial::moving::Rebase;
+use std::f64::consts::TAU;
+
+impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
+    fn from_parts(edges: Vec<EdgeFrame<D>>, twist: Vec<D>) -> Self {
+        Self { edges, twist }
+    }
+
+    fn edge_frames(&self) -> &[EdgeFrame<D>] {
+        &self.edges
+    }
+
+    fn twists(&self) -> &[D] {
+        &self.twist
+    }
+
+    fn parts_mut(&mut self) -> (&mut [EdgeFrame<D>], &mut [D]) {
+        (&mut self.edges, &mut self.twist)
+    }
+
+    fn move_to(&mut self, q: &[D]) {
+        D::run_sweep(Rebase { q, frames: self });
+    }
+
+    fn convert_angles(&self, q: &mut [D], to: &Self) {
+        let count = self.edges.len();
+        let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(Space::edge(q, j))).collect();
+        let mut before: Option<(D, D)> = None;
+        for (j, t) in tangents.iter().enumerate() {
+            let theta = STRIDE * j + 3;
+            let old = q[theta];
+            let [director, _] = self.edges[j].material(*t, old);
+            let [d1, d2] = to.edges[j].material(*t, D::from(0.0));
+            let angle = dot(director, d2).atan2(dot(director, d1));
+            // Whole turns: the first edge's as they were, the others' so that twist stays.
+            let expected = match before {
+                None => old,
+                Some((old_left, new_left)) => {
+                    let twist = |frames: &Frames<D>| {
+                        let ends = [frames.edges[j - 1].tangent, frames.edges[j].tangent];
+                        frames.twist[j - 1] - transported_twist(ends, [tangents[j - 1], *t])
+                    };
+                    old - old_left + twist(self) - twist(to) + new_left
+                }
+            };
+            let turns = ((expected - angle).value() / TAU).round();
+            let new = angle + turns * TAU;
+            before = Some((old, new));
+            q[theta] = new;
+        }
+    }
+
+    fn director(&self, q: &[D], j: usize) -> Option<[D; 3]> {
+        Some(self.edges[j].material(unit(Space::edge(q, j)), q[STRIDE * j + 3])[0])
+    }
+
+    fn untwist(&self, q: &mut [D]) {
+        for (j, twist) in self.twist.iter().enumerate() {
+            q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;
+        }
+    }
+
+    fn align(&self, q: &mut [D], j: usize, director: [D; 3], turn: f64) {
+        let [d1, d2] = self.edges[j].material(unit(Space::edge(q, j)), D::from(0.0));
+        let angle = dot(director, d2).atan2(dot(director, d1));
+        let theta = &mut q[STRIDE * j + 3];
+        let turns = ((*theta + turn - angle).value() / TAU).round();
+        *theta = angle + turns * TAU;
+    }
+}
