@@ -29,7 +29,7 @@ TIMES = ("t", "time")
 def _checked(scene: Scene) -> Scene:
     """The scene; an error for another object."""
     if not isinstance(scene, Scene):
-        raise refused("scene", repr(scene)[:80], "a rodfit.Scene; a fit file is read by Fit.load")
+        raise refused("scene", repr(scene)[:80], "a rodfit.Scene. Read a fit file with Fit.load")
     return scene
 
 
@@ -92,13 +92,13 @@ class Fit:
         ``held_out`` data are validation data: they are predicted, not fitted."""
         if isinstance(t, (str, os.PathLike)):
             if xyz is not None:
-                raise refused("xyz", "numbers beside a file", "none")
+                raise refused("xyz", "both numbers and a file", "one of the two")
             # The key `markers` gives the points of several markers.
             point = None if "markers" in recording else at
             keys = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
             return self._add("observation", keys | recording)
         if recording:
-            allowed = "beside numbers at, sigma, loss and held_out; the other keys of an observation are of a file"
+            allowed = "only at, sigma, loss and held_out together with numbers; other keys of an observation belong to a file"
             raise refused(next(iter(recording)), "an argument", allowed)
         if xyz is None:
             t, xyz = _columns(t)
@@ -109,10 +109,10 @@ class Fit:
         if positions.ndim == 1:
             positions = positions[:, None]
         if times.ndim != 1 or positions.ndim != 2:
-            found = f"{positions.ndim} dimensions beside {times.ndim}"
-            raise refused("xyz", found, "(n, 3) beside (n,)")
+            found = f"{positions.ndim} dimensions for times of {times.ndim}"
+            raise refused("xyz", found, "positions of shape (n, 3) for times of shape (n,)")
         if isinstance(sigma, str) or is_table(sigma):
-            raise refused("sigma", f"{sigma!r} beside numbers", "a number, or one for every time; columns are of a file")
+            raise refused("sigma", f"{sigma!r} together with numbers", "a number, or one number for each time; column names belong to a file")
         noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
         self._native.observe(times, positions, written(at), noise, written(loss), held_out)
         return self
@@ -143,7 +143,7 @@ class Fit:
         low, high = _rodfit.limits(name)
         keys: dict[str, Any] = {"name": name, "start" if vary else "fixed": value}
         if not vary and value is None:
-            raise refused("value", "none", "a number, where vary=False")
+            raise refused("value", "none", "a number, as vary=False")
         if min is not None or max is not None:
             keys["bounds"] = [low if min is None else min, high if max is None else max]
         if prior is not None:

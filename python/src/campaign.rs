@@ -47,7 +47,7 @@ impl PyCampaign {
     /// Solves a task and stores its result. Returns its exit code, or `None` after Ctrl-C.
     fn solve(&self, py: Python<'_>, id: &str) -> PyResult<Option<u8>> {
         let Some(index) = self.inner.indices.get(id).copied() else {
-            return Err(refused(py, format!("task: found {id}, allowed: one of the plan")));
+            return Err(refused(py, format!("task: found {id}, allowed: a task of the plan")));
         };
         let inner = self.inner.clone();
         interruptible(py, None, move |hooks| {

@@ -73,7 +73,7 @@ pub fn interruptible<T: Send + 'static>(
         }
     }
     let result =
-        py.detach(|| thread.join()).map_err(|_| failed(py, "a panic of rodfit's: a bug"))?;
+        py.detach(|| thread.join()).map_err(|_| failed(py, "an internal error of rodfit. Report this fault"))?;
     match (result, exception, interrupted) {
         (_, Some(error), _) => Err(error),
         (Ok(value), None, _) => Ok(value),
