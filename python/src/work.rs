@@ -72,8 +72,9 @@ pub fn interruptible<T: Send + 'static>(
             stop.store(true, Ordering::Relaxed);
         }
     }
-    let result =
-        py.detach(|| thread.join()).map_err(|_| failed(py, "an internal error of rodfit. Report this fault"))?;
+    let result = py
+        .detach(|| thread.join())
+        .map_err(|_| failed(py, "an internal error of rodfit. Report this fault"))?;
     match (result, exception, interrupted) {
         (_, Some(error), _) => Err(error),
         (Ok(value), None, _) => Ok(value),

@@ -167,7 +167,7 @@ impl Plan {
         Ok(Self { folder: folder.into(), root: root.into(), tasks })
     }
 
-    /// The files of the plan itself.
+    /// Paths of the two files that a plan consists of, `plan.json` and `tasks.jsonl` in its folder.
     pub fn files(&self) -> Vec<PathBuf> {
         [DESCRIPTION_FILE, TASKS_FILE].map(|name| self.folder.join(name)).to_vec()
     }

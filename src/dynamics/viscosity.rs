@@ -67,7 +67,8 @@ impl<D: Scalar> Memory<D> {
         }
     }
 
-    /// At the start of a step, where `s`, `r` and `z` are known and are themselves `s0`, `r0` and `z0`.
+    /// Coefficients of the effective strain at the start of a step, where the strain `s0`, its rate `r0` and the stretch `z0` of
+    /// the relaxing spring are known.
     pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let zero = D::from(0.0);
         // An average counts both ends by half.

@@ -40,7 +40,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         + &explanation(Code::UndetectedBias)
 }
 
-/// The largest bias of every parameter, as a sentence; nothing without biases.
+/// A sentence of the undetected biases with the largest effects; empty without biases.
 pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
         let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));

@@ -64,7 +64,7 @@ struct Occurrence<'a, D: Nestable> {
 }
 
 impl<D> Extra<D> {
-    /// All of them.
+    /// All user-defined energies with their places on the mesh.
     pub(crate) fn placed(&self) -> &[Placed<D>] {
         &self.0
     }

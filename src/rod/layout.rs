@@ -227,7 +227,7 @@ pub trait EdgeBlocks<
     /// The strains of its edges and joints.
     fn strains(&self, block: &Self::Block) -> (V, [V; S]);
 
-    /// Energies of stretching, bending and twisting, J, without those of springs.
+    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
     fn energies(&self, block: &Self::Block) -> [V; 3];
 
     /// Writes its geometry.

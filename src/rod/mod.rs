@@ -147,7 +147,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.measure(q, frames, geometry);
     }
 
-    /// Writes the tangent in terms of edges instead of nodes: edge `j` has the rows and columns of node `j + 1`, and
+    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions: edge `j` has the rows and columns of node `j + 1`, and
     /// those of the first node are zero.
     fn edge_tangent(
         &self,

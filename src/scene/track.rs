@@ -1,4 +1,4 @@
-//! Recorded markers: their positions at the frames of a recording, and the cubic HermiteWeights interpolant through them.
+//! Recorded markers: their positions at the frames of a recording, and the cubic Hermite interpolant through them.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -234,7 +234,7 @@ impl Track {
 }
 
 impl Marker {
-    /// Position at a time, m: the cubic HermiteWeights interpolant; before the first known position and after the last the
+    /// Position at a time, m: the cubic Hermite interpolant; before the first known position and after the last the
     /// motion is continued with constant velocity.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
         let next = self.path.partition_point(|point| point.time <= time.value());

@@ -84,7 +84,8 @@ impl FitRun {
         }
     }
 
-    /// Estimates single parameters.
+    /// Fits single parameters, extends the model if requested, and writes the report, the page and the scenes; the exit code is 3
+    /// without success.
     fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);

@@ -1,4 +1,5 @@
-//! Standard deviations of the measurements before the first fit: the given ones, and preliminary ones for the others.
+//! Standard deviations of the measurements before the first fit: the given ones, else the length of the rod (a common scale), or with
+//! a robust loss 5 % of the observed motion.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};

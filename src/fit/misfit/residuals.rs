@@ -178,7 +178,7 @@ impl Residuals {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
 
-    /// Rows of the Jacobian of the plain residuals at `x`.
+    /// Jacobian at `x` of the residuals without robust loss and leverage weights: a row per residual, those of the priors last.
     pub(crate) fn plain_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }

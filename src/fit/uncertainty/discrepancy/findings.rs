@@ -167,8 +167,8 @@ pub(crate) fn biases_beyond_interval<'a>(
     parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
-/// The effects with the largest biases above a standard error, each with its biases of all parameters. The effect with the
-/// largest bias of each parameter comes first, as the estimates quote it.
+/// Up to three effects with a bias above a standard error, each with all its biases above one. Effects with the largest bias of
+/// any parameter come first, as the estimates quote them, then by their largest bias.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.
