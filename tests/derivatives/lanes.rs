@@ -137,9 +137,9 @@ fn spatial<D: Nestable>(
     (rod, q, frames)
 }
 
-/// All that a rod tells of itself.
+/// All outputs of a rod: energies, gradients, tangents and strains.
 #[derive(Debug)]
-struct Told {
+struct RodOutputs {
     gradient: Vec<f64>,
     tangent: Vec<f64>,
     by_edges: Vec<f64>,
@@ -151,12 +151,12 @@ struct Told {
     moved: [Vec<f64>; 2],
 }
 
-fn told<D: Nestable, R: Rod<D>>(
+fn rod_outputs<D: Nestable, R: Rod<D>>(
     rod: &R,
     q: &[D],
     frames: &R::Frames,
     derivatives: Derivatives,
-) -> Told {
+) -> RodOutputs {
     let zero = vec![D::from(f64::NAN); q.len()];
     let (mut gradient, mut beside, mut strains) = (zero.clone(), zero, Vec::new());
     // What was there before must not count.
@@ -195,7 +195,7 @@ fn told<D: Nestable, R: Rod<D>>(
     let mut other = frames.clone();
     R::rebase(&mut other, q);
     assert_eq!(format!("{with:?}"), format!("{other:?}"));
-    Told {
+    RodOutputs {
         moved: [values(&moved), values(&after)],
         gradient: values(&gradient),
         tangent: entries(&tangent),
@@ -252,7 +252,7 @@ fn pull<const M: usize>(stretch: &mut [Stretch<f64, M>]) {
 }
 
 /// The largest difference of two, each kind of number over the largest one of its kind.
-fn difference(a: &Told, b: &Told) -> f64 {
+fn difference(a: &RodOutputs, b: &RodOutputs) -> f64 {
     let energies = |e: &Energies| vec![e.stretch, e.bend, e.twist, e.potential];
     let kinds = [
         (&a.gradient, &b.gradient),
@@ -284,11 +284,11 @@ fn simd_lanes_of_planar_rods_equal_single_lanes() {
             let slides = seed % 3 == 2;
             let (rod, q) = planar::<f64>(seed, edges, slides);
             let (one, one_q) = planar::<Dual64>(seed, edges, slides);
-            let wide = told(&rod, &q, &(), Derivatives::Hand);
-            let alone = told(&one, &one_q, &(), Derivatives::Hand);
+            let wide = rod_outputs(&rod, &q, &(), Derivatives::Hand);
+            let alone = rod_outputs(&one, &one_q, &(), Derivatives::Hand);
             let found = difference(&wide, &alone);
             assert!(found < 1e-14, "{edges} edges, {seed}: {found:e}");
-            let dual = told(&rod, &q, &(), Derivatives::Dual);
+            let dual = rod_outputs(&rod, &q, &(), Derivatives::Dual);
             let found = difference(&wide, &dual);
             assert!(found < 1e-12, "{edges} edges, {seed}: {found:e} from num-dual");
             let mut pulled = rod.clone();
@@ -305,11 +305,11 @@ fn simd_lanes_of_spatial_rods_equal_single_lanes() {
             let (since, slides) = ([1e-3, 0.3, 1.5][seed as usize % 3], seed % 4 == 3);
             let (rod, q, frames) = spatial::<f64>(seed, edges, since, slides);
             let (one, one_q, one_frames) = spatial::<Dual64>(seed, edges, since, slides);
-            let wide = told(&rod, &q, &frames, Derivatives::Hand);
-            let alone = told(&one, &one_q, &one_frames, Derivatives::Hand);
+            let wide = rod_outputs(&rod, &q, &frames, Derivatives::Hand);
+            let alone = rod_outputs(&one, &one_q, &one_frames, Derivatives::Hand);
             let found = difference(&wide, &alone);
             assert!(found < 1e-14, "{edges} edges, {seed}: {found:e}");
-            let mut dual = told(&rod, &q, &frames, Derivatives::Dual);
+            let mut dual = rod_outputs(&rod, &q, &frames, Derivatives::Dual);
             if slides {
                 // No scheme that moves frames within a step has springs that act.
                 dual.moved = wide.moved.clone();

@@ -205,7 +205,7 @@ fn derivatives_of_planar_rods_are_the_same_in_any_group() {
     }
 }
 
-/// With all that a material remembers.
+/// With Kelvin-Voigt damping, relaxation and friction.
 #[test]
 fn derivatives_with_slipping_springs_are_the_same_in_any_group() {
     for mut scene in [

@@ -376,7 +376,7 @@ fn polyline_shape_has_a_scale_and_is_read_once() {
     let size = largest(&exact);
     assert!(apart(&exact, &in_duals(&problem, scale)) < AGAINST_DUALS * size);
     assert!(apart(&exact, &by_differences(&problem, scale)) < AGAINST_DIFFERENCES * size);
-    // Read by now, and told of another file.
+    // The file is read by now, and another one is named.
     let mut other = problem.scene().clone();
     let Shape::Polyline { file: path, .. } = &mut other.rod.shape else { unreachable!() };
     *path = file("more.csv", 1.6);

@@ -102,14 +102,14 @@ pub fn check(problem: &Problem, smooth: bool) -> usize {
         };
         // Nodes are where they are to rounding.
         let seen = 1e-6_f64.max(ROUNDING / (h * size));
-        let told = match parameter.to_string() == "loads.damping.stretching" {
+        let tolerance = match parameter.to_string() == "loads.damping.stretching" {
             true => ROUNDING_OF_RATES / size,
             false => ROUNDING / (size * if value == 0.0 { 1.0 } else { value }),
         };
-        let told = told.max(1e-9);
+        let tolerance = tolerance.max(1e-9);
         println!("{parameter}: {size:.1e}, off by {off:.1e}, differences {difference:.1e}");
         assert!(
-            off < told && (difference < seen || !smooth),
+            off < tolerance && (difference < seen || !smooth),
             "{parameter}: {off:e} {difference:e}"
         );
         checked += 1;

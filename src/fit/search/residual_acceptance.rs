@@ -83,7 +83,7 @@ impl Search<'_> {
         let spread = |MeasuredResiduals { measurement, sigma, residuals, rows, .. }| {
             let loss = measurement.loss();
             let own = weights.get(rows).unwrap_or(&[]);
-            // Down-weighted values count for less than one value each.
+            // A down-weighted value has a weight below one.
             let mean = own.iter().map(|w| w * w).sum::<f64>() / own.len().max(1) as f64;
             match mean > 0.0 && mean < 1.0 {
                 true => {
