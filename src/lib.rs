@@ -130,7 +130,10 @@ pub mod summary;
 pub mod vibration;
 
 pub use code::Code;
-pub use dynamics::{Reversible, Slopes, Snapshot, Trajectory};
+/// The old name of [`TrajectorySlopes`].
+#[doc(hidden)]
+pub use dynamics::TrajectorySlopes as Slopes;
+pub use dynamics::{Reversible, Snapshot, Trajectory, TrajectorySlopes};
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};

@@ -1,7 +1,7 @@
 //! Checks of the derivatives of [user-defined energies](crate::energy::own).
 
 use crate::check::{CheckReport, GradientAndHessian, Routes, Tolerance};
-use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
+use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
 use crate::energy::own::{By, OwnEnergy};
 use crate::energy::place::{Directors, Place, numbers};
 use crate::energy::{Analytic, Derivatives, Energy};
@@ -186,7 +186,7 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
     let over: &dyn Over<f64> = energy;
     let unscaled = |x: &[f64]| -> Vec<f64> { (0..x.len()).map(|i| x[i] * unit(i)).collect() };
-    let scaled = |(first, second): Local<f64>| {
+    let scaled = |(first, second): OwnLocal<f64>| {
         let row = |r: usize| {
             let entry = |c: usize| second[r.max(c)][r.min(c)] * unit(r) * unit(c);
             (0..q.len()).map(entry).collect()

@@ -23,7 +23,7 @@ pub struct Film {
     every: [usize; 2],
     seen: usize,
     frames: Vec<Frame>,
-    samples: Vec<Sample>,
+    samples: Vec<FilmSample>,
 }
 
 /// The shape of a rod at a time.
@@ -37,7 +37,7 @@ pub struct Frame {
 
 /// Tip and energies at a time.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct FilmSample {
     /// Time, s.
     pub time: f64,
     /// Position of the tip, m.
@@ -70,7 +70,7 @@ impl Film {
         }
         let time = simulation.time();
         let (tip, energies) = (simulation.place(&self.tip), simulation.energies());
-        self.samples.push(Sample { time, tip, energies });
+        self.samples.push(FilmSample { time, tip, energies });
         if step.is_multiple_of(sample * frame) || is_last {
             let nodes = self.nodes.iter().map(|i| simulation.position(*i)).collect();
             self.frames.push(Frame { time, nodes });
@@ -83,7 +83,7 @@ impl Film {
     }
 
     /// Tip and energies at these and more times.
-    pub fn samples(&self) -> &[Sample] {
+    pub fn samples(&self) -> &[FilmSample] {
         &self.samples
     }
 

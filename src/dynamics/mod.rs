@@ -24,8 +24,8 @@ mod trajectory;
 mod unstable_state;
 pub(crate) mod viscosity;
 
-pub use adjoint::{Reversible, Slopes};
-pub use film::{Film, Frame, Sample};
+pub use adjoint::{Reversible, TrajectorySlopes};
+pub use film::{Film, FilmSample, Frame};
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
 pub use run::Snapshot;

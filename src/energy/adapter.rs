@@ -22,7 +22,7 @@ use num_dual::{Dual, Dual64, DualSVec64, HyperDual64};
 /// Most unknowns of an element.
 pub const MOST: usize = 11;
 /// Gradient and lower triangle of the Hessian of an element; entries beyond its unknowns have no meaning.
-pub type Local<D> = ([D; MOST], [[D; MOST]; MOST]);
+pub type OwnLocal<D> = ([D; MOST], [[D; MOST]; MOST]);
 /// Components of the directors of the two edges there may be.
 const OF_EDGES: usize = 18;
 /// The largest number of arguments of an energy: components of nodes and directors.
@@ -159,7 +159,7 @@ pub struct Site<'a, D> {
 pub trait Over<D> {
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut Local<D>);
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
 }
 
 /// A user-defined energy behind a pointer.
@@ -173,7 +173,7 @@ pub trait AnyEnergy:
     /// See [`OwnEnergy::keeps_plane`].
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
     /// The sizes of the terms in its derivatives: see [`Terms`].
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64>;
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64>;
 }
 
 impl ForEachScalar for dyn AnyEnergy {
@@ -416,7 +416,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut Local<D>) {
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
                 Derivatives::Hand => self.hand_tangent(site, q),
@@ -446,7 +446,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
         self.0.keeps_plane(&parameters, normal, point)
     }
 
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {
             let unknowns = Terms::rounded_unknowns(q);

@@ -4,7 +4,7 @@
 //! [adapter](super::adapter) of a user-defined energy would compute them in dual numbers.
 
 use crate::energy::Derivatives;
-use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
+use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::number::Quantity;
@@ -34,7 +34,7 @@ impl<D: Scalar> Over<D> for Tie {
     }
 
     /// The axes are orthonormal: nothing beside the diagonal.
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut Local<D>) {
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>) {
         self.gradient(site, q, derivatives, &mut local.0);
         for k in 0..q.len() {
             local.1[k][..k].fill(D::from(0.0));
@@ -57,7 +57,7 @@ impl AnyEnergy for Tie {
         false
     }
 
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);

@@ -1,6 +1,6 @@
 //! The page of a simulation: its result, the trajectory, energies and tip, and its settings.
 
-use crate::dynamics::{Film, Frame, Sample, SimulationReport};
+use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::card::{MessageList, card};
 use crate::page::chart::{ChartAxis, PageChart, labeled};
 use crate::page::figure::{figure, row, series_color};
@@ -43,7 +43,7 @@ pub fn simulation_page(
 }
 
 /// The end of the run, the motion of the tip, energy and discretization error, and the warnings.
-fn first_card(report: &SimulationReport, samples: &[Sample]) -> String {
+fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let energy = escaped(&capitalized(&report.energy_in_words()));
     let mut content = tip_table(samples) + &format!("<p>{energy}.</p>\n");
@@ -56,19 +56,19 @@ fn first_card(report: &SimulationReport, samples: &[Sample]) -> String {
 }
 
 /// The scale of the positions of the tip.
-fn tip_scale(samples: &[Sample]) -> Scale {
+fn tip_scale(samples: &[FilmSample]) -> Scale {
     Scale::for_values(samples.iter().flat_map(|sample| sample.tip), "m")
 }
 
 /// The time axis of all charts.
-fn time_axis(samples: &[Sample]) -> ChartAxis {
+fn time_axis(samples: &[FilmSample]) -> ChartAxis {
     ChartAxis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
 }
 
 /// The table of positions of the tip at the start, at its largest displacement and at the end.
-fn tip_table(samples: &[Sample]) -> String {
+fn tip_table(samples: &[FilmSample]) -> String {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return String::new() };
-    let displacement = |sample: &Sample| {
+    let displacement = |sample: &FilmSample| {
         let squares = sample.tip.iter().zip(&first.tip).map(|(x, start)| (x - start).powi(2));
         squares.sum::<f64>().sqrt()
     };
@@ -107,7 +107,7 @@ fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
 
 /// The energies over time, without those that stay zero. The potential of the loads has an arbitrary zero: its change is
 /// shown.
-fn energy(samples: &[Sample]) -> String {
+fn energy(samples: &[FilmSample]) -> String {
     let terms: [(&str, fn(&Energies) -> f64); 7] = [
         ("total", |e| e.total()),
         ("kinetic", |e| e.kinetic),
@@ -118,7 +118,8 @@ fn energy(samples: &[Sample]) -> String {
         ("user-defined", |e| e.own),
     ];
     let start = samples.first().map_or(0.0, |sample| sample.energies.potential);
-    let change = |s: &Sample| Energies { potential: s.energies.potential - start, ..s.energies };
+    let change =
+        |s: &FilmSample| Energies { potential: s.energies.potential - start, ..s.energies };
     let energies: Vec<Energies> = samples.iter().map(change).collect();
     let all = terms.iter().flat_map(|(_, term)| energies.iter().map(term));
     let y = ChartAxis::new("energy", &Scale::for_values(all, "J"));
@@ -135,7 +136,7 @@ fn energy(samples: &[Sample]) -> String {
 }
 
 /// Position of the tip over time, and its path in the planes of the motion.
-fn tip(samples: &[Sample], planes: &[DrawingPlane]) -> String {
+fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     let scale = tip_scale(samples);
     let size = [520.0, 340.0];
     let mut chart = PageChart::new(time_axis(samples), ChartAxis::new("position", &scale), size);

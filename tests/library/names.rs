@@ -18,13 +18,10 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
         "Geometry",
         "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
     ),
-    ("Local", "different topics, not renamed yet: energy/adapter, energy/mod"),
     ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
     ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
     ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
     ("Recorded", "different topics, not renamed yet: dynamics/record, scene/path"),
-    ("Sample", "different topics, not renamed yet: dynamics/film, fit/measurement/motion"),
-    ("Slopes", "different topics, not renamed yet: dynamics/adjoint/mod, energy/own"),
 ];
 
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its

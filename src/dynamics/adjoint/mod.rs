@@ -151,9 +151,9 @@ impl Reversible {
     }
 
     /// No slopes, for the slopes of a misfit to be added.
-    pub fn slopes(&self) -> Slopes<'_> {
+    pub fn slopes(&self) -> TrajectorySlopes<'_> {
         let motions = vec![[[0.0; 3]; 2]; self.trajectory.record().motions().len()];
-        Slopes { trajectory: &self.trajectory, problem: &self.problem, motions }
+        TrajectorySlopes { trajectory: &self.trajectory, problem: &self.problem, motions }
     }
 
     /// The derivatives of a misfit with these slopes by each of the parameters, in the unit of the misfit over that of the
@@ -166,7 +166,7 @@ impl Reversible {
     pub fn gradient(
         &self,
         parameters: &[Parameter],
-        slopes: &Slopes<'_>,
+        slopes: &TrajectorySlopes<'_>,
     ) -> Result<Vec<f64>, Error> {
         let requested = (RequestedParameters::new(&self.problem, parameters)?, parameters);
         if let Some(felt) = self.with_trace_viscosity(parameters)? {
@@ -245,14 +245,14 @@ where
 
 /// The derivatives of a misfit by the places and velocities of the tracked nodes at every record.
 #[derive(Clone, Debug)]
-pub struct Slopes<'a> {
+pub struct TrajectorySlopes<'a> {
     problem: &'a Problem,
     trajectory: &'a Trajectory,
     /// In the order of the records.
     pub(crate) motions: Vec<Motion>,
 }
 
-impl Slopes<'_> {
+impl TrajectorySlopes<'_> {
     /// Adds the derivative of the misfit by the place of a point at a time, in world axes, unit of the misfit over m.
     /// Between steps places are interpolated from places and velocities, as [`Trajectory::at`] does.
     ///

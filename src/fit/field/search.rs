@@ -1,7 +1,7 @@
 //! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead of
 //! its rows.
 
-use crate::dynamics::{Reversible, Slopes};
+use crate::dynamics::{Reversible, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::report::{FieldOptimum, FieldReport};
@@ -143,7 +143,7 @@ impl FieldSearch<'_> {
     /// The product `J' w` at a trial, by the adjoint.
     fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
-        let mut slopes: Slopes<'_> = trial.run.slopes();
+        let mut slopes: TrajectorySlopes<'_> = trial.run.slopes();
         for (row, w) in self.observation_rows(trial.run.problem()).iter().zip(w) {
             slopes.add(row.point, row.time, row.axis.map(|a| a * w))?;
         }
