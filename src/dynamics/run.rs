@@ -63,12 +63,15 @@ pub(super) struct RunTask<'a, M: Model> {
     pub steps: usize,
 }
 
+/// A function of the state of a run.
+type SubstepObserver<'a, M> = dyn FnMut(&Simulation<f64, <M as Model>::Rod<f64>>) + 'a;
+
 /// Functions that a run calls.
 pub(super) struct RunObservers<'a, M: Model> {
     /// Called with the initial state and after every step of the scene.
     pub after_step: &'a mut dyn FnMut(&dyn Snapshot),
     /// Called with the initial state and after every accepted step, each part of a bisected one included.
-    pub after_substep: &'a mut dyn FnMut(&Simulation<f64, M::Rod<f64>>),
+    pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
 /// Simulates a run, with its derivatives on a thread of their own where a processor is idle.

@@ -108,7 +108,8 @@ fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
 /// The energies over time, without those that stay zero. The potential of the loads has an arbitrary zero: its change is
 /// shown.
 fn energy(samples: &[FilmSample]) -> String {
-    let terms: [(&str, fn(&Energies) -> f64); 7] = [
+    type Term = (&'static str, fn(&Energies) -> f64);
+    let terms: [Term; 7] = [
         ("total", |e| e.total()),
         ("kinetic", |e| e.kinetic),
         ("bending", |e| e.bend),

@@ -80,7 +80,8 @@ impl<T> HtmlTable<T> {
         if rows.is_empty() {
             return String::new();
         }
-        let has_content = |k: usize| rows.iter().any(|r| r.cells[k].as_deref().unwrap_or("") != "");
+        let has_content =
+            |k: usize| rows.iter().any(|r| !r.cells[k].as_deref().unwrap_or("").is_empty());
         // The heading of a row is kept even if it is empty.
         let kept: Vec<usize> =
             (0..self.heads.len()).filter(|k| *k == 0 || has_content(*k)).collect();

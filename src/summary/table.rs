@@ -150,7 +150,7 @@ impl SummaryTable {
         let wrapped: Vec<usize> = (0..used.len()).filter(is_wrapped).collect();
         // The widest column that may shrink gives way first.
         while line_width(&widths) > available {
-            let can_shrink = wrapped.iter().filter(|i| widths[**i] > least(*i));
+            let can_shrink = wrapped.iter().filter(|i| widths[**i] > least(i));
             match can_shrink.max_by_key(|i| widths[**i]) {
                 Some(i) => widths[*i] -= 1,
                 None => break,

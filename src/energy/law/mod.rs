@@ -47,7 +47,7 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     fn difference(&self, strains: &[D; S]) -> [D; S] {
         let (mut difference, natural) = (*strains, self.natural());
         for c in 0..S {
-            difference[c] = difference[c] - natural[c];
+            difference[c] -= natural[c];
         }
         difference
     }

@@ -78,17 +78,17 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
             pivots[r] = scaled[r][r];
             for k in 0..r {
                 for j in 0..k {
-                    scaled[r][k] = scaled[r][k] - lower[r][j] * scaled[k][j];
+                    scaled[r][k] -= lower[r][j] * scaled[k][j];
                 }
                 lower[r][k] = scaled[r][k] / pivots[k];
-                pivots[r] = pivots[r] - lower[r][k] * scaled[r][k];
-                s[r] = s[r] - lower[r][k] * s[k];
+                pivots[r] -= lower[r][k] * scaled[r][k];
+                s[r] -= lower[r][k] * s[k];
             }
         }
         for r in (0..S).rev() {
-            s[r] = s[r] / pivots[r];
+            s[r] /= pivots[r];
             for c in r + 1..S {
-                s[r] = s[r] - lower[c][r] * s[c];
+                s[r] -= lower[c][r] * s[c];
             }
         }
         s

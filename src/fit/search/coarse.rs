@@ -62,7 +62,7 @@ impl CoarseModel {
     }
 
     /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`.
-    pub fn from_full_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
+    pub fn reduced_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
         let full = self.to_full_model(search, x.clone());
         x.iter().zip(full).map(|(x, full)| 2.0 * x - full).collect()
     }

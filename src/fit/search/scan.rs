@@ -147,7 +147,7 @@ impl Search<'_> {
         let candidate = |(i, point): (usize, &GridPoint)| Candidate {
             // Descents begin with the coarse model.
             x: match is_full[i] {
-                true => coarse.from_full_point(self, point.x.clone()),
+                true => coarse.reduced_point(self, point.x.clone()),
                 false => point.x.clone(),
             },
             cost: point.misfit,
