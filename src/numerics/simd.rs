@@ -2,7 +2,7 @@
 //!
 //! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at once
 //! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic, except for sines
-//! and cosines, which are [evaluated by polynomials](crate::numerics::trigonometry).
+//! and cosines, which are evaluated by polynomials (`numerics::trigonometry`).
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};

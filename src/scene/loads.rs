@@ -64,8 +64,8 @@ table! {
 }
 
 table! {
-    /// `loads.damping.friction`: beside what is elastic in the rod, springs that slip, as strands of a cable
-    /// do: see [`crate::energy::friction`].
+    /// `loads.damping.friction`: springs in series with sliders, parallel to the elastic law, as the strands of a cable
+    /// (`energy::law`).
     #[derive(Copy)]
     pub struct Friction {
         /// Stiffness of the springs as a fraction of the bending and twist stiffness of the rod.

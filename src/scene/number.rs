@@ -1,6 +1,6 @@
 //! Physical numbers of a scene: their quantities (unit, limits, search range) and the walk over all of them.
 //!
-//! A number is declared once, in its [table](crate::scene::table): the field, whose name is the key in the file, and its
+//! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
 //! [`Quantity`]. The declaration gives the number's parameter name (its path in the file, `loads.point.0.force.y`), its
 //! validation, the list of all numbers of a scene, and the scene over dual numbers.
 

@@ -13,6 +13,7 @@ use std::fmt;
 
 pub use layout::{DEFAULT_WIDTH, wrap_message};
 pub use quantity::duration;
+#[cfg(feature = "page")]
 pub(crate) use table::distinct;
 pub use table::{ItemTable, SummaryTable, TextColumn};
 

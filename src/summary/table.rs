@@ -190,6 +190,7 @@ impl SummaryTable {
 }
 
 /// Items without repetitions, in the order of their first appearance, such as the columns of several results.
+#[cfg(feature = "page")]
 pub(crate) fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut distinct = Vec::new();
     for item in items {
