@@ -240,6 +240,28 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
+    /// Factors of the change of an unknown, of its velocity and of its acceleration at the start in the
+    /// [velocity](Self::velocity) at the end.
+    pub fn velocity_factors(&self) -> [D; 3] {
+        let acceleration = self.acceleration.as_ref().map_or(D::from(0.0), |a| a.velocity);
+        [self.rate, -self.memory, acceleration]
+    }
+
+    /// The same in the [velocity that mass damping acts on](Self::damped_velocity).
+    pub fn damped_velocity_factors(&self) -> [D; 3] {
+        let [mean, zero] = [D::from(1.0 / self.h), D::from(0.0)];
+        if self.averages() { [mean, zero, zero] } else { self.velocity_factors() }
+    }
+
+    /// The same in the [acceleration](Self::acceleration_at_end) at the end.
+    pub fn acceleration_factors(&self) -> [D; 3] {
+        let ([rate, memory, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
+        let Some(Acceleration { end, .. }) = self.acceleration else {
+            return [rate * by_h, (memory - 1.0) * by_h, zero];
+        };
+        end
+    }
+
     /// The velocity that mass damping acts on: at the end, or the mean.
     #[inline]
     pub fn damped_velocity(&self, change: D, v0: D, a0: D) -> D {

@@ -6,20 +6,20 @@
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;
-use crate::dynamics::step_map::numbers::{COUNT, RELAXATION, along};
+use crate::dynamics::step_map::numbers::{COUNT, MASS, RELAXATION, along};
 use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
 use crate::dynamics::step_map::workspace::{HistoryMoment, HistoryWorkspace};
 use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
+use crate::numerics::vector::map_components;
 use crate::rod::{
     EffectiveStrains, FrameRate, InternalVariables, RodGeometry, Sensitive, Strained, Transposed,
     strained,
 };
 use crate::scene::Damping;
 use num_dual::Dual64;
-use std::ops::{AddAssign, Mul};
 
 /// The factors of effective strains.
 #[derive(Clone, Copy, Debug)]
@@ -34,22 +34,11 @@ impl HistoryForm {
     /// The values or derivatives of the factors of a memory.
     fn new(memory: &Memory<Dual64>, part: fn(Dual64) -> f64) -> Self {
         let Memory { factor, strain, rate, relaxing, past, own_factor, time } = memory;
-        let own = |k: usize| [own_factor[k], -(time[k] * past[0]), -(time[k] * past[1])].map(part);
-        Self { all: [*factor, -strain, -rate, -relaxing].map(part), own: [own(0), own(1), own(2)] }
-    }
-}
-
-/// Adds the lists times their factors to `out`.
-fn add_lists<T, const N: usize>(factors: &[f64; N], lists: [&[T]; N], out: &mut [T])
-where
-    T: Copy + AddAssign + Mul<f64, Output = T>,
-{
-    for (factor, list) in factors.iter().zip(lists) {
-        if *factor != 0.0 {
-            for (out, x) in out.iter_mut().zip(list) {
-                *out += *x * *factor;
-            }
-        }
+        let own = |k: usize| {
+            map_components(&[own_factor[k], -(time[k] * past[0]), -(time[k] * past[1])], part)
+        };
+        let all = map_components(&[*factor, -strain, -rate, -relaxing], part);
+        Self { all, own: [own(0), own(1), own(2)] }
     }
 }
 
@@ -101,11 +90,17 @@ impl<R: Sensitive> StepMap<'_, R> {
         effective: &mut EffectiveStrains<G>,
     ) {
         let history = self.history(moment);
-        let [s1, s0, r0, _] = history;
+        let (count, [s1, s0, r0, z0], [f1, f0, fr, fz]) = (history[0].len(), history, form.all);
         effective.natural = !self.averages;
-        effective.values.clear();
-        effective.values.resize(s1.len(), 0.0);
-        add_lists(&form.all, history, &mut effective.values);
+        let values = &mut effective.values;
+        values.resize(count, 0.0);
+        let (values, s1, s0, r0) = (&mut values[..count], &s1[..count], &s0[..count], &r0[..count]);
+        for i in 0..count {
+            values[i] = f1 * s1[i] + f0 * s0[i] + fr * r0[i];
+        }
+        for (value, z) in values.iter_mut().zip(z0) {
+            *value += fz * z;
+        }
         effective.own.clear();
         if has_own_times {
             effective.own.extend((0..s1.len()).map(|i| {
@@ -223,33 +218,42 @@ impl<R: Sensitive> StepMap<'_, R> {
         let history = self.history(moment);
         let count = effective.values.len();
         let EffectiveStrains { values, rates, own, own_rates, .. } = effective;
-        rates.clear();
-        rates.extend_from_slice(&strain[..count]);
-        let [_, s0, r0, z0] = form.all;
-        add_lists(&[s0, r0], [&internal.strain, &internal.strain_rate], rates);
-        let mut by_relaxing = Lanes::ZERO;
+        let ([_, f0, fr, fz], mut by_relaxing) = (form.all, Lanes::ZERO);
+        rates.resize(count, Lanes::ZERO);
+        let rates = &mut rates[..count];
+        let (own_strains, own_rates_0) =
+            (&internal.strain[..count], &internal.strain_rate[..count]);
+        let (s1, s0, r0) = (&history[0][..count], &history[1][..count], &history[2][..count]);
+        let strain = &strain[..];
+        for i in 0..count {
+            rates[i] = strain[i] + own_strains[i] * f0 + own_rates_0[i] * fr;
+        }
         own_rates.clear();
         own_rates.extend((0..own.len()).map(|i| {
             let own = &form.own[self.step.rod.kind(i)];
             rest[i] * own[0] + internal.strain[i] * own[1] + internal.strain_rate[i] * own[2]
         }));
         for (place, along) in parameters.numbers.iter().enumerate() {
-            if *along == Lanes::ZERO {
+            if *along == Lanes::ZERO || place == MASS {
                 continue;
             }
             let slope = self.form_slope(moment, place);
-            for (factor, list) in slope.all[..3].iter().zip(history) {
-                rates.iter_mut().zip(list).for_each(|(rate, x)| *rate += *along * (factor * x));
+            let [g1, g0, gr, gz] = slope.all;
+            for i in 0..count {
+                rates[i] = rates[i]
+                    + *along * (g1 * s1[i])
+                    + *along * (g0 * s0[i])
+                    + *along * (gr * r0[i]);
             }
-            by_relaxing += *along * slope.all[3];
+            by_relaxing += *along * gz;
             for (i, rate) in own_rates.iter_mut().enumerate() {
                 let own = &slope.own[self.step.rod.kind(i)];
-                let sum = own[0] * history[0][i] + own[1] * history[1][i] + own[2] * history[2][i];
+                let sum = own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i];
                 *rate += *along * sum;
             }
         }
         for (i, z) in internal.relaxing.iter().enumerate() {
-            rates[i] += by_relaxing * history[3][i] + *z * z0;
+            rates[i] += by_relaxing * history[3][i] + *z * fz;
         }
         if let Some(friction) = &self.step.damping.friction {
             let start = count - slid.len();

@@ -240,16 +240,23 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         room: &mut StepWorkspace<R, G>,
     ) {
         let [damping, scheme] = [parameters.numbers[MASS], parameters.numbers[SCHEME]];
-        if parameters.mass.is_none() && [damping, scheme] == [Lanes::ZERO; 2] {
+        let (nodal, step, mass) = (self.nodal, self.step, self.step.rod.mass());
+        if parameters.mass.is_some() || damping != Lanes::ZERO {
+            for i in step.free.clone() {
+                let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
+                let (rates, begun) = ([Lanes(of_mass), damping], self.begun(i));
+                let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
+                let [n, r] = nodal.with_mass_and_damping(mass[i], &begun, rates, at_fixed);
+                (room.direct[i], room.right[i]) = (n.0, r.0);
+            }
+        }
+        if scheme == Lanes::ZERO {
             return;
         }
-        let (step, mass) = (self.step, self.step.rod.mass());
         for i in step.free.clone() {
-            let forces = [step.total[i], step.before.unbalanced[i]];
-            let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
-            let (rates, begun) = ([Lanes(of_mass), damping, scheme], self.begun(i));
+            let (begun, forces) = (self.begun(i), [step.total[i], step.before.unbalanced[i]]);
             let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
-            let [n, r] = self.nodal.with_numbers(mass[i], &begun, forces, rates, at_fixed);
+            let [n, r] = nodal.with_scheme(mass[i], &begun, forces, scheme, at_fixed);
             (room.direct[i], room.right[i]) = (n.0, r.0);
         }
     }

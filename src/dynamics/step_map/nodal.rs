@@ -16,6 +16,7 @@
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::map_components;
 use num_dual::Dual64;
 
 /// The factors of the equations, or their derivatives by the scheme's parameter.
@@ -68,18 +69,13 @@ fn combined<const G: usize, const A: bool>(
 impl StepFactors {
     /// A part of the factors that are made of coefficients.
     fn new<D: Scalar>(coefficients: &StepCoefficients<D>, part: fn(D) -> f64) -> Self {
-        let [zero, one] = [0.0, 1.0].map(D::from);
-        let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         Self {
             end: part(coefficients.end),
             start: part(coefficients.start),
-            inertia: part(coefficients.acceleration.map_or(zero, |a| a.inertia)),
-            damped: units.map(|[dq, v, a]| part(coefficients.damped_velocity(dq, v, a))),
-            velocity: units.map(|[dq, v, a]| part(coefficients.velocity(dq, v, a))),
-            acceleration: units.map(|[dq, v, a]| {
-                let v1 = coefficients.velocity(dq, v, a);
-                part(coefficients.acceleration_at_end(dq, [v, v1], a))
-            }),
+            inertia: coefficients.acceleration.as_ref().map_or(0.0, |a| part(a.inertia)),
+            damped: map_components(&coefficients.damped_velocity_factors(), part),
+            velocity: map_components(&coefficients.velocity_factors(), part),
+            acceleration: map_components(&coefficients.acceleration_factors(), part),
         }
     }
 }
@@ -181,24 +177,35 @@ impl NodalEquations {
         [residual, self.damping * m * dot(damped, begun)]
     }
 
-    /// Adds the parts of `[n, r]` by the rates of the mass, the mass damping and the scheme's parameter, where the other
-    /// forces at the end and all forces at the start are those given, N.
+    /// Adds the parts of `[n, r]` by the rates of the mass and the mass damping.
     #[inline(always)]
-    pub fn with_numbers<const G: usize>(
+    pub fn with_mass_and_damping<const G: usize>(
+        &self,
+        m: f64,
+        begun: &Begun,
+        [mass, damping]: [Lanes<G>; 2],
+        [n, r]: [Lanes<G>; 2],
+    ) -> [Lanes<G>; 2] {
+        let [velocity, inertial, _] = self.motion(m, begun, 0.0);
+        let rate = (damping * m + mass * self.damping) * velocity;
+        [n + rate, r - mass * inertial - rate * self.value.end]
+    }
+
+    /// Adds the parts of `[n, r]` by the rate of the scheme's parameter, where the other forces at the end and all forces
+    /// at the start are those given, N.
+    #[inline(always)]
+    pub fn with_scheme<const G: usize>(
         &self,
         m: f64,
         begun: &Begun,
         forces: [f64; 2],
-        [mass, damping, scheme]: [Lanes<G>; 3],
+        scheme: Lanes<G>,
         [n, r]: [Lanes<G>; 2],
     ) -> [Lanes<G>; 2] {
-        let [velocity, inertial, n1] = self.motion(m, begun, forces[0]);
+        let [.., n1] = self.motion(m, begun, forces[0]);
         let [residual, damped] = self.by_scheme(m, begun, [n1, forces[1]]);
-        let end = self.value.end;
-        let rate = (damping * m + mass * self.damping) * velocity;
-        let scheme_rate = scheme * damped;
-        let r = r - mass * inertial - rate * end - scheme_rate * end - scheme * residual;
-        [n + rate + scheme_rate, r]
+        let rate = scheme * damped;
+        [n + rate, r - rate * self.value.end - scheme * residual]
     }
 
     /// The derivatives of a number by the mass, the mass damping and the scheme's parameter from those by `[n, r]`.
