@@ -16,7 +16,9 @@ pub(super) struct NodeEntries<V, const K: usize, const W: usize> {
 
 /// The gradient and the columns of the tangent, `K` for each node.
 pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
-    pub gradient: &'a mut [D],
+    pub gradient: &'a mut [[D; K]],
+    /// The gradient of a last node with fewer unknowns.
+    pub rest: &'a mut [D],
     pub diagonal: &'a mut [[D; K]],
     pub below: &'a mut [[[D; W]; K]],
 }
@@ -24,8 +26,9 @@ pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
 impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     #[inline(always)]
     pub fn new(gradient: &'a mut [D], tangent: &'a mut BandMatrix<D, W>) -> Self {
+        let (gradient, rest) = gradient.as_chunks_mut();
         let (diagonal, below) = tangent.columns_mut();
-        Self { gradient, diagonal, below }
+        Self { gradient, rest, diagonal, below }
     }
 
     /// Writes the nodes of all lanes from `first` on, at most `left`.
@@ -50,8 +53,7 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         nodes: Range<usize>,
         columns: &NodeEntries<V, K, W>,
     ) {
-        let gradient = &mut self.gradient.as_chunks_mut::<K>().0[nodes.clone()];
-        for (lane, to) in gradient.iter_mut().enumerate() {
+        for (lane, to) in self.gradient[nodes.clone()].iter_mut().enumerate() {
             *to = V::extract_lane(&columns.gradient, lane);
         }
         for (lane, to) in self.diagonal[nodes.clone()].iter_mut().enumerate() {

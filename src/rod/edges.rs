@@ -103,7 +103,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, 
         let lane = (i - 1) % V::LANES;
         let force = V::extract_lane(&self.force, lane);
         for c in 0..3 {
-            self.nodes.gradient[4 * i + c] = force[c] - self.load[i].force[c];
+            self.nodes.rest[c] = force[c] - self.load[i].force[c];
         }
         let x = [0, 1, 2].map(|r| V::extract_lane(&self.vector[r], lane));
         let mut below = [[zero; HALF_BANDWIDTH]; 4];

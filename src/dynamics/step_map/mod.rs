@@ -226,10 +226,11 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let direct = &mut room.direct[free.clone()][..count];
         let right = &mut room.right[free][..count];
         for i in 0..count {
-            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
-            let start = [Lanes(q[i]), Lanes(v[i]), a0, Lanes(n0[i]), Lanes(direct[i])];
-            let [n, r] = nodal.residual::<G, A>(mass[i], start);
-            (direct[i], right[i]) = (n.0, r.0);
+            for g in 0..G {
+                let a0 = if A { a[i][g] } else { 0.0 };
+                let start = [q[i][g], v[i][g], a0, n0[i][g], direct[i][g]];
+                [direct[i][g], right[i][g]] = nodal.residual::<A>(mass[i], start);
+            }
         }
     }
 
@@ -290,12 +291,15 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let (direct, right) = (&room.direct[free.clone()][..count], &room.right[free.clone()]);
         let (right, solution) = (&right[..count], &room.solution[free][..count]);
         for i in 0..count {
-            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
-            let [v1, a1] = nodal.end::<G, A>([Lanes(q[i]), Lanes(v[i]), a0, Lanes(solution[i])]);
-            let solved = [Lanes(direct[i]), Lanes(right[i]), Lanes(solution[i])];
-            (q[i], v[i], n1[i]) = (solution[i], v1.0, nodal.force(mass[i], solved).0);
-            if A {
-                a[i] = a1.0;
+            for g in 0..G {
+                let a0 = if A { a[i][g] } else { 0.0 };
+                let [v1, a1] = nodal.end::<A>([q[i][g], v[i][g], a0, solution[i][g]]);
+                let solved = [direct[i][g], right[i][g], solution[i][g]];
+                n1[i][g] = nodal.force(mass[i], solved);
+                (q[i][g], v[i][g]) = (solution[i][g], v1);
+                if A {
+                    a[i][g] = a1;
+                }
             }
         }
     }

@@ -56,14 +56,11 @@ fn dot(factors: &[f64; 3], begun: &Begun) -> f64 {
     factors[0] * begun[0] + factors[1] * begun[1] + factors[2] * begun[2]
 }
 
-/// `a . [x, y, z]`, without `z` where the scheme has no accelerations, `A`.
+/// [`dot`] without the last term where the scheme has no accelerations, `A`.
 #[inline(always)]
-fn combined<const G: usize, const A: bool>(
-    [a, b, c]: [f64; 3],
-    [x, y, z]: [Lanes<G>; 3],
-) -> Lanes<G> {
-    let sum = x * a + y * b;
-    if A { sum + z * c } else { sum }
+fn combined<const A: bool>(factors: &[f64; 3], begun: &Begun) -> f64 {
+    let sum = begun[0] * factors[0] + begun[1] * factors[1];
+    if A { sum + begun[2] * factors[2] } else { sum }
 }
 
 impl StepFactors {
@@ -95,15 +92,11 @@ impl NodalEquations {
 
     /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn residual<const G: usize, const A: bool>(
-        &self,
-        m: f64,
-        [q0, v0, a0, n0, force]: [Lanes<G>; 5],
-    ) -> [Lanes<G>; 2] {
+    pub fn residual<const A: bool>(&self, m: f64, [q0, v0, a0, n0, force]: [f64; 5]) -> [f64; 2] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
         let mut n = force;
         if self.damping != 0.0 {
-            n += combined::<G, A>([-dq, dv, da], [q0, v0, a0]) * (self.damping * m);
+            n += combined::<A>(&[-dq, dv, da], &[q0, v0, a0]) * (self.damping * m);
         }
         let mut moved = q0 + v0 * self.h;
         if A {
@@ -129,14 +122,11 @@ impl NodalEquations {
 
     /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn end<const G: usize, const A: bool>(
-        &self,
-        [q0, v0, a0, q1]: [Lanes<G>; 4],
-    ) -> [Lanes<G>; 2] {
+    pub fn end<const A: bool>(&self, [q0, v0, a0, q1]: [f64; 4]) -> [f64; 2] {
         let begun = [q1 - q0, v0, a0];
         [
-            combined::<G, A>(self.value.velocity, begun),
-            combined::<G, A>(self.value.acceleration, begun),
+            combined::<A>(&self.value.velocity, &begun),
+            combined::<A>(&self.value.acceleration, &begun),
         ]
     }
 
@@ -150,7 +140,7 @@ impl NodalEquations {
 
     /// The forces `n1` at the end from `[n, r, q1]`.
     #[inline(always)]
-    pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
+    pub fn force(&self, m: f64, [n, r, q1]: [f64; 3]) -> f64 {
         n + (r - q1 * m) * self.by_end
     }
 

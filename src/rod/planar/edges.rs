@@ -87,7 +87,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
         let [px, py] = V::extract_lane(&self.before.gradient, lane);
         let [xx, yx, yy] = V::extract_lane(&self.before.vector, lane);
         let load = &self.load[i].force;
-        self.nodes.gradient[2 * i..].copy_from_slice(&[px - load[0], py - load[1]]);
+        self.nodes.gradient[i] = [px - load[0], py - load[1]];
         self.nodes.diagonal[i] = [xx, yy];
         self.nodes.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
     }
