@@ -35,7 +35,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub free: Range<usize>,
     /// Those among them that a recording leads: they have no derivatives, and rows and columns of the identity in
     /// [`tangent`](Self::tangent) and [`matrix`](Self::matrix).
-    pub led: &'a PrescribedDofs,
+    pub prescribed: &'a PrescribedDofs,
     /// The scheme whose equations were solved.
     pub scheme: Scheme,
     /// The parameter of the scheme.

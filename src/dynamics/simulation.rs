@@ -37,8 +37,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
-        let (led, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
-        let system = System { rod, derivatives, free, led, damping, drag, boundary_motion };
+        let (prescribed, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
+        let system = System { rod, derivatives, free, prescribed, damping, drag, boundary_motion };
         let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
         stepper.find_acceleration(&system, &mut state);
@@ -60,11 +60,11 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub(crate) fn move_supports(
         &mut self,
         boundary_motion: BoundaryMotion<D>,
-        led: PrescribedDofs,
+        prescribed: PrescribedDofs,
     ) {
         boundary_motion.velocities(self.state.time, &mut self.state.v);
         self.system.boundary_motion = Some(boundary_motion);
-        self.system.led = led;
+        self.system.prescribed = prescribed;
         self.find_forces();
     }
 

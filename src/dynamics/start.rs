@@ -81,7 +81,7 @@ impl<M: Model> Discretized<'_, M> {
             simulation.immerse(drag);
         }
         if let Some(boundary_motion) = boundary_motion {
-            simulation.move_supports(boundary_motion, self.led());
+            simulation.move_supports(boundary_motion, self.prescribed());
         }
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);

@@ -49,7 +49,7 @@ pub(crate) struct System<D, R> {
     /// The unknowns that move.
     pub free: Range<usize>,
     /// Prescribed unknowns among them, which follow a recording.
-    pub led: PrescribedDofs,
+    pub prescribed: PrescribedDofs,
     /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
     pub damping: Damping<D>,
     /// The drag of a fluid, if there is one.
@@ -72,7 +72,8 @@ pub(crate) struct Step<'a, D, R> {
 impl<D: Nestable, R> System<D, R> {
     /// Writes the velocities of prescribed unknowns among free ones at a time, s.
     pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {
-        if let (false, Some(boundary_motion)) = (self.led.is_empty(), &self.boundary_motion) {
+        if let (false, Some(boundary_motion)) = (self.prescribed.is_empty(), &self.boundary_motion)
+        {
             boundary_motion.velocities(time, v);
         }
     }

@@ -82,18 +82,18 @@ mod tests {
                 ],
             );
         }
-        for led in [vec![], vec![4, 5], vec![9, 2], vec![0, 13], vec![7, 6, 7, 5]] {
-            let led = PrescribedDofs::new(led);
-            let free: Vec<usize> = (0..n).filter(|i| !led.contains(*i)).collect();
+        for prescribed in [vec![], vec![4, 5], vec![9, 2], vec![0, 13], vec![7, 6, 7, 5]] {
+            let prescribed = PrescribedDofs::new(prescribed);
+            let free: Vec<usize> = (0..n).filter(|i| !prescribed.contains(*i)).collect();
             let mut b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
-            led.fill(&mut b, 0.0);
+            prescribed.fill(&mut b, 0.0);
             let mut matrix = whole.clone();
-            led.uncouple(&mut matrix);
+            prescribed.uncouple(&mut matrix);
             let mut factors = Ldlt::with_order(n);
             factors.factor(&matrix, 0..n).unwrap();
             let mut x = b.clone();
             factors.solve(&mut x);
-            assert!(led.iter().all(|i| x[i] == 0.0));
+            assert!(prescribed.iter().all(|i| x[i] == 0.0));
             let m = free.len();
             let rows = nalgebra::DMatrix::from_fn(m, m, |i, j| whole.get(free[i], free[j]));
             let right = nalgebra::DVector::from_fn(m, |i, _| b[free[i]]);

@@ -501,7 +501,7 @@ impl<'a, M: Model> Discretized<'a, M> {
     }
 
     /// The [free](Self::free) unknowns that a recording prescribes.
-    pub(crate) fn led(&self) -> PrescribedDofs {
+    pub(crate) fn prescribed(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
         let places =

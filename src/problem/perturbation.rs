@@ -48,11 +48,11 @@ impl<M: Model> Discretized<'_, M> {
         };
         let moved: Vec<Vector<D>> =
             (0..=last).map(|i| add(node(i), scale(normal(i), size * shape[i]))).collect();
-        let (free, led) = (self.free(), self.led());
+        let (free, prescribed) = (self.free(), self.prescribed());
         for i in 0..=last {
             for c in 0..axes {
                 let place = M::STRIDE * i + c;
-                if free.contains(&place) && !led.contains(place) {
+                if free.contains(&place) && !prescribed.contains(place) {
                     q[place] = moved[i][c];
                 }
             }

@@ -189,10 +189,10 @@ impl<M: Model> Discretized<'_, M> {
             .collect()
     }
 
-    /// Whether a recording or another support prescribes the position of a node; `led` are the recorded unknowns.
-    pub(crate) fn is_held(&self, node: usize, led: &PrescribedDofs) -> bool {
+    /// Whether a recording or another support prescribes the position of a node; `prescribed` are the recorded unknowns.
+    pub(crate) fn is_held(&self, node: usize, prescribed: &PrescribedDofs) -> bool {
         let place = M::STRIDE * node;
-        !self.free().contains(&place) || led.contains(place)
+        !self.free().contains(&place) || prescribed.contains(place)
     }
 
     /// Rotates recorded ends about the rod by the twists of their motions. The rotation of the edges between is linear from

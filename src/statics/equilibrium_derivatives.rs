@@ -89,7 +89,7 @@ impl<M: Model> Discretized<'_, M> {
         neutral: bool,
     ) -> Result<(), Singular> {
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
-        let (free, led, edges) = (self.free(), self.led(), self.edge_coordinates());
+        let (free, prescribed, edges) = (self.free(), self.prescribed(), self.edge_coordinates());
         let pencil = Pencil::resting(self, plain, &found, plain_frames);
         let factors = pencil.factor(if neutral { -ADDED_STIFFNESS } else { 0.0 })?;
         let mut change = vec![D::from(0.0); q.len()];
@@ -98,7 +98,7 @@ impl<M: Model> Discretized<'_, M> {
             if let Some(edges) = edges {
                 edges.edge_forces::<D, M::Rod<D>>(&mut change);
             }
-            led.fill(&mut change, D::from(0.0));
+            prescribed.fill(&mut change, D::from(0.0));
             factors.solve(&mut change);
             if let Some(edges) = edges {
                 edges.node_changes::<D, M::Rod<D>>(&mut change);
@@ -123,7 +123,7 @@ impl<M: Model> Discretized<'_, M> {
             return None;
         }
         let pencil = Pencil::at(self, rod, q, frames);
-        self.led().fill(x, 0.0);
+        self.prescribed().fill(x, 0.0);
         pencil.factor(0.0).ok()?.solve(x);
         Some(())
     }

@@ -79,7 +79,7 @@ impl<M: Model> Discretized<'_, M> {
         let edges = self.edge_coordinates();
         let settings = DescentSettings {
             free: self.free(),
-            prescribed: self.led(),
+            prescribed: self.prescribed(),
             length: self.problem.length(),
             negligible: self.negligible_stiffness(edges),
             springs: Vec::new(),
@@ -136,7 +136,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Edge coordinates, for a long rod that is held at its start only.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // User-defined energies may depend on the positions of nodes.
-        let suitable = self.scene().energies.is_empty() && self.led().is_empty();
+        let suitable = self.scene().energies.is_empty() && self.prescribed().is_empty();
         EdgeCoordinates::new(M::STRIDE, &self.free(), self.model.dof()).filter(|_| suitable)
     }
 }

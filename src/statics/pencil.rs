@@ -46,9 +46,9 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
         let mut tangent = Tangent::zeros(q.len());
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-        let (mut mass, led) = (rod.mass().to_vec(), discretized.led());
-        led.uncouple(&mut tangent);
-        led.fill(&mut mass, D::from(0.0));
+        let (mut mass, prescribed) = (rod.mass().to_vec(), discretized.prescribed());
+        prescribed.uncouple(&mut tangent);
+        prescribed.fill(&mut mass, D::from(0.0));
         Self { tangent, mass, free: discretized.free() }
     }
 }
@@ -75,7 +75,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
                 Self { tangent, mass, free: discretized.free() }
             }
             None => {
-                discretized.led().fill(&mut mass, 0.0);
+                discretized.prescribed().fill(&mut mass, 0.0);
                 Self { mass, ..Self::at(discretized, rod, q, frames) }
             }
         }

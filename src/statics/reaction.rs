@@ -112,9 +112,9 @@ impl<M: Model> Discretized<'_, M> {
                 *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
             }
         }
-        let (free, led, last) = (self.free(), self.led(), self.nodes() - 1);
+        let (free, prescribed, last) = (self.free(), self.prescribed(), self.nodes() - 1);
         // Forces on free unknowns are balanced without a support.
-        for i in free.clone().filter(|i| !led.contains(*i)) {
+        for i in free.clone().filter(|i| !prescribed.contains(*i)) {
             force[i] = 0.0;
         }
         let held = |end| match (&self.scene().supports.path, self.scene().supports.at(end)) {

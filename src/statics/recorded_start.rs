@@ -108,8 +108,8 @@ impl<M: Model> Discretized<'_, M> {
         let path = setup.scene.supports.path.as_ref();
         let segments = self.nodes() - 1;
         let nodes = path.map_or(Ok(Vec::new()), |path| path.nodes(segments))?;
-        let led = self.led();
-        let is_held = |node: usize| nodes.contains(&node) && self.is_held(node, &led);
+        let prescribed = self.prescribed();
+        let is_held = |node: usize| nodes.contains(&node) && self.is_held(node, &prescribed);
         let time = track.times()[frame];
         // The geometric mean of axial and bending stiffness, with the axial factor.
         let stiffness = spring(setup, segments) * AXIAL_FACTOR.sqrt();

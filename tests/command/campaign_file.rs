@@ -199,7 +199,7 @@ fn invalid_campaign_is_rejected() {
         folder.write("campaign.toml", campaign);
         let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);
         if words[2] == "bad" {
-            // A file that is no fit is what its result says.
+            // A file that is not a fit is rejected when its task runs, and the result states it.
             succeeds(&output);
             assert!(stderr(&output).contains("will be rejected"), "{}", stderr(&output));
         } else {

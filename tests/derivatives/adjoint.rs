@@ -205,7 +205,8 @@ fn adjoint_gradient_by_lists_of_natural_strains_equals_forward_derivatives() {
 fn adjoint_gradient_with_driven_nodes_and_free_twists_equals_forward_derivatives() {
     for (planar, seed) in [(true, 1), (false, 2), (false, 3)] {
         let free_twist = if planar { &[][..] } else { &[End::Start] };
-        let mut scene = crate::led::scene(planar, Scheme::GeneralisedAlpha, &["3"], free_twist);
+        let mut scene =
+            crate::prescribed_motion::scene(planar, Scheme::GeneralisedAlpha, &["3"], free_twist);
         scene.supports.end = Support::Recorded;
         if seed == 3 {
             scene.supports.motion = vec![Motion { end: End::End, twist: 0.4, ..Motion::default() }];

@@ -4,6 +4,7 @@
 mod common;
 
 mod bodies;
+mod cable_models;
 mod camera;
 mod center_lines;
 mod dialects;
@@ -12,7 +13,6 @@ mod experiments;
 mod field;
 mod formats;
 mod helix;
-mod ladder;
 mod layout;
 mod markers;
 mod minima;

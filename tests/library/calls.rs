@@ -1,4 +1,4 @@
-//! Calls that cannot be answered, and those that can in any order.
+//! Calls whose arguments cannot be answered are errors, in any order of calls.
 
 use rodfit::fit::{Frequencies, Sample};
 use rodfit::scene::{Scene, Stencil};

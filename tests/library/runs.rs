@@ -1,4 +1,4 @@
-//! What is read from rods at rest and in motion: reactions, velocities and energies.
+//! Results of equilibria and motions: reactions, velocities and energies.
 
 use rodfit::scene::{Clamp, End, Motion, Scheme, Shape, Support, Time};
 use rodfit::{Problem, Reaction, Trajectory};

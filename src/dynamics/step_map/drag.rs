@@ -81,7 +81,7 @@ impl<R: Transposed> StepMap<'_, R> {
         let places: Vec<f64> = before.q.iter().zip(&before.v).map(|(q, v)| q + v * h).collect();
         let mut v = self.step.after.v.clone();
         for i in self.step.free.clone() {
-            v[i] = self.nodal.damped_velocity(&self.begun(i))[0];
+            v[i] = self.nodal.damped_velocity(&self.step_motion(i))[0];
         }
         let (mut by_place, mut by_v) = (vec![0.0; v.len()], vec![0.0; v.len()]);
         drag.add_slopes_of([&places, &v, d], by_drag, [&mut by_place, &mut by_v]);
@@ -94,7 +94,7 @@ impl<R: Transposed> StepMap<'_, R> {
             state.q[i][0] -= by_v * by_change;
             state.v[i][0] += by_v * by_v0;
             state.acceleration[i][0] += by_v * by_a0;
-            slopes.numbers[SCHEME] += by_v * self.nodal.damped_velocity(&self.begun(i))[1];
+            slopes.numbers[SCHEME] += by_v * self.nodal.damped_velocity(&self.step_motion(i))[1];
         }
         by_place
     }

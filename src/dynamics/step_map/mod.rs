@@ -22,7 +22,7 @@ pub use workspace::StepWorkspace;
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::Linearization;
-use crate::dynamics::step_map::nodal::{Begun, NodalEquations};
+use crate::dynamics::step_map::nodal::{NodalEquations, StepMotion};
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};
 use crate::dynamics::step_map::workspace::{Held, HistoryMoment};
 use crate::error::Error;
@@ -69,7 +69,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
 
     /// The change of an unknown over the step, and its velocity and acceleration at the start.
     #[inline(always)]
-    fn begun(&self, i: usize) -> Begun {
+    fn step_motion(&self, i: usize) -> StepMotion {
         let (before, now) = (self.step.before, self.step.after);
         let a0 = before.acceleration.get(i).copied().unwrap_or(0.0);
         [now.q[i] - before.q[i], before.v[i], a0]
@@ -245,9 +245,9 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         if parameters.mass.is_some() || damping != Lanes::ZERO {
             for i in step.free.clone() {
                 let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
-                let (rates, begun) = ([Lanes(of_mass), damping], self.begun(i));
+                let (rates, step_motion) = ([Lanes(of_mass), damping], self.step_motion(i));
                 let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
-                let [n, r] = nodal.with_mass_and_damping(mass[i], &begun, rates, at_fixed);
+                let [n, r] = nodal.with_mass_and_damping(mass[i], &step_motion, rates, at_fixed);
                 (room.direct[i], room.right[i]) = (n.0, r.0);
             }
         }
@@ -255,16 +255,17 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             return;
         }
         for i in step.free.clone() {
-            let (begun, forces) = (self.begun(i), [step.total[i], step.before.unbalanced[i]]);
+            let (step_motion, forces) =
+                (self.step_motion(i), [step.total[i], step.before.unbalanced[i]]);
             let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
-            let [n, r] = nodal.with_scheme(mass[i], &begun, forces, scheme, at_fixed);
+            let [n, r] = nodal.with_scheme(mass[i], &step_motion, forces, scheme, at_fixed);
             (room.direct[i], room.right[i]) = (n.0, r.0);
         }
     }
 
     fn solve<const G: usize>(&self, room: &mut StepWorkspace<R, G>) -> Result<(), Error> {
         let (step, StepWorkspace { right, solution, .. }) = (self.step, room);
-        step.led.fill(right, [0.0; G]);
+        step.prescribed.fill(right, [0.0; G]);
         solution.copy_from_slice(right);
         step.factors.solve_many(solution);
         if step.factors.negative_pivots() == 0 {
@@ -314,7 +315,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let scheme = parameters.numbers[SCHEME];
         if scheme != Lanes::ZERO {
             for i in self.step.free.clone() {
-                let [v, a] = self.nodal.end_by_scheme(&self.begun(i));
+                let [v, a] = self.nodal.end_by_scheme(&self.step_motion(i));
                 state.v[i] = (Lanes(state.v[i]) + scheme * v).0;
                 if let Some(own) = state.acceleration.get_mut(i) {
                     *own = (Lanes(*own) + scheme * a).0;
@@ -325,9 +326,9 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
             (state.q[*i], state.v[*i]) = (*q, *v);
         }
         // Recorded velocities do not depend on the scheme.
-        self.step.led.fill(&mut state.v, [0.0; G]);
+        self.step.prescribed.fill(&mut state.v, [0.0; G]);
         if !state.acceleration.is_empty() {
-            self.step.led.fill(&mut state.acceleration, [0.0; G]);
+            self.step.prescribed.fill(&mut state.acceleration, [0.0; G]);
         }
     }
 
@@ -386,12 +387,12 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         let step = self.step;
         step.end.move_frames_back(&mut state.frames, state.q.as_flattened_mut());
         // Prescribed unknowns have no derivatives, and forces do not move them.
-        step.led.fill(&mut state.unbalanced, [0.0]);
+        step.prescribed.fill(&mut state.unbalanced, [0.0]);
         if !state.internal.strain.is_empty() {
             self.next_forces_transposed(state, slopes, room);
         }
         for by in [&mut state.q, &mut state.v, &mut state.acceleration] {
-            step.led.fill(by, [0.0]);
+            step.prescribed.fill(by, [0.0]);
         }
         self.end_transposed(state, slopes, room);
         self.solve_transposed(room)?;
@@ -450,7 +451,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         for i in self.step.free.clone() {
             let (v1, n1) = (state.v[i][0], state.unbalanced[i][0]);
             let a1 = if has_acceleration { state.acceleration[i][0] } else { 0.0 };
-            let [v_slope, a_slope] = self.nodal.end_by_scheme(&self.begun(i));
+            let [v_slope, a_slope] = self.nodal.end_by_scheme(&self.step_motion(i));
             slopes.numbers[SCHEME] += v1 * v_slope;
             slopes.numbers[SCHEME] += a1 * a_slope;
             let [q0, v0, a0, change] = self.nodal.end_transposed([v1, a1]);
@@ -493,7 +494,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
             (state.unbalanced[i], room.direct[i]) = ([n0], [direct]);
             let forces = [step.total[i], step.before.unbalanced[i]];
             let [of_mass, damping, scheme] =
-                self.nodal.numbers_transposed(mass, &self.begun(i), forces, by);
+                self.nodal.numbers_transposed(mass, &self.step_motion(i), forces, by);
             slopes.mass[i] += of_mass;
             slopes.numbers[MASS] += damping;
             slopes.numbers[SCHEME] += scheme;

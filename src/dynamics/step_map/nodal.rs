@@ -36,7 +36,7 @@ struct StepFactors {
 }
 
 /// The change of an unknown over a step, its velocity and its acceleration at the start.
-pub type Begun = [f64; 3];
+pub type StepMotion = [f64; 3];
 
 /// The equations of one unknown.
 #[derive(Clone, Copy, Debug)]
@@ -52,15 +52,15 @@ pub struct NodalEquations {
 }
 
 #[inline(always)]
-fn dot(factors: &[f64; 3], begun: &Begun) -> f64 {
-    factors[0] * begun[0] + factors[1] * begun[1] + factors[2] * begun[2]
+fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
+    factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]
 }
 
 /// [`dot`] without the last term where the scheme has no accelerations, `A`.
 #[inline(always)]
-fn combined<const A: bool>(factors: &[f64; 3], begun: &Begun) -> f64 {
-    let sum = begun[0] * factors[0] + begun[1] * factors[1];
-    if A { sum + begun[2] * factors[2] } else { sum }
+fn combined<const A: bool>(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
+    let sum = step_motion[0] * factors[0] + step_motion[1] * factors[1];
+    if A { sum + step_motion[2] * factors[2] } else { sum }
 }
 
 impl StepFactors {
@@ -123,10 +123,10 @@ impl NodalEquations {
     /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
     pub fn end<const A: bool>(&self, [q0, v0, a0, q1]: [f64; 4]) -> [f64; 2] {
-        let begun = [q1 - q0, v0, a0];
+        let step_motion = [q1 - q0, v0, a0];
         [
-            combined::<A>(&self.value.velocity, &begun),
-            combined::<A>(&self.value.acceleration, &begun),
+            combined::<A>(&self.value.velocity, &step_motion),
+            combined::<A>(&self.value.acceleration, &step_motion),
         ]
     }
 
@@ -153,18 +153,19 @@ impl NodalEquations {
     /// The velocity that mass damping acts on, the change over the step less that at constant momentum, and the force at
     /// the end in all, where the others there are `force`, N.
     #[inline(always)]
-    fn motion(&self, m: f64, begun: &Begun, force: f64) -> [f64; 3] {
-        let velocity = dot(&self.value.damped, begun);
-        let inertial = begun[0] - begun[1] * self.h + self.value.inertia * begun[2];
+    fn motion(&self, m: f64, step_motion: &StepMotion, force: f64) -> [f64; 3] {
+        let velocity = dot(&self.value.damped, step_motion);
+        let inertial =
+            step_motion[0] - step_motion[1] * self.h + self.value.inertia * step_motion[2];
         [velocity, inertial, force + self.damping * m * velocity]
     }
 
     /// The derivative of minus the residual by the scheme's parameter at fixed forces, and that of the mass damping.
     #[inline(always)]
-    fn by_scheme(&self, m: f64, begun: &Begun, [n1, n0]: [f64; 2]) -> [f64; 2] {
+    fn by_scheme(&self, m: f64, step_motion: &StepMotion, [n1, n0]: [f64; 2]) -> [f64; 2] {
         let StepFactors { end, start, inertia, damped, .. } = &self.slope;
-        let residual = m * (inertia * begun[2]) + end * n1 + start * n0;
-        [residual, self.damping * m * dot(damped, begun)]
+        let residual = m * (inertia * step_motion[2]) + end * n1 + start * n0;
+        [residual, self.damping * m * dot(damped, step_motion)]
     }
 
     /// Adds the parts of `[n, r]` by the rates of the mass and the mass damping.
@@ -172,11 +173,11 @@ impl NodalEquations {
     pub fn with_mass_and_damping<const G: usize>(
         &self,
         m: f64,
-        begun: &Begun,
+        step_motion: &StepMotion,
         [mass, damping]: [Lanes<G>; 2],
         [n, r]: [Lanes<G>; 2],
     ) -> [Lanes<G>; 2] {
-        let [velocity, inertial, _] = self.motion(m, begun, 0.0);
+        let [velocity, inertial, _] = self.motion(m, step_motion, 0.0);
         let rate = (damping * m + mass * self.damping) * velocity;
         [n + rate, r - mass * inertial - rate * self.value.end]
     }
@@ -187,13 +188,13 @@ impl NodalEquations {
     pub fn with_scheme<const G: usize>(
         &self,
         m: f64,
-        begun: &Begun,
+        step_motion: &StepMotion,
         forces: [f64; 2],
         scheme: Lanes<G>,
         [n, r]: [Lanes<G>; 2],
     ) -> [Lanes<G>; 2] {
-        let [.., n1] = self.motion(m, begun, forces[0]);
-        let [residual, damped] = self.by_scheme(m, begun, [n1, forces[1]]);
+        let [.., n1] = self.motion(m, step_motion, forces[0]);
+        let [residual, damped] = self.by_scheme(m, step_motion, [n1, forces[1]]);
         let rate = scheme * damped;
         [n + rate, r - rate * self.value.end - scheme * residual]
     }
@@ -203,12 +204,12 @@ impl NodalEquations {
     pub fn numbers_transposed(
         &self,
         m: f64,
-        begun: &Begun,
+        step_motion: &StepMotion,
         forces: [f64; 2],
         [n, r]: [f64; 2],
     ) -> [f64; 3] {
-        let [velocity, inertial, n1] = self.motion(m, begun, forces[0]);
-        let [residual, damped] = self.by_scheme(m, begun, [n1, forces[1]]);
+        let [velocity, inertial, n1] = self.motion(m, step_motion, forces[0]);
+        let [residual, damped] = self.by_scheme(m, step_motion, [n1, forces[1]]);
         let force = n - self.value.end * r;
         [
             self.damping * velocity * force - r * inertial,
@@ -219,8 +220,8 @@ impl NodalEquations {
 
     /// The derivatives of `[v1, a1]` by the scheme's parameter.
     #[inline(always)]
-    pub fn end_by_scheme(&self, begun: &Begun) -> [f64; 2] {
-        [dot(&self.slope.velocity, begun), dot(&self.slope.acceleration, begun)]
+    pub fn end_by_scheme(&self, step_motion: &StepMotion) -> [f64; 2] {
+        [dot(&self.slope.velocity, step_motion), dot(&self.slope.acceleration, step_motion)]
     }
 
     /// Length of the step, s.
@@ -234,7 +235,7 @@ impl NodalEquations {
     }
 
     /// That velocity, and its derivative by the scheme's parameter.
-    pub fn damped_velocity(&self, begun: &Begun) -> [f64; 2] {
-        [dot(&self.value.damped, begun), dot(&self.slope.damped, begun)]
+    pub fn damped_velocity(&self, step_motion: &StepMotion) -> [f64; 2] {
+        [dot(&self.value.damped, step_motion), dot(&self.slope.damped, step_motion)]
     }
 }

@@ -54,7 +54,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     newton.factor(&step, &mut work)?;
     let free = system.free.clone();
     let mut a: Vec<D> = now.unbalanced.iter().map(|n| -*n).collect();
-    system.led.fill(&mut a, D::from(0.0));
+    system.prescribed.fill(&mut a, D::from(0.0));
     newton.factors.solve(&mut a);
     a[..free.start].fill(D::from(0.0));
     a[free.end..].fill(D::from(0.0));

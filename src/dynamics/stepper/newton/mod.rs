@@ -183,7 +183,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             rod: &system.rod,
             derivatives: system.derivatives,
             free: system.free.clone(),
-            led: &system.led,
+            prescribed: &system.prescribed,
             scheme: self.scheme,
             parameter: self.parameter,
             damping: system.damping,
@@ -266,7 +266,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         for i in system.free.clone() {
             state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
         }
-        system.led.fill(&mut state.acceleration, D::from(0.0));
+        system.prescribed.fill(&mut state.acceleration, D::from(0.0));
     }
 
     /// Writes the unknowns that follow `before` into `state`.
@@ -357,11 +357,11 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
                 drag_forces.set_matrix(drag, slope, &self.tangent);
-                step.system.led.uncouple(&mut drag_forces.matrix);
+                step.system.prescribed.uncouple(&mut drag_forces.matrix);
             }
         }
         if with_tangent {
-            step.system.led.uncouple(&mut self.tangent);
+            step.system.prescribed.uncouple(&mut self.tangent);
         }
     }
 
@@ -558,7 +558,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
         }
-        step.system.led.fill(&mut self.correction, D::from(0.0));
+        step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
 
     /// Velocities, strain rates and frames at the solution.
@@ -592,7 +592,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 None => coefficients.accelerations(lists, |_| D::from(0.0), a1),
                 Some(a0) => coefficients.accelerations(lists, |i| a0[i], a1),
             }
-            step.system.led.fill(&mut state.acceleration, D::from(0.0));
+            step.system.prescribed.fill(&mut state.acceleration, D::from(0.0));
         }
         step.system.apply_prescribed_velocities(step.time, &mut state.v);
         if self.viscous.is_some() {

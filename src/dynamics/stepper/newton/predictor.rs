@@ -18,13 +18,13 @@ const SMOOTH: f64 = 0.5;
 pub struct Predictor<D> {
     earlier: Vec<(f64, Vec<D>)>,
     /// Prescribed unknowns at the end of the step.
-    led: Vec<D>,
+    prescribed: Vec<D>,
 }
 
 impl<D: Nestable> Predictor<D> {
     /// Before the first step.
     pub fn new() -> Self {
-        Self { earlier: Vec::new(), led: Vec::new() }
+        Self { earlier: Vec::new(), prescribed: Vec::new() }
     }
 
     /// Stores the velocities at the start of an accepted step.
@@ -60,8 +60,8 @@ impl<D: Nestable> Predictor<D> {
             return false;
         }
         let (h, free) = (step.h, step.system.free.clone());
-        self.led.clear();
-        self.led.extend(step.system.led.iter().map(|i| state.q[i]));
+        self.prescribed.clear();
+        self.prescribed.extend(step.system.prescribed.iter().map(|i| state.q[i]));
         let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
         let part = coefficients.rate.recip();
         match &self.earlier[..] {
@@ -89,7 +89,7 @@ impl<D: Nestable> Predictor<D> {
                 *q -= *a0 * part;
             }
         }
-        step.system.led.iter().zip(&self.led).for_each(|(i, q)| state.q[i] = *q);
+        step.system.prescribed.iter().zip(&self.prescribed).for_each(|(i, q)| state.q[i] = *q);
         true
     }
 

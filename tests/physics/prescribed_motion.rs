@@ -1,4 +1,4 @@
-//! Rods whose recording leads nodes between the ends, or lets ends turn about themselves.
+//! Rods with recorded nodes between the ends or with free twist of the ends.
 
 use rodfit::Trajectory;
 use rodfit::scene::{
@@ -37,9 +37,9 @@ fn prescribed_motion_equal_to_the_free_one_does_not_change_the_run() {
             let markers = (0..MARKERS).map(|j| (j.to_string(), seen(j))).collect();
             let track = Track::new(hands.times().to_vec(), markers).unwrap();
             for inner in [&["3"][..], &["2", "4"]] {
-                let led = run(track.clone(), inner);
+                let prescribed = run(track.clone(), inner);
                 let off = |j: usize, k: usize| {
-                    let (a, b) = (free.node(j, k), led.node(j, k));
+                    let (a, b) = (free.node(j, k), prescribed.node(j, k));
                     (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
                 };
                 let all = (0..60).flat_map(|k| (0..MARKERS).map(move |j| (j, k)));

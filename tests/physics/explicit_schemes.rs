@@ -1,4 +1,4 @@
-//! Schemes that need no iteration: gradients on the way, orders, energy, momenta, reversal, limits.
+//! Schemes without iterations: gradients within a step, orders, energy, momenta, reversal and limits of stability.
 
 use rodfit::numerics::tangent::Tangent;
 use rodfit::problem::Model;

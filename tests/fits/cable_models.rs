@@ -1,4 +1,4 @@
-//! The ladder of models of the example `recorded_cables`.
+//! The sequence of models of the example `recorded_cables`, each with one more effect.
 
 #[path = "../../examples/recorded_cables/cable.rs"]
 #[allow(dead_code, reason = "the example uses more of it")]

@@ -1,4 +1,4 @@
-//! Rods whose recording leads nodes between the ends, or lets ends turn about themselves: their motion by every number.
+//! Rods with recorded nodes between the ends or with free twist of the ends: derivatives of their motion by every number.
 
 use rodfit::scene::{
     Damping, End, Friction, Initial, InitialState, Maxwell, Motion, Point, PointForce, Recorded,
