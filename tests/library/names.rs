@@ -7,21 +7,15 @@ use std::path::{Path, PathBuf};
 const REPEATED_TYPES: &[(&str, &str)] = &[
     (
         "At",
-        "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
+        "energies act at places of a scene; sweeps evaluate a rod at its unknowns, in the plane and in space",
     ),
-    ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
-    (
-        "Elements",
-        "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
-    ),
-    (
-        "Geometry",
-        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
-    ),
-    ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
-    ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
-    ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
-    ("Recorded", "different topics, not renamed yet: dynamics/record, scene/path"),
+    ("ByEdge", "derivatives by an edge, counterparts in the plane and in space"),
+    ("Elements", "counterparts in the plane and in space"),
+    ("Geometry", "counterparts in the plane and in space"),
+    ("Motion", "the public key `supports.motion`; positions and velocities of a recorded node"),
+    ("Plane", "a plane of a scene; the layout of planar rods"),
+    ("Quantity", "physical dimension of a scene's number; coordinate of a measurement"),
+    ("Recorded", "the public key `supports.path`; a recorded node of a run"),
 ];
 
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its
@@ -57,12 +51,12 @@ resolved rest rest_line rod rod_sizes rodas4 rosenbrock rounding row run samples
 scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
 sensitivity_carrier sensitivity_growth sensitivity_pipeline settings setup shape shape_form shard
 shear_deflection simd simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space
-spatial spectrum splitting stability standing start starts state static_mesh statics status step step_control
-step_map stepper stiffness store strain stretch study style summaries summary support supports sweep sweeps
-synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests text_cell
-thickness tie time tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty
-undetected_bias unknown unstable_state usable_rows validate validation validation_errors vector vibration
-viscosity warning_list warnings weighted_search work workspace writer zero_bound
+spatial spectrum splitting stability standing start start_forces starts state static_mesh statics status step
+step_control step_map stepper stiffness store strain stretch study style summaries summary support supports
+sweep sweeps synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests
+text_cell thickness tie time tolerance track trajectory transposed trial tributary trigonometry tuning
+uncertainty undetected_bias unknown unstable_state usable_rows validate validation validation_errors vector
+vibration viscosity warning_list warnings weighted_search work workspace writer zero_bound
 ";
 
 /// All Rust files below a folder.
@@ -108,7 +102,7 @@ fn type_names_are_unique_except_for_listed_ones() {
         types.iter().filter(|(name, _)| !listed.contains(name.as_str())).collect();
     assert!(unlisted.is_empty(), "type names that are used more than once: {unlisted:#?}");
     let unique: Vec<_> = listed.iter().filter(|name| !types.contains_key(**name)).collect();
-    assert!(unique.is_empty(), "listed as repeated, but unique by now: {unique:?}");
+    assert!(unique.is_empty(), "listed as repeated, but unique: {unique:?}");
     println!(
         "{} names of {} types are repeated",
         types.len(),

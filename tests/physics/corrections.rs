@@ -1,4 +1,4 @@
-//! What the corrected discretisation makes up for, on rods of many sizes, against closed forms and
+//! Corrections of the discretization (clamps, thickness, curvature) on rods of many sizes, against closed forms and
 //! Castigliano's integrals.
 
 use nalgebra::Vector3;

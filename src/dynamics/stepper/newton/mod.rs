@@ -14,6 +14,7 @@ mod predictor;
 mod relinearize;
 mod rounding;
 mod slip_state;
+mod start_forces;
 mod tensions;
 
 pub(crate) use acceleration::acceleration_within;
@@ -26,7 +27,7 @@ use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{FactorsOf, InternalVariables, Rod, State, Viscosity};
+use crate::rod::{FactorsOf, Rod, State, Viscosity};
 use crate::scene::{Scheme, StepTolerance};
 use convergence::{Convergence, NextIteration, TangentOrigin, sizes};
 use drag_forces::DragForces;
@@ -208,65 +209,6 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// The derivatives of all forces but mass damping by the unknowns at the end.
     fn matrix(&self) -> &R::Tangent {
         self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix)
-    }
-
-    /// Writes the forces that the next step takes as those of its start.
-    pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
-        let System { rod, derivatives, free, damping, .. } = system;
-        let State { q, frames, v, internal, unbalanced, .. } = state;
-        // Any step size: only the scheme matters here.
-        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
-        match self.viscous.is_some() {
-            true => self.find_viscous(system, internal, (q, frames), unbalanced),
-            false if coefficients.averages() => unbalanced.fill(D::from(0.0)),
-            false => rod.gradient(q, frames, *derivatives, unbalanced),
-        }
-        if !coefficients.averages() {
-            for i in free.clone() {
-                unbalanced[i] += damping.mass * rod.mass()[i] * v[i];
-            }
-        }
-        if let Some(drag) = &system.drag {
-            let drag_forces = self.drag_forces.get_or_insert_with(|| DragForces::new(q.len()));
-            drag_forces.add_now(drag, [q, v], unbalanced);
-        }
-    }
-
-    /// The same for a viscous rod, without mass damping and drag.
-    fn find_viscous(
-        &mut self,
-        System { rod, derivatives, damping, .. }: &System<D, R>,
-        internal: &InternalVariables<D>,
-        (q, frames): (&[D], &R::Frames),
-        forces: &mut [D],
-    ) {
-        let Some(viscous) = &mut self.viscous else { return };
-        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
-        viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
-        let base = self.dashpots.as_ref().unwrap_or(rod);
-        viscous.set_viscous(base, &self.viscosity);
-        viscous.set_springs(rod, None);
-        let (gradient, tangent) = &mut self.next;
-        match self.keeps_tangent {
-            true => {
-                viscous.tangent(q, frames, *derivatives, forces, tangent);
-                gradient.copy_from_slice(forces);
-            }
-            false => viscous.gradient(q, frames, *derivatives, forces),
-        }
-    }
-
-    /// Writes the accelerations at the start, for schemes that use them.
-    pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
-        if self.scheme != Scheme::GeneralisedAlpha {
-            return;
-        }
-        state.acceleration.clear();
-        state.acceleration.resize(state.q.len(), D::from(0.0));
-        for i in system.free.clone() {
-            state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
-        }
-        system.prescribed.fill(&mut state.acceleration, D::from(0.0));
     }
 
     /// Writes the unknowns that follow `before` into `state`.

@@ -1,0 +1,71 @@
+//! Forces and accelerations at the start of a step, which follow from the state alone.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::step::System;
+use crate::dynamics::stepper::newton::Newton;
+use crate::dynamics::stepper::newton::drag_forces::DragForces;
+use crate::dynamics::viscosity;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{InternalVariables, Rod, State};
+use crate::scene::Scheme;
+
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+    /// Writes the forces that the next step takes as those of its start.
+    pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
+        let System { rod, derivatives, free, damping, .. } = system;
+        let State { q, frames, v, internal, unbalanced, .. } = state;
+        // Any step size: only the scheme matters here.
+        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
+        match self.viscous.is_some() {
+            true => self.find_viscous(system, internal, (q, frames), unbalanced),
+            false if coefficients.averages() => unbalanced.fill(D::from(0.0)),
+            false => rod.gradient(q, frames, *derivatives, unbalanced),
+        }
+        if !coefficients.averages() {
+            for i in free.clone() {
+                unbalanced[i] += damping.mass * rod.mass()[i] * v[i];
+            }
+        }
+        if let Some(drag) = &system.drag {
+            let drag_forces = self.drag_forces.get_or_insert_with(|| DragForces::new(q.len()));
+            drag_forces.add_now(drag, [q, v], unbalanced);
+        }
+    }
+
+    /// Writes the forces of a viscous rod at the start of a step, without mass damping and drag.
+    pub(super) fn find_viscous(
+        &mut self,
+        System { rod, derivatives, damping, .. }: &System<D, R>,
+        internal: &InternalVariables<D>,
+        (q, frames): (&[D], &R::Frames),
+        forces: &mut [D],
+    ) {
+        let Some(viscous) = &mut self.viscous else { return };
+        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
+        viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
+        let base = self.dashpots.as_ref().unwrap_or(rod);
+        viscous.set_viscous(base, &self.viscosity);
+        viscous.set_springs(rod, None);
+        let (gradient, tangent) = &mut self.next;
+        match self.keeps_tangent {
+            true => {
+                viscous.tangent(q, frames, *derivatives, forces, tangent);
+                gradient.copy_from_slice(forces);
+            }
+            false => viscous.gradient(q, frames, *derivatives, forces),
+        }
+    }
+
+    /// Writes the accelerations at the start, for schemes that use them.
+    pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
+        if self.scheme != Scheme::GeneralisedAlpha {
+            return;
+        }
+        state.acceleration.clear();
+        state.acceleration.resize(state.q.len(), D::from(0.0));
+        for i in system.free.clone() {
+            state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
+        }
+        system.prescribed.fill(&mut state.acceleration, D::from(0.0));
+    }
+}
