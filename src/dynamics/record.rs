@@ -146,15 +146,15 @@ impl<D: Scalar> Record<D> {
     }
 
     /// The record to be read at any time.
-    pub fn read(&self) -> Recorded<'_, D> {
+    pub fn read(&self) -> RecordView<'_, D> {
         let motions = RecordedMotions::Own(&self.motion);
-        Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
+        RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
 
 /// A record that is read at any time, in its own numbers or with a derivative.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Recorded<'a, D = f64> {
+pub(crate) struct RecordView<'a, D = f64> {
     tracked: &'a [usize],
     edges: &'a [usize],
     times: &'a [f64],
@@ -170,7 +170,7 @@ enum RecordedMotions<'a, D> {
     Along(&'a [Motion], Option<&'a [Motion]>, fn(&Motion, &Motion) -> Motion<D>),
 }
 
-impl<D: Scalar> Recorded<'_, D> {
+impl<D: Scalar> RecordView<'_, D> {
     #[inline]
     fn at(&self, index: usize) -> Motion<D> {
         match self.motions {
@@ -337,10 +337,10 @@ fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usi
 
 impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
-    pub fn along(&self, k: Option<usize>) -> Recorded<'_, Dual64> {
+    pub fn along(&self, k: Option<usize>) -> RecordView<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
         let motions = RecordedMotions::Along(&self.motion, rates, both);
-        Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
+        RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
 

@@ -7,15 +7,20 @@ use std::path::{Path, PathBuf};
 const REPEATED_TYPES: &[(&str, &str)] = &[
     (
         "At",
-        "energies act at places of a scene; sweeps evaluate a rod at its unknowns, in the plane and in space",
+        "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
     ),
-    ("ByEdge", "derivatives by an edge, counterparts in the plane and in space"),
-    ("Elements", "counterparts in the plane and in space"),
-    ("Geometry", "counterparts in the plane and in space"),
-    ("Motion", "the public key `supports.motion`; positions and velocities of a recorded node"),
-    ("Plane", "a plane of a scene; the layout of planar rods"),
-    ("Quantity", "physical dimension of a scene's number; coordinate of a measurement"),
-    ("Recorded", "the public key `supports.path`; a recorded node of a run"),
+    ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
+    (
+        "Elements",
+        "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
+    ),
+    (
+        "Geometry",
+        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
+    ),
+    ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
+    ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
+    ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
 ];
 
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its

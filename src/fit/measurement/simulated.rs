@@ -1,6 +1,6 @@
 //! Outputs of a simulation that data are compared with: those that the data require, and those that a simulation provides.
 
-use crate::dynamics::record::Recorded;
+use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
 use crate::numerics::scalar::Scalar;
 use crate::scene::mesh::Mesh;
@@ -37,9 +37,9 @@ impl Requirements {
 #[derive(Clone, Copy)]
 pub struct SimulatedOutput<'a, D> {
     /// The motion, if it is required.
-    pub(crate) moving: Option<Recorded<'a, D>>,
+    pub(crate) moving: Option<RecordView<'a, D>>,
     /// The equilibrium, if it is required.
-    pub(crate) resting: Option<Recorded<'a, D>>,
+    pub(crate) resting: Option<RecordView<'a, D>>,
     /// Angular frequencies of the required modes, rad/s; in the comparison of one measurement those of its modes.
     pub(crate) frequencies: &'a [D],
     /// The camera.
