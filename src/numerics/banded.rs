@@ -25,6 +25,12 @@ fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
 }
 
+/// The same, to be written.
+#[inline(always)]
+fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
+    slice[start..].first_chunk_mut().expect("the band has padding")
+}
+
 /// A symmetric matrix of half-bandwidth `W`, stored by columns from the diagonal down.
 #[derive(Clone, Debug)]
 pub struct BandMatrix<D, const W: usize> {

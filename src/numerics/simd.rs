@@ -282,6 +282,50 @@ pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::
     if G > 2 { with_simd(work) } else { work.call() }
 }
 
+/// Products of pairs of numbers, each pair in one register. A compiler that pairs scalar operations may find other, worse
+/// pairs.
+pub trait PairLevel: Copy {
+    /// Whether registers have four numbers.
+    const WIDE: bool;
+
+    /// `a - x y` of a pair.
+    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2];
+
+    /// `a - x y` of two pairs with the same `y`.
+    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2];
+}
+
+impl PairLevel for () {
+    const WIDE: bool = false;
+
+    #[inline(always)]
+    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+        [a[0] - x[0] * y[0], a[1] - x[1] * y[1]]
+    }
+
+    #[inline(always)]
+    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
+        [self.less_product(a[0], x[0], y), self.less_product(a[1], x[1], y)]
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl PairLevel for pulp::x86::V3 {
+    const WIDE: bool = true;
+
+    #[inline(always)]
+    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+        let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast(y)];
+        bytemuck::cast(self.sse2._mm_sub_pd(a, self.sse2._mm_mul_pd(x, y)))
+    }
+
+    #[inline(always)]
+    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
+        let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];
+        bytemuck::cast(self.avx._mm256_sub_pd(a, self.avx._mm256_mul_pd(x, y)))
+    }
+}
+
 /// Whether the processor has a supported vector unit for more than two `f64`.
 pub fn has_simd() -> bool {
     simd_level() != "scalar"

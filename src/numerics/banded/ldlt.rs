@@ -1,9 +1,11 @@
 //! `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 
-use crate::numerics::banded::elimination::{BandColumn, ColumnSource, Elimination};
-use crate::numerics::banded::{BandMatrix, array};
+use crate::numerics::banded::elimination::{
+    BandColumn, ColumnSource, Elimination, EndRows, unrolled,
+};
+use crate::numerics::banded::{BandMatrix, array, array_mut};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::simd::{has_simd, with_simd};
+use crate::numerics::simd::PairLevel;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use std::ops::Range;
 
@@ -19,11 +21,10 @@ pub struct Ldlt<D, const W: usize> {
     range: Range<usize>,
 }
 
-/// The matrix `scale diag(masses) + factor matrix`, without masses `factor matrix`, over the rows and columns from `start`
-/// to `end`.
+/// The matrix `scale diag(masses) + factor matrix` over the rows and columns from `start` to `end`.
 #[derive(Clone, Copy)]
 struct WeightedSum<'a, D, const W: usize> {
-    masses: Option<&'a [D]>,
+    masses: &'a [D],
     scale: D,
     matrix: &'a BandMatrix<D, W>,
     factor: D,
@@ -35,27 +36,58 @@ impl<D: Scalar, const W: usize> WeightedSum<'_, D, W> {
     /// The entry of row and column `j`.
     #[inline(always)]
     fn diagonal(&self, j: usize) -> D {
-        let own = self.matrix.diagonal[j] * self.factor;
-        match self.masses {
-            Some(masses) => masses[j] * self.scale + own,
-            None => own,
+        self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
+    }
+}
+
+/// The first `n` columns of a [`WeightedSum`] from the first row downwards and from the last upwards.
+struct EndColumns<'a, D, const W: usize> {
+    scale: D,
+    factor: D,
+    /// The diagonal, and the masses, of the columns at the top and of those at the bottom.
+    diagonal: [&'a [D]; 2],
+    masses: [&'a [D]; 2],
+    /// The entries below the diagonal of the columns at the top.
+    down: &'a [[D; W]],
+    /// Those of the columns at the bottom, with `W` columns before them.
+    left: &'a [[D; W]],
+}
+
+impl<'a, D: Scalar, const W: usize> EndColumns<'a, D, W> {
+    #[inline(always)]
+    fn new(
+        WeightedSum { masses, scale, matrix, factor, start, end }: WeightedSum<'a, D, W>,
+        n: usize,
+    ) -> Self {
+        let BandMatrix { diagonal, below } = matrix;
+        let (top, bottom) = (start..start + n, end - n..end);
+        Self {
+            scale,
+            factor,
+            diagonal: [&diagonal[top.clone()], &diagonal[bottom.clone()]],
+            masses: [&masses[top.clone()], &masses[bottom]],
+            down: &below[top],
+            left: if n == 0 { &[] } else { &below[end - n - W..end] },
         }
     }
 }
 
-/// The columns from the first row downwards and from the last upwards.
-impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for WeightedSum<'_, D, W> {
+impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 2> {
-        let entries = &self.matrix.below;
-        let (top, bottom) = (self.start + k, self.end - 1 - k);
-        // Below the diagonal of column `top`, and left of the diagonal of row `bottom`.
-        let (down, left): (_, &[[D; W]; W]) = (&entries[top], array(entries, bottom - W));
+        let up = self.down.len() - 1 - k;
+        // Below the diagonal of a column, and left of the diagonal of a row.
+        let (down, left): (_, &[[D; W]; W]) = (&self.down[k], array(self.left, up));
         let mut below = [[D::from(0.0); 2]; W];
         for p in 0..W {
             below[p] = [down[p] * self.factor, left[W - 1 - p][p] * self.factor];
         }
-        BandColumn { diagonal: [self.diagonal(top), self.diagonal(bottom)], below }
+        let (diagonal, masses) = (&self.diagonal, &self.masses);
+        let diagonal = [
+            masses[0][k] * self.scale + diagonal[0][k] * self.factor,
+            masses[1][up] * self.scale + diagonal[1][up] * self.factor,
+        ];
+        BandColumn { diagonal, below }
     }
 }
 
@@ -71,34 +103,39 @@ impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
 }
 
 /// A factorization as work for a vector unit. A closure instead would be compiled without its instructions.
-struct Factor<'a, D, const W: usize> {
+struct Factor<'a, V, D, const W: usize> {
+    level: V,
     factors: &'a mut Ldlt<D, W>,
     sum: WeightedSum<'a, D, W>,
 }
 
-impl<D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, W> {
+impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, V, D, W> {
     type Output = Result<(), Singular>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.factors.eliminate_inlined(self.sum)
+        self.factors.eliminate_inlined(self.level, self.sum)
     }
 }
 
 /// A solution of linear systems, likewise.
-struct Solve<'a, D, E, const W: usize, const R: usize> {
+struct Solve<'a, V, D, E, const W: usize, const R: usize> {
+    level: V,
     factors: &'a Ldlt<D, W>,
     x: &'a mut [[E; R]],
 }
 
-impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
-    for Solve<'_, D, E, W, R>
+impl<V, D, E, const W: usize, const R: usize> pulp::NullaryFnOnce for Solve<'_, V, D, E, W, R>
+where
+    V: PairLevel,
+    D: Scalar,
+    E: RightHandSide<D>,
 {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        self.factors.solve_blocks::<E, R, true>(self.x);
+        self.factors.solve_blocks(self.level, self.x);
     }
 }
 
@@ -115,9 +152,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     }
 
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
-        let Range { start, end } = range;
-        let one = D::from(1.0);
-        self.eliminate(WeightedSum { masses: None, scale: one, matrix, factor: one, start, end })
+        let diagonal = &matrix.diagonal;
+        self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
     }
 
     fn factor_sum(
@@ -129,8 +165,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         range: Range<usize>,
     ) -> Result<(), Singular> {
         let Range { start, end } = range;
-        let masses = Some(&diagonal[..end]);
-        self.eliminate(WeightedSum { masses, scale, matrix, factor, start, end })
+        self.eliminate(WeightedSum { masses: &diagonal[..end], scale, matrix, factor, start, end })
     }
 
     fn negative_pivots(&self) -> usize {
@@ -143,58 +178,69 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
-        match E::PLAIN && has_simd() {
-            true => with_simd(Solve { factors: self, x }),
-            false => self.solve_blocks::<E, R, false>(x),
+        #[cfg(target_arch = "x86_64")]
+        if let Some(level) = pulp::x86::V3::try_new()
+            && E::PLAIN
+        {
+            return level.vectorize(Solve { level, factors: self, x });
         }
+        self.solve_blocks((), x);
     }
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
     /// Factors a matrix, with vector instructions for numbers without derivatives.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
-        match D::PLAIN {
-            true => with_simd(Factor { factors: self, sum }),
-            false => self.eliminate_inlined(sum),
+        #[cfg(target_arch = "x86_64")]
+        if let Some(level) = pulp::x86::V3::try_new()
+            && D::PLAIN
+        {
+            return level.vectorize(Factor { level, factors: self, sum });
         }
+        self.eliminate_inlined((), sum)
     }
 
     /// Factors a matrix.
     #[inline(always)]
-    fn eliminate_inlined(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
+    fn eliminate_inlined<V: PairLevel>(
+        &mut self,
+        level: V,
+        sum: WeightedSum<'_, D, W>,
+    ) -> Result<(), Singular> {
         let WeightedSum { matrix, factor, start, end, .. } = sum;
         self.range = start..end;
         let m = self.end_rows();
         let Self { ends, schur, middle, .. } = self;
-        ends.eliminate(m, &sum).map_err(|singular| Singular {
+        ends.eliminate(level, m, &EndColumns::new(sum, m)).map_err(|singular| Singular {
             row: [start + singular.column, end - 1 - singular.column][singular.band],
         })?;
 
         // The Schur complement: the rows in the middle, without their couplings to the ends, and the updates by both.
         let (first, n) = (start + m, end - start - 2 * m);
-        for i in 0..n {
+        let rows = &matrix.below[first..first + n];
+        for (i, (row, to)) in rows.iter().zip(&mut schur.below).enumerate() {
             schur.diagonal[i] = sum.diagonal(first + i);
             for p in 0..W {
-                schur.below[i][p] = matrix.below[first + i][p] * factor;
-            }
-        }
-        for i in n.saturating_sub(W)..n {
-            for p in n - 1 - i..W {
-                schur.below[i][p] = D::from(0.0);
+                to[p] = if i + 1 + p < n { row[p] * factor } else { D::from(0.0) };
             }
         }
         if m > 0 {
-            for c in 0..W {
-                let BandColumn { diagonal, below } = ends.schur_update(m, c);
-                schur.diagonal[c] += diagonal[0];
-                schur.diagonal[n - 1 - c] += diagonal[1];
-                for p in 0..W - 1 - c {
-                    schur.below[c][p] += below[p][0];
-                    schur.below[n - 2 - c - p][p] += below[p][1];
+            unrolled!(C in 0 1 2 3 4 5 6 7 8 9, W: {
+                let BandColumn { diagonal, below } = ends.schur_update::<V, C>(level, m);
+                schur.diagonal[C] += diagonal[0];
+                schur.diagonal[n - 1 - C] += diagonal[1];
+                for p in 0..W {
+                    schur.below[C][p] += below[p][0];
                 }
-            }
+                let rows: &mut [[D; W]; W] = array_mut(&mut schur.below, n - W);
+                for p in 0..W - 1 - C {
+                    rows[W - 2 - C - p][p] += below[p][1];
+                }
+            });
         }
-        middle.eliminate(n, schur).map_err(|singular| Singular { row: first + singular.column })
+        middle
+            .eliminate(level, n, schur)
+            .map_err(|singular| Singular { row: first + singular.column })
     }
 
     /// Number of rows that are eliminated from either end. At least `W` rows remain, so that the ends are not coupled.
@@ -202,36 +248,38 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves for all right-hand sides, in blocks of as many as the registers hold; `WIDE` registers have four numbers.
+    /// Solves for all right-hand sides, in blocks of as many as the registers hold.
     #[inline(always)]
-    fn solve_blocks<E: RightHandSide<D>, const R: usize, const WIDE: bool>(
+    fn solve_blocks<V: PairLevel, E: RightHandSide<D>, const R: usize>(
         &self,
+        level: V,
         x: &mut [[E; R]],
     ) {
-        let block = match (WIDE, Elimination::<D, W, 2>::NARROW) {
+        let block = match (V::WIDE, Elimination::<D, W, 2>::NARROW) {
             (true, true) => 4,
             (true, false) | (false, true) => 2,
             (false, false) => 1,
         };
         let mut done = 0;
         while block >= 4 && done + 4 <= R {
-            self.solve_block::<E, R, 4>(x, done);
+            self.solve_block::<V, E, R, 4>(level, x, done);
             done += 4;
         }
         while block >= 2 && done + 2 <= R {
-            self.solve_block::<E, R, 2>(x, done);
+            self.solve_block::<V, E, R, 2>(level, x, done);
             done += 2;
         }
         while done < R {
-            self.solve_block::<E, R, 1>(x, done);
+            self.solve_block::<V, E, R, 1>(level, x, done);
             done += 1;
         }
     }
 
     /// Solves for `C` right-hand sides from index `first` on: forward from both ends, in the middle, and backward.
     #[inline(always)]
-    fn solve_block<E: RightHandSide<D>, const R: usize, const C: usize>(
+    fn solve_block<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
+        level: V,
         x: &mut [[E; R]],
         first: usize,
     ) {
@@ -239,21 +287,26 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         let (top, rest) = x.split_at_mut(m);
         let (middle, bottom) = rest.split_at_mut(rest.len() - m);
         let n = middle.len();
-        let updates = self.ends.forward::<E, R, C>([top, bottom], first);
+        let updates = self.ends.forward::<V, E, R, C>(level, EndRows { top, bottom }, first);
         for p in 0..W.min(n) {
             for r in 0..C {
                 middle[p][first + r] += updates[p][r][0];
                 middle[n - 1 - p][first + r] += updates[p][r][1];
             }
         }
-        self.middle.forward::<E, R, C>([middle], first);
-        self.middle.backward::<E, R, C>([middle], first, [[[E::from(0.0)]; C]; W]);
+        self.middle.forward::<V, E, R, C>(level, EndRows { top: middle, bottom: &mut [] }, first);
+        self.middle.backward::<V, E, R, C>(
+            level,
+            EndRows { top: middle, bottom: &mut [] },
+            first,
+            [[[E::from(0.0)]; C]; W],
+        );
         let mut after = [[[E::from(0.0); 2]; C]; W];
         for p in 0..W.min(n) {
             for r in 0..C {
                 after[p][r] = [middle[p][first + r], middle[n - 1 - p][first + r]];
             }
         }
-        self.ends.backward::<E, R, C>([top, bottom], first, after);
+        self.ends.backward::<V, E, R, C>(level, EndRows { top, bottom }, first, after);
     }
 }
