@@ -54,6 +54,8 @@ pub use measurement::shape::{EquilibriumShape, RestShape, Sighting};
 pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
+#[cfg(feature = "page")]
+pub(crate) use report::estimate_table::interval_content;
 pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
     Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,

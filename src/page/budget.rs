@@ -1,6 +1,6 @@
 //! Uncertainty budgets (GUM: contributions of inputs to the combined standard uncertainty), and sensitivities to inputs.
 
-use crate::fit::{BudgetLine, Estimate};
+use crate::fit::{BudgetLine, Estimate, QuotedEstimate};
 use crate::page::chart::labeled;
 use crate::page::estimate::interval;
 use crate::page::html::{escaped, note, subsection};
@@ -32,19 +32,24 @@ fn budget(e: &Estimate) -> String {
             line.std.map(|std| format!("\u{b1} {}", quantity(std, &line.unit)))
         })
         .text("sensitivity", |line| line.sensitivity.map(|c| sensitivity(c, unit, line)))
-        .text("relative sensitivity", |line| line.relative_sensitivity.map(three_digits))
+        .text("relative sensitivity", |line| line.relative_sensitivity.map(relative_sensitivity))
         .text(&labeled("contribution", &scale.unit), |line| {
             scale.format(line.contribution, Some(line.contribution.abs()))
         })
         .text("share of the variance", |line| format!("{:.1} %", 100.0 * line.share));
-    let value = Scale::for_size(expanded[1], unit);
-    table.render()
-        + &note(&format!(
-            "Combined standard uncertainty {}; coverage factor {factor:.2}; 95 % interval of these sources <b>{} {}</b>.",
-            escaped(&scale.format_with_unit(combined, Some(combined))),
-            interval(expanded, Some(combined), &value),
-            escaped(&value.unit),
-        ))
+    let combined_text = escaped(&scale.format_with_unit(combined, Some(combined)));
+    let text =
+        format!("Combined standard uncertainty {combined_text}; coverage factor {factor:.2}");
+    // Without stated inputs the interval is the statistical one, which the first table has.
+    let own = match QuotedEstimate::new(e).is_expanded {
+        true => {
+            let value = Scale::for_size(expanded[1], unit);
+            let ends = interval(expanded, Some(combined), &value);
+            format!("; 95 % interval of these sources <b>{ends} {}</b>", escaped(&value.unit))
+        }
+        false => String::new(),
+    };
+    table.render() + &note(&format!("{text}{own}."))
 }
 
 /// The name of a source of uncertainty: that of the input, or a description of the discretization or the experiments.
@@ -55,6 +60,11 @@ fn source_name(key: &str) -> &str {
         "experiments" => "differences between experiments",
         input => input,
     }
+}
+
+/// A relative sensitivity in three digits, or zero below a thousandth.
+fn relative_sensitivity(value: f64) -> String {
+    if value.abs() < 1e-3 { "0.00".into() } else { three_digits(value) }
 }
 
 /// The derivative of a parameter with this unit by the input of a line, with its unit.

@@ -50,7 +50,14 @@ fn first_card(design: &Design) -> String {
     };
     let tone = Tone::of_result(unknown == 0, !design.warnings.is_empty());
     let estimates = quoted_estimates(&design.parameters, &[]);
-    let content = estimate_table(&estimates, "assumed value", "expected standard error")
+    let basis = if estimates.iter().any(|row| row.is_expanded) {
+        "Expanded interval: noise, inputs with a stated uncertainty, and discretization."
+    } else if estimates.iter().any(|row| row.std.is_some()) {
+        "Statistical interval: inputs are taken as exact."
+    } else {
+        ""
+    };
+    let content = estimate_table(&estimates, "assumed value", "expected standard error", basis)
         + &note(&largest_biases(&design.undetected_bias, &design.parameters));
     let findings = design.not_identifiable.iter();
     let findings = findings.map(|f| f.kind.code().behind(capitalized(&f.description)));

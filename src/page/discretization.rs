@@ -23,7 +23,11 @@ fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
 
 /// A table of the estimated errors with a note on their correction; nothing without errors.
 pub(super) fn discretization(errors: &[DiscretizationError], parameters: &[Estimate]) -> String {
-    let table = HtmlTable::new("discretization error", errors.iter().zip(parameters))
+    let has_error = |error: &DiscretizationError| {
+        [error.correction, error.mesh, error.step, error.relative].iter().any(Option::is_some)
+    };
+    let rows = errors.iter().zip(parameters).filter(|(error, _)| has_error(error));
+    let table = HtmlTable::new("discretization error", rows)
         .text("parameter", |(_, e)| e.label())
         .text("correction", |(error, e)| error.correction.map(|x| shown_error(x, e, true)))
         .text("mesh", |(error, e)| error.mesh.map(|x| shown_error(x, e, false)))

@@ -20,10 +20,12 @@ fn without_sign(bias: &UndetectedBias, text: &str) -> String {
 
 /// The table of biases that the data do not exclude, the largest in standard errors first.
 pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
-    if biases.is_empty() {
+    // An effect without influence on a parameter is no finding.
+    let shown: Vec<&UndetectedBias> = biases.iter().filter(|bias| bias.change != 0.0).collect();
+    if shown.is_empty() {
         return String::new();
     }
-    let table = HtmlTable::new("undetected bias", biases)
+    let table = HtmlTable::new("undetected bias", shown)
         .text("effect", |bias| bias.effect.clone())
         .text("size", |bias| without_sign(bias, &effect_size(bias.size, &bias.unit)))
         .text("parameter", |bias| bias.parameter.clone())
@@ -34,8 +36,10 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         .text("bias / standard error", |bias| three_digits(bias.std_errors))
         .text("test", |bias| bias.test.clone());
     note(
-        "Effects that these data could not reveal, at a plausible size, and the bias that each would cause. The test would \
-         reveal the effect.",
+        "Effects that these data do not exclude, at the largest plausible size, and the bias that each would cause. A bias is \
+         relative to the true value; the next column has it in statistical standard errors of the estimate. \u{b1}: the data \
+         do not determine the sign. A bias of 100 % or more means that the effect alone could cause the estimate. A size in \
+         per cent is a part of the number of the scene that changes. The test would reveal the effect.",
     ) + &table.render_folded(SHOWN_EFFECTS, "effects")
         + &explanation(Code::UndetectedBias)
 }
@@ -58,8 +62,8 @@ fn effect_size(value: f64, unit: &str) -> String {
     if unit.is_empty() { signed_percent(value) } else { signed_quantity(value, unit) }
 }
 
-/// The score tests of omitted effects; those that noise explains as well are folded.
-pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
+/// The score tests of omitted effects, with their biases of the `parameters`; those that noise explains as well are folded.
+pub(super) fn likely_omitted(tests: &[ScoreTest], parameters: &[Estimate]) -> String {
     // Only effects that noise does not explain are shown at once.
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
     let mut html = String::new();
@@ -68,34 +72,46 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     }
     if !likely.is_empty() {
         html += &note(
-            "Score tests: effects that explain the residuals better than noise does. Rank 1 explains them best; effects that \
-             share a rank are not distinguishable by these data.",
+            "Score tests: effects that explain the residuals better than noise does. Rank 1 explains the largest part of \
+             them. Effects that share a rank are not distinguishable by these data: one of them is enough. The bias is that \
+             of the estimate by the effect of this size, of either sign.",
         );
-        html += &score_table(likely).render_folded(SHOWN_EFFECTS, "effects");
+        html += &score_table(likely, parameters).render_folded(SHOWN_EFFECTS, "effects");
         html += &explanation(Code::OmittedEffect);
     }
     if !others.is_empty() {
         let count = counted(others.len(), "effect");
         let summary = format!("{count} tested that noise explains as well");
-        html += &folded(&summary, &score_table(others).render());
+        html += &folded(&summary, &score_table(others, parameters).render());
     }
     html
 }
 
 /// The table of score tests.
-fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
+fn score_table<'a>(tests: Vec<&'a ScoreTest>, parameters: &[Estimate]) -> HtmlTable<&'a ScoreTest> {
     HtmlTable::new("score tests of omitted effects", tests)
         .html("effect", |test| {
             format!("{} <code>{}</code>", escaped(&test.effect), escaped(&test.source))
         })
         .text("rank", |test| test.rank.to_string())
         .text("estimate", |test| effect_size(test.estimate, &test.unit))
-        .text("estimate / standard error", |test| three_digits(test.z_score.abs()))
+        .text("estimate / standard error", |test| {
+            three_digits(test.z_score.abs().copysign(test.estimate))
+        })
+        .text("bias", |test| largest_bias(test, parameters).filter(|_| test.is_significant()))
         .text("bias / standard error", |test| {
             test.is_significant().then(|| three_digits(test.bias_std_errors))
         })
         .text("p", |test| three_digits(test.p_value))
-        .text("p if noise is correlated", |test| test.p_value_if_correlated.map(three_digits))
+        .text("p for autocorrelated noise", |test| test.p_value_if_correlated.map(three_digits))
+}
+
+/// The largest bias by an effect of the estimated size, as a part of the estimate; none where an estimate may be zero.
+fn largest_bias(test: &ScoreTest, parameters: &[Estimate]) -> Option<String> {
+    let e = parameters.iter().find(|e| e.label() == test.biased_parameter)?;
+    let value = e.value.filter(|value| e.name.is_positive() && *value > 0.0)?;
+    let relative = percent(test.bias_std_errors * e.std_error? / value);
+    Some(format!("{relative} of {}", test.biased_parameter))
 }
 
 /// The folded explanation of a code of effects.
@@ -110,7 +126,7 @@ mod tests {
 
     #[test]
     fn no_effects_give_no_content() {
-        assert!(undetected_bias(&[]).is_empty() && likely_omitted(&[]).is_empty());
+        assert!(undetected_bias(&[]).is_empty() && likely_omitted(&[], &[]).is_empty());
         assert!(largest_biases(&[], &[]).is_empty());
     }
 }

@@ -41,11 +41,12 @@ pub(super) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     if rows.iter().any(|row| row.is_expanded) { "standard uncertainty" } else { "standard error" }
 }
 
-/// The table of estimates with their quoted intervals, and the basis of these.
+/// The table of estimates with their quoted intervals, and the `basis` of these: a sentence on the errors that they contain.
 pub(super) fn estimate_table(
     rows: &[QuotedEstimate],
     value_heading: &str,
     error_heading: &str,
+    basis: &str,
 ) -> String {
     // The statistical part of an estimate has blank cells where it repeats the row above.
     let or_blank =
@@ -65,12 +66,7 @@ pub(super) fn estimate_table(
             let has_unit = !row.is_part && (row.value.is_some() || is_lower_bound(row));
             has_unit.then(|| scale(row).unit)
         });
-    let basis = match rows.iter().any(|row| row.is_expanded) {
-        true => "Expanded interval: noise, inputs with a stated uncertainty, and discretization.",
-        false => "Statistical interval: inputs are taken as exact.",
-    };
-    let has_interval = rows.iter().any(|row| row.std.is_some());
-    table.render() + &note(if has_interval { basis } else { "" })
+    table.render() + &note(&escaped(basis))
 }
 
 /// The scale of a row.

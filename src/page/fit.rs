@@ -1,12 +1,12 @@
 //! The page of a fit: the answer first, then the residuals, then its uncertainty and the search.
 
 use crate::code::Code;
-use crate::fit::{FitReport, quoted_estimates};
+use crate::fit::{FitReport, interval_content, quoted_estimates};
 use crate::page::budget::budgets;
 use crate::page::card::{MessageList, card};
 use crate::page::correlation::correlation_matrix;
 use crate::page::discretization::discretization;
-use crate::page::effects::{largest_biases, likely_omitted, undetected_bias};
+use crate::page::effects::{likely_omitted, undetected_bias};
 use crate::page::estimate::{error_heading, estimate_table};
 use crate::page::html::{capitalized, escaped, note, section, with_explanation};
 use crate::page::number::quantity;
@@ -35,7 +35,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let profiles = plots.map(|plots| profiles(report, &plots.profiles));
     let trajectories = plots.map(|plots| trajectories(report.interrupted, plots));
     let settings = settings(plots.map_or(&[][..], |plots| &plots.settings))
-        .row("cost", format!("{:.1} simulations", report.simulations))
+        .row("cost", format!("equal to {:.1} full simulations", report.simulations))
         .row("wall-clock time", quantity(report.wall_seconds, "s"));
     // The order of the sections is that of the questions of a reader: result, fit quality, uncertainty, search.
     let body = first_card(report)
@@ -45,7 +45,10 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         + &section("Discretization error", &errors)
         + &section("Uncertainty budget", &budgets(&report.parameters))
         + &section("Undetected bias", &undetected_bias(&report.undetected_bias))
-        + &section("Likely omitted effects", &likely_omitted(&report.score_tests))
+        + &section(
+            "Likely omitted effects",
+            &likely_omitted(&report.score_tests, &report.parameters),
+        )
         + &section("Correlation matrix", &matrix)
         + &section("Likelihood profiles", &profiles.unwrap_or_default())
         + &section("Global scan and local minima", &search(report, plots))
@@ -67,16 +70,18 @@ fn first_card(report: &FitReport) -> String {
         content += &note(&escaped(&capitalized(&report.status)));
     }
     let estimates = quoted_estimates(&report.parameters, &report.determined_groups);
-    content += &estimate_table(&estimates, "estimate", error_heading(&estimates));
-    content += &note(&largest_biases(&report.undetected_bias, &report.parameters));
+    let basis = interval_content(report).unwrap_or_default();
+    content += &estimate_table(&estimates, "estimate", error_heading(&estimates), &basis);
     let findings = report.not_identifiable.iter();
     let findings = findings.map(|found| found.kind.code().behind(&found.description)).collect();
-    let likely = report.likely_omitted_effects().into_iter();
+    // The best one is already in a warning.
+    let is_warned = |text: &String| report.warnings.iter().any(|warning| warning.contains(text));
+    let likely = report.likely_omitted_effects().into_iter().filter(|text| !is_warned(text));
     let likely = likely.map(|text| Code::OmittedEffect.behind(capitalized(&text))).collect();
     let lists = [
         MessageList { heading: "Warnings", messages: report.warnings.clone() },
         MessageList { heading: "Not identifiable", messages: findings },
-        MessageList { heading: "Likely omitted effects", messages: likely },
+        MessageList { heading: "Other likely omitted effects", messages: likely },
     ];
     card(report.grade.tone(), &headline, &content, &lists)
 }

@@ -16,12 +16,12 @@ fn own_interval(e: &Estimate, ends: [f64; 2]) -> String {
     interval(ends, e.std_error, &estimate_scale(e))
 }
 
-/// The value with its standard error, as HTML.
+/// The value with the digits of its standard error, as HTML.
 fn value_cell(e: &Estimate) -> String {
     let scale = estimate_scale(e);
     match (e.value, e.std_error) {
         (Some(value), Some(std)) => {
-            format!("<b>{}</b> {}", scale.format(value, Some(std)), plus_minus(e, std))
+            format!("<b>{}</b>", scale.format(value, Some(std)))
         }
         (Some(value), None) => format!("<b>{}</b>, no error", scale.format(value, None)),
         (None, _) if e.lower95.is_some() => MISSING.into(),
@@ -35,13 +35,16 @@ pub(super) fn parameters(report: &FitReport) -> String {
     let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())
         .id("parameters")
         .text("parameter", |(_, e)| e.label())
-        .html("value \u{b1} standard error (statistical)", |(_, e)| value_cell(e))
-        .text("95 % interval (statistical)", |(_, e)| e.interval95.map(|x| own_interval(e, x)))
-        .text("unit", |(_, e)| estimate_scale(e).unit)
+        .html("value", |(_, e)| value_cell(e))
         .text("95 % interval (expanded)", |(_, e)| {
             let expanded = e.expanded95.filter(|_| QuotedEstimate::new(e).is_expanded);
             expanded.map(|ends| interval(ends, e.combined_std, &estimate_scale(e)))
         })
+        .text("standard error (statistical)", |(_, e)| {
+            e.value.and(e.std_error).map(|std| plus_minus(e, std))
+        })
+        .text("95 % interval (statistical)", |(_, e)| e.interval95.map(|x| own_interval(e, x)))
+        .text("unit", |(_, e)| estimate_scale(e).unit)
         .text("between experiments, 95 %", |(_, e)| {
             e.cluster_jackknife.as_ref().map(|c| own_interval(e, c.interval95))
         })
@@ -80,6 +83,6 @@ fn density_free_ratios(report: &FitReport) -> String {
             let std = group.value * group.relative_std_error;
             Scale::for_size(group.value, &group.unit).format_with_unit(group.value, Some(std))
         })
-        .text("standard error", |group| percent(group.relative_std_error));
+        .text("standard error (statistical)", |group| percent(group.relative_std_error));
     subsection("Known without the density", &table.render())
 }

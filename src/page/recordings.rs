@@ -60,8 +60,9 @@ fn error_table(errors: &RecordingErrors) -> String {
             false => format!("{}, {}", shown_error(s.worst), s.worst_experiment),
         });
     note(
-        "Mean distance per coordinate between the recorded markers, those of the ends included, and the rod, which is \
-         simulated from the first two frames.",
+        "Mean of the absolute differences between simulated and recorded coordinates, over x, y and z of all markers and \
+         frames. The rod is simulated from the first two frames. The mean includes the markers of the ends, which are \
+         prescribed: it is smaller than the RMS residual of the markers between them.",
     ) + &table.render()
 }
 

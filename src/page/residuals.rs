@@ -33,7 +33,7 @@ pub(super) fn summary(report: &FitReport) -> String {
     let mut lines = vec![format!("RMS residual {}", in_unit(report.residual_rms, unit))];
     lines.extend(report.losses.iter().map(|l| {
         format!(
-            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; standard errors \u{d7} {:.2} (included)",
+            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; the loss changes the standard errors by a factor of {:.2} (already applied)",
             l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
         )
     }));
@@ -52,9 +52,18 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
         return no_data("no comparison of the whole record: the fit was interrupted");
     }
     // A page with hundreds of charts would be slow.
-    let shown = drawn_series(series);
+    let mut shown = drawn_series(series);
     let mut html = String::new();
-    if shown.len() < series.len() {
+    let is_exact = |s: &&Series| s.residuals().iter().all(|r| *r == 0.0);
+    let exact = shown.iter().copied().filter(is_exact).count();
+    // A coordinate normal to the plane of the motion has no information.
+    if exact > 0 && exact < shown.len() {
+        shown.retain(|s| !is_exact(s));
+        html += &note(
+            "Coordinates without any residual, normal to the plane of the motion, are left out.",
+        );
+    }
+    if shown.len() + exact < series.len() {
         html += &note(&format!(
             "The {} of {} coordinates with the largest residuals in units of \u{3c3}; the JSON has all.",
             shown.len(),
@@ -207,7 +216,8 @@ fn test_table(tests: &ResidualTests) -> String {
     };
     let class = if tests.passed { "good" } else { "bad" };
     format!(
-        "<table class=\"tests\"><caption>Residual tests: p-values</caption>{}{}{}</table><p class=\"{class}\">{}</p>",
+        "<table class=\"tests\"><caption>Residual tests: p-values, a finding below {}</caption>{}{}{}</table><p class=\"{class}\">{}</p>",
+        three_digits(tests.significance_level),
         row("independent (Ljung\u{2013}Box)", tests.whiteness),
         row("normal (Anderson\u{2013}Darling)", tests.normality),
         row("no trend", tests.trend),

@@ -4,7 +4,7 @@ use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
 use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{MODEL, figure, row};
-use crate::page::html::{capitalized, escaped};
+use crate::page::html::{capitalized, escaped, note};
 use crate::page::number::{Scale, three_digits};
 use crate::page::plane::range;
 use crate::page::table::HtmlTable;
@@ -46,7 +46,8 @@ fn convergence(plots: &PlotData) -> String {
     for (k, stage) in STAGES.into_iter().enumerate() {
         let own = iterates.iter().filter(|i| i.stage == stage);
         let points: Points = own.map(|i| [i.simulations, i.rms() / last]).collect();
-        let name = if k == 0 { "global scan" } else { stage };
+        let name = if k == 2 { "growing part of the record" } else { stage };
+        let name = if k == 0 { "global scan" } else { name };
         chart = chart.dotted_line(name, points, &format!("var(--stage{k})"), 3.5);
     }
     let caption = "each over the part of the record that its stage uses";
@@ -75,7 +76,7 @@ fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> St
     let is_beside = value.is_some_and(|value| is_beside_minimum(landscape, value));
     let beside = match is_beside {
         true => {
-            ". The estimate is not at the minimum of the scan: the minimum of the coarse mesh is elsewhere"
+            ". The estimate differs from the minimum of the scan, which has a coarse mesh; the search refined it"
         }
         false => "",
     };
@@ -102,13 +103,15 @@ fn minima(report: &FitReport, is_static: bool) -> String {
     if list.len() < 2 {
         return String::new();
     }
+    let is_corrected = report.discretization_error.iter().any(|e| e.correction.is_some());
     let mut table = HtmlTable::new("local minima", list.iter().zip(1..))
         .row_class(|(minimum, _)| if minimum.chosen { "chosen" } else { "" })
         .text("minimum", |(minimum, number)| match minimum.chosen {
             true => "reported".into(),
             false => number.to_string(),
         });
-    for (k, e) in report.parameters.iter().enumerate() {
+    // Values that the data do not determine are arbitrary.
+    for (k, e) in report.parameters.iter().enumerate().filter(|(_, e)| e.identifiable) {
         table = table.text(&e.label(), |(minimum, _)| {
             let value = *minimum.values.get(k)?;
             let scale = Scale::for_size(value, e.name.unit());
@@ -119,6 +122,11 @@ fn minima(report: &FitReport, is_static: bool) -> String {
         .text("misfit / lowest misfit", |(minimum, _)| three_digits(minimum.relative))
         .text("found by", |(minimum, _)| source(minimum, is_static).to_string())
         .render_folded(SHOWN_MINIMA, "local minima")
+        + &note(if is_corrected {
+            "Values before the correction of the discretization error."
+        } else {
+            ""
+        })
 }
 
 /// The stage of the search that found a local minimum.

@@ -91,7 +91,7 @@ fn fit_of_many_recordings_reports_free_run_errors() {
     assert_eq!(recordings["held_out"]["worst_experiment"], "another day");
     let list = recordings["list"].as_array().unwrap();
     assert!(list.iter().all(|one| one["mean_error"].as_f64().unwrap() < 3e-5), "{list:?}");
-    for words in ["5 recordings, fitted: mean", "1 recording, held out", "(5 experiments, "] {
+    for words in ["5 recordings, fitted: mean", "1 recording, validation", "(5 experiments, "] {
         assert!(crate::folder::words(&shown).contains(words), "{words} in {shown}");
     }
     // Of the six recordings and fifteen observations, in lines of 80 columns.

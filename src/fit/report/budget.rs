@@ -34,7 +34,7 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
             table.row([
                 line.source.clone(),
                 line.std.map(|std| quantity(std, &line.unit, DIGITS)).unwrap_or_default(),
-                line.relative_sensitivity.map(|by| format!("{by:+.2}")).unwrap_or_default(),
+                line.relative_sensitivity.map(two_decimals).unwrap_or_default(),
                 quantity(line.contribution, unit, DIGITS),
                 format!("{:.1} %", 100.0 * line.share),
             ]);
@@ -80,6 +80,14 @@ pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) 
     let advice = "for an expanded interval: --known NAME=SIGMA";
     let lines = rows.iter().map(line).chain([advice.to_string()]);
     summary.facts("Input sensitivities", lines)
+}
+
+/// A relative sensitivity in two decimals; zero has no sign.
+fn two_decimals(sensitivity: f64) -> String {
+    match format!("{sensitivity:+.2}") {
+        text if ["+0.00", "-0.00"].contains(&&text[..]) => "0.00".into(),
+        text => text,
+    }
 }
 
 /// The change of an estimate in per cent, or in the unit of the parameter if that may be zero.

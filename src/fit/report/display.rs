@@ -79,7 +79,7 @@ impl FitReport {
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
             format!(
-                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors x {:.2} (included)",
+                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors x {:.2} (applied)",
                 l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
@@ -106,7 +106,7 @@ impl FitReport {
         // Equal noises of several observations are listed once.
         let grouped = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
             ..3 => same.join(", "),
-            n => format!("{} ({n} observations)", same[0]),
+            n => format!("{} (each of {n} observations)", same[0]),
         });
         let sigma: Vec<String> = grouped.collect();
         // The RMS residual is that of positions, if there are any.
@@ -119,8 +119,11 @@ impl FitReport {
         if !self.local_minima.summary.is_empty() {
             summary = summary.fact("Search", &self.local_minima.summary);
         }
-        let cost =
-            format!("{} simulations, {}", number(self.simulations, 2), duration(self.wall_seconds));
+        let cost = format!(
+            "equal to {} full simulations, {}",
+            number(self.simulations, 2),
+            duration(self.wall_seconds)
+        );
         summary.fact("Cost", cost)
     }
 
@@ -150,7 +153,11 @@ impl FitReport {
         };
         let of = match values.len() == self.noise_scale.len() {
             true => String::new(),
-            false => format!(" ({} of {} coordinates)", values.len(), self.noise_scale.len()),
+            false => {
+                let reason = missing.map(|reason| format!("; the others: {reason}"));
+                let reason = reason.unwrap_or_default();
+                format!(" ({} of {} coordinates{reason})", values.len(), self.noise_scale.len())
+            }
         };
         Some(format!("{shown} from differences of the samples{of}"))
     }

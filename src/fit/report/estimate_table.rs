@@ -1,6 +1,6 @@
 //! The table of the estimates with their quoted intervals, and the contents of these intervals as text.
 
-use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, interval_heading};
+use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};
 use crate::fit::uncertainty::discrepancy::findings::{UndetectedBias, biases_beyond_interval};
 use crate::fit::uncertainty::estimate::Estimate;
@@ -13,7 +13,7 @@ pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> Su
     let mut table = SummaryTable::new([
         TextColumn::left("parameter"),
         TextColumn::left(value_heading),
-        TextColumn::left("standard error"),
+        TextColumn::left(error_heading(rows)),
         TextColumn::left(interval_heading(rows)),
         TextColumn::left("unit"),
     ]);
@@ -37,7 +37,7 @@ fn is_from_clusters(e: &Estimate) -> bool {
 }
 
 /// The errors that the intervals contain, and the largest undetected biases, which they do not; none without intervals.
-pub(super) fn interval_content(report: &FitReport) -> Option<String> {
+pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
     // Undetected biases may exceed the interval, and are reported beside it.
     let bias = largest_biases(report);
@@ -45,23 +45,33 @@ pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     let has_combination = report.determined_groups.iter().any(|g| g.interval95.is_some());
     let is_corrected = report.discretization_error.iter().any(|e| e.correction.is_some())
         || has_combination && !report.resolution.is_empty();
+    let is_estimated = report.discretization_error.iter().any(|e| e.relative.is_some());
     let text = match is_expanded {
         _ if report.parameters.iter().all(|e| e.std_error.is_none()) && !has_combination => {
             return None;
         }
-        true => "The interval contains noise, stated input uncertainties and discretization error.",
+        true => "contains noise, stated input uncertainties and discretization error.",
         false if report.parameters.iter().any(is_from_clusters) => {
-            "The interval contains noise and differences between the experiments: inputs that they have in common are \
-             taken as exact."
+            "contains noise or, where these are larger, the differences between the experiments: inputs that the \
+             experiments have in common are taken as exact."
         }
         false if is_corrected => {
-            "The interval contains noise and discretization error: all inputs are taken as exact."
+            "contains noise and discretization error: all inputs are taken as exact."
         }
-        false => "The interval contains noise only: all inputs are taken as exact.",
+        false if is_estimated => "contains noise only: all inputs are taken as exact.",
+        false => {
+            "contains noise only: all inputs are taken as exact, and the discretization error is not estimated."
+        }
     };
+    let has_interval = report.parameters.iter().filter(|e| e.interval95.is_some()).count();
+    let combinations = report.determined_groups.iter().filter(|g| g.interval95.is_some()).count();
+    let subject = if has_interval + combinations > 1 { "Each interval" } else { "The interval" };
+    let text = format!("{subject} {text}");
     Some(match bias {
-        Some(bias) => format!("{text} Not contained: {bias}."),
-        None => text.into(),
+        Some(bias) => format!(
+            "{text} Not contained: {bias}. Exclude these effects before you quote the interval as the total uncertainty."
+        ),
+        None => text,
     })
 }
 

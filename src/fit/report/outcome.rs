@@ -51,19 +51,21 @@ impl FitOutcome {
             plots
         });
         let interrupted = search.is_stopped();
+        let identified = assessment.estimates.iter().all(|e| e.identifiable);
         let end = FitEnd {
             converged: optimum.converged,
-            identified: assessment.estimates.iter().all(|e| e.identifiable),
+            identified,
             interrupted,
             exit: &optimum.status,
             compares_experiments: compares_experiments(&assessment.estimates),
         };
         let findings = assessment.covariance.as_ref().map_or(&[][..], |c| &c.findings);
+        let local_minima = search.local_minima(Some(optimum));
         Self {
             converged: optimum.converged,
             interrupted,
             conclusion: Conclusion::new(end, findings, warnings),
-            local_minima: search.local_minima(Some(optimum)),
+            local_minima: if identified { local_minima } else { local_minima.without_values() },
             plot_data,
             assessment,
         }

@@ -112,6 +112,14 @@ pub(crate) fn quoted_estimates(
     rows
 }
 
+/// The heading of the standard errors on a terminal: that of the guide to uncertainty (GUM) if inputs are uncertain.
+pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
+    match rows.iter().any(|row| row.is_expanded) {
+        true => "std. uncertainty",
+        false => "standard error",
+    }
+}
+
 /// The heading of the intervals.
 pub(crate) fn interval_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {

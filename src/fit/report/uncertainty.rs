@@ -9,6 +9,8 @@ use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;
 
+/// Standard error between experiments, over that of the residuals, above which experiments differ visibly.
+const DIFFERENCE: f64 = 2.0;
 /// Number of listed correlations, the strongest first.
 const CORRELATIONS: usize = 6;
 
@@ -19,7 +21,7 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     summary = summary.facts("Correlation", correlations(report));
     // Combinations of parameters are in the table of estimates.
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
-    let groups = groups.map(ToString::to_string);
+    let groups = groups.map(|group| format!("{group} (statistical)"));
     summary = summary.facts("Known without density", groups);
     summary = report.parameters.iter().fold(summary, budget::add_budget);
     budget::add_input_sensitivities(summary, &report.parameters)
@@ -66,11 +68,15 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     }
     if let Some(across) = &e.cluster_jackknife {
         let (reported, other) = match across.reported {
-            true => ("reported", "too narrow"),
-            false => ("narrower", "reported"),
+            true => ("reported", "too narrow, not reported"),
+            false => ("narrower than that of the residuals, not reported", "reported"),
         };
         let differ = with(across.std_error, across.interval95);
-        let text = format!("{differ} ({} experiments, {reported})", across.experiments);
+        let excess = match across.std_error > DIFFERENCE * across.residual_std_error {
+            true => "; the experiments differ by more than noise",
+            false => "",
+        };
+        let text = format!("{differ} ({} experiments, {reported}){excess}", across.experiments);
         summary = summary.fact("Between experiments", text);
         let own = with(across.residual_std_error, across.residual_interval95);
         summary = summary.fact("Residuals alone", format!("{own} ({other})"));

@@ -19,6 +19,11 @@ fn validation_text(report: &FitReport) -> Option<String> {
     if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
         let [mean, median, worst] =
             [held_out.mean, held_out.median, held_out.worst].map(|x| quantity(x, "m", DIGITS));
+        // Mean, median and worst of one recording are equal.
+        if held_out.experiments == 1 {
+            let name = in_parentheses(&held_out.worst_experiment);
+            return Some(format!("1 held-out recording{name}: mean error {mean} per coordinate"));
+        }
         return Some(format!(
             "{}: mean error {mean} per coordinate, median {median}, worst {worst}{}",
             counted(held_out.experiments, "held-out recording"),

@@ -61,6 +61,19 @@ pub enum MinimumSource {
     Scan,
 }
 
+impl LocalMinima {
+    /// The list for parameters that are not all identifiable: the summary does not list values, as these are arbitrary along the
+    /// combinations that the data do not determine.
+    pub(crate) fn without_values(mut self) -> Self {
+        if let Some((first, _)) = self.summary.split_once("; ") {
+            self.summary = format!(
+                "{first}, which differ along the combination that is not identifiable, or are worse"
+            );
+        }
+        self
+    }
+}
+
 /// The report of the `minima` of the full model and those of the scan, of which `chosen` is the result. All objectives have the
 /// weights of `sigmas`.
 pub(crate) fn local_minima(
@@ -159,7 +172,7 @@ fn summary(
     }
     if let Some(next) = scanned.first() {
         let more = times(next.relative);
-        words += &format!("; rejected: {} ({more} times the least misfit of the scan)", at(next));
+        words += &format!("; rejected: {} ({more} times the lowest misfit of the scan)", at(next));
         if scanned.len() > 1 {
             words += &format!(" and {} worse", scanned.len() - 1);
         }

@@ -215,8 +215,15 @@ fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     }
     // Intervals from the differences between experiments allow for misfit.
     let narrow = if compares_experiments { "" } else { " and intervals are too narrow" };
+    let finding = match warnings.first_code(Severity::Misfit) {
+        Some(Code::BeyondSigma) => "the residuals are larger than the stated sigma",
+        Some(Code::OmittedEffect) => {
+            "the residuals have the shape of an effect that the scene omits"
+        }
+        _ => "the residuals are not noise",
+    };
     let text = format!(
-        "the residuals are not noise, so that estimates may be biased{narrow}. An effect is missing in the scene \
+        "{finding}, so that estimates may be biased{narrow}. An effect is missing in the scene \
          (damping, drag, a compliant or tilted clamp, clock or camera), or sigma is too small"
     );
     match &warnings.outlying_experiments()[..] {

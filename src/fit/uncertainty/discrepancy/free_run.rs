@@ -173,18 +173,20 @@ impl RecordingErrors {
     /// Adds the mean, median and worst error, and a table of all recordings, to the summary of a fit or a prediction.
     pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
         let shown = |x: f64| quantity(x, "m", 3);
-        for (what, errors) in [("fitted", &self.fitted), ("held out", &self.held_out)] {
+        for (what, errors) in [("fitted", &self.fitted), ("validation", &self.held_out)] {
             let Some(s) = errors else { continue };
             let worst = match s.worst_experiment.is_empty() {
                 true => String::new(),
                 false => format!(" ({})", s.worst_experiment),
             };
+            let spread = match s.experiments {
+                1 => String::new(),
+                _ => format!(", median {}, worst {}{worst}", shown(s.median), shown(s.worst)),
+            };
             let text = format!(
-                "{}, {what}: mean {}, median {}, worst {}{worst}; per coordinate, simulated from the first two frames",
+                "{}, {what}: mean {}{spread}; per coordinate, ends included, simulated from the first two frames",
                 counted(s.experiments, "recording"),
-                shown(s.mean),
-                shown(s.median),
-                shown(s.worst)
+                shown(s.mean)
             );
             summary = summary.fact("Prediction error", text);
         }
@@ -194,7 +196,7 @@ impl RecordingErrors {
             TextColumn::left("use"),
         ]);
         for error in self.list.iter().filter(|_| self.list.len() > 1) {
-            let held_out = if error.held_out { "held out" } else { "fitted" };
+            let held_out = if error.held_out { "validation" } else { "fitted" };
             let mean = error.mean_error.map_or("failed".into(), shown);
             table.row([error.experiment.clone(), mean, held_out.into()]);
         }

@@ -58,6 +58,8 @@ const CERTAIN: f64 = 1e-3;
 /// Bias of an estimate, in its standard errors, below which an omitted effect hardly matters: the 95 % interval then still
 /// contains the truth in more than 83 % of all cases.
 const SMALL_BIAS: f64 = 1.0;
+/// p-value above which the evidence for an omitted effect is called weak.
+const STRONG_EVIDENCE: f64 = 0.01;
 /// Corrected p-value on a coarse model below which the full model is tested.
 const SUSPICIOUS: f64 = 0.2;
 
@@ -102,7 +104,8 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
     let Some(effects) = likely_omitted_effects(tests).into_iter().next() else { return };
     let is_certain = best.p_value.max(best.p_value_if_correlated.unwrap_or(0.0)) < CERTAIN;
     let severity = if is_certain { Severity::Misfit } else { Severity::Ambiguous };
-    let text = format!("the residuals are best explained by {effects}");
+    let evidence = if best.p_value < STRONG_EVIDENCE { "" } else { "weak evidence: " };
+    let text = format!("{evidence}the residuals are best explained by {effects}");
     // Effects of one rank cannot be separated: any of them may be the cause.
     let same = tests.iter().take_while(|test| test.rank == best.rank);
     match same.max_by(|a, b| a.bias_std_errors.total_cmp(&b.bias_std_errors)) {

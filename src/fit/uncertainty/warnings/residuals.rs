@@ -12,6 +12,7 @@ use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, is_sig
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
 use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
+use crate::numerics::total_order;
 use crate::summary::quantity::p_value;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -128,17 +129,17 @@ pub(crate) fn test_residuals(
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
     let (mut all, significance) = (Vec::new(), fitted.search.significance_level());
+    let mut found = Vec::new();
     for own in fitted.measured() {
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
         for tests in residual_tests(&own, correlation, significance) {
             let finding = format!("{}, {}: {}", tests.observation, tests.axis, tests.verdict);
             if !tests.is_noise() {
                 let text = format!(
-                    "{finding}. The model lacks an effect, or the noise is correlated{narrow}. Read the likely \
-                     omitted effects, or try --extend"
+                    "{finding}. The model lacks an effect, or the noise is correlated{narrow}. Look at \
+                     the residuals of this coordinate (--report DIR), or try --extend"
                 );
-                let code = Code::ResidualsNotWhite;
-                warnings.add_for(&own.experiment.name, Severity::Misfit, code, text);
+                found.push((tests.whiteness.min(tests.trend), own.experiment.name.clone(), text));
             } else if !tests.passed {
                 let text = format!(
                     "{finding}. Outliers may bias the estimates. A robust loss (huber, cauchy) \
@@ -148,6 +149,11 @@ pub(crate) fn test_residuals(
             }
             all.push(tests);
         }
+    }
+    // The most significant finding comes first: a summary of many names it.
+    found.sort_by_cached_key(|(p, ..)| total_order(*p));
+    for (_, experiment, text) in found {
+        warnings.add_for(&experiment, Severity::Misfit, Code::ResidualsNotWhite, text);
     }
     note_autocorrelation(&all, fitted.search.unknowns.len(), warnings);
     all
@@ -251,12 +257,13 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
     let Some(strongest) = strongest.filter(|_| is_noted) else { return };
     // The interval widens with the correlation, and becomes uncertain with few independent values.
     let mut text = format!(
-        "{}, {}: neighboring residuals correlate by {:.2}, so that {values:.0} samples carry the information of \
-         {effective:.0} independent ones. The intervals allow for it",
+        "{}, {}: neighboring residuals correlate by {:.2}, most of all coordinates. The {values:.0} samples of all \
+         coordinates carry the information of {effective:.0} independent ones. The intervals allow for such noise, \
+         not for a missing effect",
         strongest.observation, strongest.axis, strongest.autocorrelation
     );
     if effective < ENOUGH_EACH * unknowns as f64 {
-        text += ", but are uncertain themselves. Record longer; more frames a second do not help";
+        text += ". They are uncertain themselves: record longer; more frames a second do not help";
     }
     warnings.add(Severity::Note, Code::CorrelatedNoise, text);
 }
