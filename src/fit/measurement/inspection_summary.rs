@@ -97,7 +97,7 @@ impl Inspection {
         }
         if self.clock_gaps.len() > NAMED_GAPS {
             let more = times(self.clock_gaps.len() - NAMED_GAPS);
-            all.push(format!("the clock leaps {more} more"));
+            all.push(format!("the time jumps {more} more"));
         }
         for marker in &self.markers {
             let name = shown_name(marker);

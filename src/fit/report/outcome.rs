@@ -94,7 +94,7 @@ impl FitOutcome {
             conclusion: Conclusion {
                 grade: Grade::Interrupted,
                 verdict: format!(
-                    "do not believe this: these are the best values when the search was stopped ({})",
+                    "not a result: these are the best values when the search was stopped ({})",
                     stage.name()
                 ),
                 status: optimum.status.clone(),

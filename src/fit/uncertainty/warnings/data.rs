@@ -97,7 +97,7 @@ pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let places = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
     let text = format!(
         "{total} of {} values{places} have a high leverage: they change with the parameters more than 10 times as \
-         much as is usual. They are down-weighted by that factor. Check them: the model is least accurate where the rod whips",
+         much as is usual. They are down-weighted by that factor. Check them: the model is least accurate where the rod moves fastest",
         search.leverage_weights.len()
     );
     warnings.add(Severity::Note, Code::HighLeverage, text);
