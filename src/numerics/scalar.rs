@@ -283,6 +283,7 @@ pub trait ForEachScalar {
 
 /// Whether the values of all numbers are finite. Four independent sums are vectorized: a sum is finite only if its
 /// terms are.
+#[inline(always)]
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
     let (chunks, rest) = x.as_chunks::<4>();
     let mut sums = [0.0; 4];

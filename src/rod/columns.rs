@@ -67,6 +67,26 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     }
 }
 
+/// Writes the gradient of the nodes from `first` on, one for each lane but at most `left`: the derivatives of the energy
+/// less the loads.
+#[inline(always)]
+pub(super) fn write_gradient<D: Scalar, V: SimdScalar<D>, const K: usize, const N: usize>(
+    (first, left): (usize, usize),
+    elastic: &[V; K],
+    load: &[DeadLoad<D, N>],
+    gradient: &mut [[D; K]],
+) {
+    let count = if left >= V::LANES { V::LANES } else { left };
+    let (load, gradient) = (&load[first..first + count], &mut gradient[first..first + count]);
+    for lane in 0..count {
+        let mut own = V::extract_lane(elastic, lane);
+        for c in 0..N {
+            own[c] -= load[lane].force[c];
+        }
+        gradient[lane] = own;
+    }
+}
+
 /// The dead loads on the nodes from `first` on, N; zero beyond the last node.
 #[inline(always)]
 pub(super) fn loads<D: Scalar, V: SimdScalar<D>, const N: usize>(

@@ -112,15 +112,16 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         if self.springs.is_none() {
             return law.response(strains);
         }
-        let zero = D::from(0.0);
+        // A copy: a caller whose elements were borrowed here would keep all its numbers in memory.
+        let (elements, zero) = (*self, D::from(0.0));
         let mut all = [(L::Stiffness::<D>::from_entries(|_| zero), [zero; S]); MOST];
         let joints = self.joint.len().saturating_sub(first);
         for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
             let strains = V::extract_lane(strains, lane);
             // One strain has a natural strain at which the law has this stress.
             *own = match S {
-                1 => self.elastic_joint(first + lane, &strains).response(&strains),
-                _ => self.response(first + lane, &strains),
+                1 => elements.elastic_joint(first + lane, &strains).response(&strains),
+                _ => elements.response(first + lane, &strains),
             };
         }
         let mut stress = *strains;

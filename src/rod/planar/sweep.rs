@@ -4,6 +4,7 @@ use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
 use crate::rod::blocks::{block, tension, window};
+use crate::rod::columns::write_gradient;
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
 use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Geometry, PlanarEdge, PlanarEdgeGeometry};
@@ -233,12 +234,7 @@ impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
             ];
             let elastic =
                 [force[0].before(carried[0]) - force[0], force[1].before(carried[1]) - force[1]];
-            let end = edges.min(first + V::LANES);
-            for (lane, to) in nodes[first..end].iter_mut().enumerate() {
-                let ([x, y], load) =
-                    (V::extract_lane(&elastic, lane), &elements.load[first + lane].force);
-                *to = [x - load[0], y - load[1]];
-            }
+            write_gradient::<D, V, 2, 2>((first, edges - first), &elastic, elements.load, nodes);
             (moments, carried) = (moment, force);
         }
         let ([x, y], load) =

@@ -5,6 +5,7 @@ use crate::energy::frame::Frames;
 use crate::energy::joint::{EdgeState, JointGradient};
 use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::numerics::vector::{add, sub};
+use crate::rod::columns::write_gradient;
 use crate::rod::edges::STRIDE;
 use crate::rod::layout::EdgeBlocks;
 use crate::rod::spatial::moving::{MovedEdgePairs, MovingFrames};
@@ -35,12 +36,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
         let [x, y, z, torque] = e.gradient(add(before, pull.e), axial);
         let elastic =
             [x.before(carried[0]) - x, y.before(carried[1]) - y, z.before(carried[2]) - z, torque];
-        let span = first..(self.load.len() - 1).min(first + V::LANES);
-        let nodes = self.gradient.as_chunks_mut::<STRIDE>().0[span.clone()].iter_mut();
-        for (lane, (to, load)) in nodes.zip(&self.load[span]).enumerate() {
-            let ([x, y, z, torque], load) = (V::extract_lane(&elastic, lane), &load.force);
-            *to = [x - load[0], y - load[1], z - load[2], torque];
-        }
+        let nodes = self.gradient.as_chunks_mut::<STRIDE>().0;
+        let left = self.load.len() - 1 - first;
+        write_gradient::<D, V, STRIDE, 3>((first, left), &elastic, self.load, nodes);
         (self.open, self.carried) = (pull.f, [x, y, z]);
     }
 

@@ -142,7 +142,7 @@ impl Convergence {
 
 /// The largest displacement of a node, m, and the largest rotation of a director times `length`, m, of a correction of the
 /// unknowns from `first` on.
-#[inline]
+#[inline(always)]
 pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) -> [f64; 2] {
     // Four in SIMD lanes: every fourth unknown is an angle, or none is.
     let (fours, rest) = correction.as_chunks::<4>();

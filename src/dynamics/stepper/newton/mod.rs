@@ -26,6 +26,7 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
+use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{FactorsOf, Rod, State, Viscosity};
 use crate::scene::{Scheme, StepTolerance};
@@ -45,8 +46,26 @@ const LARGE_CORRECTION: f64 = 1e-6;
 /// Largest number of corrections. Quadratic convergence takes 2 to 5; more than this means another root.
 const MAX_ITERATIONS: usize = 40;
 
+/// The solution of a step as work for a vector unit. A closure instead would be compiled without its instructions.
+struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
+    newton: &'a mut Newton<D, R>,
+    step: &'a Step<'b, D, R>,
+    before: &'a State<D, R::Frames>,
+    state: &'a mut State<D, R::Frames>,
+    work: &'a mut Work,
+}
+
+impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
+    type Output = Result<(), Error>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.newton.step_inlined(self.step, self.before, self.state, self.work)
+    }
+}
+
 /// The accelerations at the start of a step, for schemes that use them.
-#[inline]
+#[inline(always)]
 fn accelerations<'a, D: Nestable>(
     coefficients: &StepCoefficients<D>,
     all: &'a [D],
@@ -219,6 +238,21 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) -> Result<(), Error> {
+        match D::PLAIN {
+            true => with_simd(Solution { newton: self, step, before, state, work }),
+            false => self.step_inlined(step, before, state, work),
+        }
+    }
+
+    /// [`step`](Self::step), inlined.
+    #[inline(always)]
+    fn step_inlined(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
         self.begin(step, before);
         // The equations of an average have many roots at large steps. The motion is the one next to constant velocity.
         let steady = self.coefficients.averages();
@@ -308,6 +342,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Corrects until the estimated error is below the tolerance.
+    #[inline(always)]
     fn solve_to_estimated_error(
         &mut self,
         step: &Step<'_, D, R>,
@@ -430,6 +465,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 
     /// Solves for the correction and adds it to the unknowns. Returns the largest displacement of a node, m, and the
     /// largest rotation of a director times the rod's length, m.
+    #[inline(always)]
     fn correct(
         &mut self,
         step: &Step<'_, D, R>,
@@ -463,6 +499,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Writes minus the residual into `correction`.
+    #[inline(always)]
     fn residual(
         &mut self,
         step: &Step<'_, D, R>,

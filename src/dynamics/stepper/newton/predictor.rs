@@ -43,6 +43,7 @@ impl<D: Nestable> Predictor<D> {
     /// `h (beta v1 + (1 - beta) v0)`, with `v1` extrapolated linearly, or for dissipative schemes by a parabola through
     /// three velocities. At beta = 1/2 unresolved motion changes its sign with every step, so that the last change of
     /// velocity is the best extrapolation. `steady` keeps velocities constant. Returns whether they were extrapolated.
+    #[inline(always)]
     pub fn predict<R: Rod<D>>(
         &mut self,
         step: &Step<'_, D, R>,
@@ -94,6 +95,7 @@ impl<D: Nestable> Predictor<D> {
     }
 
     /// Writes the prediction `q0 + h v0`, with the supports at the end of the step.
+    #[inline(always)]
     pub fn predict_steadily<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
