@@ -9,8 +9,11 @@
 //! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of negative
 //! pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 
+mod columns;
 mod elimination;
 mod ldlt;
+mod products;
+mod substitution;
 
 pub use ldlt::Ldlt;
 

@@ -1,9 +1,10 @@
 //! `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 
-use crate::numerics::banded::elimination::{
-    BandColumn, ColumnSource, Elimination, EndRows, unrolled,
-};
-use crate::numerics::banded::{BandMatrix, array, array_mut};
+use crate::numerics::banded::columns::WeightedSum;
+use crate::numerics::banded::elimination::{BandColumn, Elimination};
+use crate::numerics::banded::products::unrolled;
+use crate::numerics::banded::substitution::EndRows;
+use crate::numerics::banded::{BandMatrix, array_mut};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
@@ -19,87 +20,6 @@ pub struct Ldlt<D, const W: usize> {
     /// Elimination of the Schur complement.
     middle: Elimination<D, W, 1>,
     range: Range<usize>,
-}
-
-/// The matrix `scale diag(masses) + factor matrix` over the rows and columns from `start` to `end`.
-#[derive(Clone, Copy)]
-struct WeightedSum<'a, D, const W: usize> {
-    masses: &'a [D],
-    scale: D,
-    matrix: &'a BandMatrix<D, W>,
-    factor: D,
-    start: usize,
-    end: usize,
-}
-
-impl<D: Scalar, const W: usize> WeightedSum<'_, D, W> {
-    /// The entry of row and column `j`.
-    #[inline(always)]
-    fn diagonal(&self, j: usize) -> D {
-        self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
-    }
-}
-
-/// The first `n` columns of a [`WeightedSum`] from the first row downwards and from the last upwards.
-struct EndColumns<'a, D, const W: usize> {
-    scale: D,
-    factor: D,
-    /// The diagonal, and the masses, of the columns at the top and of those at the bottom.
-    diagonal: [&'a [D]; 2],
-    masses: [&'a [D]; 2],
-    /// The entries below the diagonal of the columns at the top.
-    down: &'a [[D; W]],
-    /// Those of the columns at the bottom, with `W` columns before them.
-    left: &'a [[D; W]],
-}
-
-impl<'a, D: Scalar, const W: usize> EndColumns<'a, D, W> {
-    #[inline(always)]
-    fn new(
-        WeightedSum { masses, scale, matrix, factor, start, end }: WeightedSum<'a, D, W>,
-        n: usize,
-    ) -> Self {
-        let BandMatrix { diagonal, below } = matrix;
-        let (top, bottom) = (start..start + n, end - n..end);
-        Self {
-            scale,
-            factor,
-            diagonal: [&diagonal[top.clone()], &diagonal[bottom.clone()]],
-            masses: [&masses[top.clone()], &masses[bottom]],
-            down: &below[top],
-            left: if n == 0 { &[] } else { &below[end - n - W..end] },
-        }
-    }
-}
-
-impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
-    #[inline(always)]
-    fn column(&self, k: usize) -> BandColumn<D, W, 2> {
-        let up = self.down.len() - 1 - k;
-        // Below the diagonal of a column, and left of the diagonal of a row.
-        let (down, left): (_, &[[D; W]; W]) = (&self.down[k], array(self.left, up));
-        let mut below = [[D::from(0.0); 2]; W];
-        for p in 0..W {
-            below[p] = [down[p] * self.factor, left[W - 1 - p][p] * self.factor];
-        }
-        let (diagonal, masses) = (&self.diagonal, &self.masses);
-        let diagonal = [
-            masses[0][k] * self.scale + diagonal[0][k] * self.factor,
-            masses[1][up] * self.scale + diagonal[1][up] * self.factor,
-        ];
-        BandColumn { diagonal, below }
-    }
-}
-
-impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
-    #[inline(always)]
-    fn column(&self, k: usize) -> BandColumn<D, W, 1> {
-        let mut below = [[D::from(0.0)]; W];
-        for p in 0..W {
-            below[p] = [self.below[k][p]];
-        }
-        BandColumn { diagonal: [self.diagonal[k]], below }
-    }
 }
 
 /// A factorization as work for a vector unit. A closure instead would be compiled without its instructions.
@@ -211,7 +131,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.range = start..end;
         let m = self.end_rows();
         let Self { ends, schur, middle, .. } = self;
-        ends.eliminate(level, m, &EndColumns::new(sum, m)).map_err(|singular| Singular {
+        ends.eliminate(level, m, &sum.end_columns(m)).map_err(|singular| Singular {
             row: [start + singular.column, end - 1 - singular.column][singular.band],
         })?;
 

@@ -1,0 +1,82 @@
+//! Columns that are eliminated: those of a sum of a band matrix and masses from both ends, and those of a band matrix.
+
+use crate::numerics::banded::elimination::{BandColumn, ColumnSource};
+use crate::numerics::banded::{BandMatrix, array};
+use crate::numerics::scalar::Scalar;
+
+/// The matrix `scale diag(masses) + factor matrix` over the rows and columns from `start` to `end`.
+#[derive(Clone, Copy)]
+pub(super) struct WeightedSum<'a, D, const W: usize> {
+    pub masses: &'a [D],
+    pub scale: D,
+    pub matrix: &'a BandMatrix<D, W>,
+    pub factor: D,
+    pub start: usize,
+    pub end: usize,
+}
+
+impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
+    /// The entry of row and column `j`.
+    #[inline(always)]
+    pub fn diagonal(&self, j: usize) -> D {
+        self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
+    }
+
+    /// The first `n` columns from both ends.
+    #[inline(always)]
+    pub fn end_columns(&self, n: usize) -> EndColumns<'a, D, W> {
+        let BandMatrix { diagonal, below } = self.matrix;
+        let (top, bottom) = (self.start..self.start + n, self.end - n..self.end);
+        EndColumns {
+            scale: self.scale,
+            factor: self.factor,
+            diagonal: [&diagonal[top.clone()], &diagonal[bottom.clone()]],
+            masses: [&self.masses[top.clone()], &self.masses[bottom.clone()]],
+            down: &below[top],
+            left: if n == 0 { &[] } else { &below[bottom.start - W..self.end] },
+        }
+    }
+}
+
+/// The first `n` columns of a [`WeightedSum`] from the first row downwards and from the last upwards.
+pub(super) struct EndColumns<'a, D, const W: usize> {
+    scale: D,
+    factor: D,
+    /// The diagonal, and the masses, of the columns at the top and of those at the bottom.
+    diagonal: [&'a [D]; 2],
+    masses: [&'a [D]; 2],
+    /// The entries below the diagonal of the columns at the top.
+    down: &'a [[D; W]],
+    /// Those of the columns at the bottom, with `W` columns before them.
+    left: &'a [[D; W]],
+}
+
+impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> BandColumn<D, W, 2> {
+        let up = self.down.len() - 1 - k;
+        // Below the diagonal of a column, and left of the diagonal of a row.
+        let (down, left): (_, &[[D; W]; W]) = (&self.down[k], array(self.left, up));
+        let mut below = [[D::from(0.0); 2]; W];
+        for p in 0..W {
+            below[p] = [down[p] * self.factor, left[W - 1 - p][p] * self.factor];
+        }
+        let (diagonal, masses) = (&self.diagonal, &self.masses);
+        let diagonal = [
+            masses[0][k] * self.scale + diagonal[0][k] * self.factor,
+            masses[1][up] * self.scale + diagonal[1][up] * self.factor,
+        ];
+        BandColumn { diagonal, below }
+    }
+}
+
+impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> BandColumn<D, W, 1> {
+        let mut below = [[D::from(0.0)]; W];
+        for p in 0..W {
+            below[p] = [self.below[k][p]];
+        }
+        BandColumn { diagonal: [self.diagonal[k]], below }
+    }
+}
