@@ -82,6 +82,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Writes the effective strains.
+    #[inline(always)]
     fn set_effective<const G: usize>(
         &self,
         moment: HistoryMoment,
@@ -111,6 +112,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Writes the derivatives of the stresses at the end of the step, at fixed unknowns and frames.
+    #[inline(always)]
     pub fn set_end_stress<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -129,6 +131,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
     /// writes those of the stresses that the next step takes as those of its start, without the part that the tangent of
     /// the elastic stiffness makes of unknowns and frames.
+    #[inline(always)]
     pub fn advance_history<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -205,6 +208,7 @@ impl<R: Sensitive> StepMap<'_, R> {
 
     /// Writes the derivatives of the stresses of a moment, where those of the part of the effective strains by `s1` are
     /// in `room.strain`.
+    #[inline(always)]
     fn set_stress<const G: usize>(
         &self,
         moment: HistoryMoment,

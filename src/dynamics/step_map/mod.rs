@@ -27,6 +27,7 @@ use crate::dynamics::step_map::numbers::{MASS, SCHEME};
 use crate::dynamics::step_map::workspace::{Held, HistoryMoment};
 use crate::error::Error;
 use crate::numerics::lanes::Lanes;
+use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::components;
 use crate::rod::{
@@ -45,6 +46,24 @@ pub struct StepMap<'a, R: Rod<f64>> {
     /// Backwards: whether kinds of strain have, or could have, damping times of their own; frames that do not move.
     has_own_times: bool,
     still: Vec<FrameRate<1>>,
+}
+
+/// The map of a step applied to derivatives, as work for a vector unit. A closure instead would be compiled without its
+/// instructions.
+struct Application<'a, R: Sensitive, const G: usize> {
+    map: &'a StepMap<'a, R>,
+    parameters: &'a ParameterRates<R, G>,
+    state: &'a mut StateRates<G>,
+    room: &'a mut StepWorkspace<R, G>,
+}
+
+impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
+    type Output = Result<(), Error>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.map.apply_inlined(self.parameters, self.state, self.room)
+    }
 }
 
 impl<'a, R: Sensitive> StepMap<'a, R> {
@@ -80,6 +99,17 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
     pub fn apply<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) -> Result<(), Error> {
+        with_simd(Application { map: self, parameters, state, room })
+    }
+
+    /// [`apply`](Self::apply), inlined.
+    #[inline(always)]
+    fn apply_inlined<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
@@ -153,6 +183,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     }
 
     /// Writes the derivatives of the forces at the end, at fixed free unknowns: by parameters, frames and supports.
+    #[inline(always)]
     fn set_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -212,6 +243,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
 
     /// Adds mass damping to the derivatives of the forces, and writes the right-hand side of the equations. `A`: whether
     /// the scheme goes on from accelerations.
+    #[inline(always)]
     fn set_right<const G: usize, const A: bool>(
         &self,
         state: &StateRates<G>,
@@ -278,6 +310,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     }
 
     /// Takes the solution as the derivatives of the unknowns, and writes those of velocities, accelerations and forces.
+    #[inline(always)]
     fn set_end<const G: usize, const A: bool>(
         &self,
         state: &mut StateRates<G>,
@@ -333,6 +366,7 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
     }
 
     /// Writes the derivatives of the forces that the next step takes as those of its start.
+    #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,

@@ -179,6 +179,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
     }
 
+    #[inline(always)]
     fn gradient_rate<const G: usize>(
         (duals, rates): (&[Dual<L, N, S>; G], &Self::Rates<G>),
         geometry: &L::Geometry,
@@ -206,6 +207,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % S == 2))
     }
 
+    #[inline(always)]
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &L::Geometry,
@@ -219,6 +221,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         joints.fill(Lanes::ZERO);
     }
 
+    #[inline(always)]
     fn add_strain_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -240,6 +243,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         }
     }
 
+    #[inline(always)]
     fn stress_rates<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
@@ -259,6 +263,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         stress_rates(&self.joint, |i| rates.joint[i], strains, edges, joints);
     }
 
+    #[inline(always)]
     fn stressed_rate<const G: usize>(
         changed: Option<(&[Dual<L, N, S>; G], &Self::Rates<G>)>,
         stress: &[Lanes<G>],

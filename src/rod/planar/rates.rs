@@ -8,6 +8,7 @@ use crate::rod::layout::Plane;
 use crate::rod::planar::geometry::{Geometry, PlanarEdgeGeometry};
 
 impl RateLayout<2, 1> for Plane {
+    #[inline(always)]
     fn pull<const G: usize>(
         geometry: &Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
@@ -41,6 +42,7 @@ impl RateLayout<2, 1> for Plane {
         node(i + 1, [Lanes::ZERO; 2]);
     }
 
+    #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 2>],
         _: &[FrameRate<G>],

@@ -89,6 +89,7 @@ impl RodGeometry for Geometry {
         with_simd_if_wide::<_, G>(FrameChange { frames, geometry: self, gradient, tangent, out });
     }
 
+    #[inline(always)]
     fn move_frame_rates<const G: usize>(&self, frames: &mut [FrameRate<G>], q: &[[f64; G]]) {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {
             let e = edge(q, j);

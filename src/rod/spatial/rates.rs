@@ -18,6 +18,7 @@ pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
 }
 
 impl RateLayout<3, 3> for Space {
+    #[inline(always)]
     fn pull<const G: usize>(
         Geometry { edges, joints }: &Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
@@ -58,6 +59,7 @@ impl RateLayout<3, 3> for Space {
         out[STRIDE * i + 3] = open[2].0;
     }
 
+    #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 3>],
         frames: &[FrameRate<G>],
