@@ -24,7 +24,7 @@ pub struct EffectiveStrains<const G: usize> {
 /// the derivatives of its numbers. Each lane has the result that it would have alone.
 pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
-    type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
+    type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send + Sync;
 
     /// Writes the derivatives that dual rods contain.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);

@@ -51,7 +51,7 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
 }
 
 /// Parameters in lanes beside each other, whatever their number.
-trait LaneGroup<R: Sensitive>: Send {
+trait LaneGroup<R: Sensitive>: Send + Sync {
     /// dq/dp and dv/dp of the parameter in a lane and unknown `i`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2];
 

@@ -25,7 +25,7 @@ impl Residuals {
         self.check_length(x)?;
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
-        let (runs, weights) = (self.runs(x)?, self.leverage_weights());
+        let (runs, weights) = (self.runs(x, false)?, self.leverage_weights());
         for i in 0..n {
             for j in 0..=i {
                 let (mut sum, mut rest) = (0.0, &weights[..]);

@@ -51,6 +51,13 @@ pub(crate) struct Evaluation {
     pub halved: bool,
 }
 
+/// Plain residuals of one experiment, their derivatives row by row, and whether any time step was halved.
+struct ExperimentResiduals {
+    residuals: Vec<f64>,
+    jacobian: Vec<Vec<f64>>,
+    halved: bool,
+}
+
 impl Residuals {
     /// The residuals of `experiments` up to `horizons`, s, one per experiment. `sigmas` has one per
     /// measurement, in its unit. `full_work` is the work of one full simulation, steps times
@@ -218,9 +225,9 @@ impl Residuals {
         &self.experiments
     }
 
-    /// Simulations of all experiments at `x`.
-    pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<ExperimentRun>, Error> {
-        self.map_experiments(|k, _| self.run(k, x, false, &mut |_, _| {}))
+    /// Simulations of all experiments at `x`, with derivatives if `derived`.
+    pub(crate) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<ExperimentRun>, Error> {
+        self.map_experiments(|k, _| self.run(k, x, derived, &mut |_, _| {}))
     }
 
     /// Simulates experiment `k` at `x`, with derivatives if `derived`. `after` is called at the start of its motion and after
@@ -265,19 +272,47 @@ impl Residuals {
 
     /// The evaluation at `x` by simulations of all experiments.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
-        let parts = self.map_experiments(|k, experiment| {
-            let run = self.run(k, x, with_jacobian, &mut |_, _| {})?;
-            let own = experiment.residuals_and_jacobian(&run, self.point(x), with_jacobian)?;
-            Ok((own, run.moving.as_ref().is_some_and(has_halved_steps)))
+        let parts = self.map_experiments(|k, _| {
+            self.part(k, x, &self.run(k, x, with_jacobian, &mut |_, _| {})?, with_jacobian)
         })?;
-        // Residuals in the order of the experiments, then those of the priors.
+        Ok(self.assembled(x, parts, with_jacobian))
+    }
+
+    /// With the evaluation at `x` that follows from simulations with derivatives there, which are not made again.
+    pub(crate) fn with_runs(self, x: &[f64], runs: &[ExperimentRun]) -> Result<Self, Error> {
+        let parts = self.map_experiments(|k, _| self.part(k, x, &runs[k], true))?;
+        let known = self.assembled(x, parts, true);
+        Ok(self.with_evaluation(known))
+    }
+
+    /// The residuals of experiment `k` from its simulation at `x`.
+    fn part(
+        &self,
+        k: usize,
+        x: &[f64],
+        run: &ExperimentRun,
+        with_jacobian: bool,
+    ) -> Result<ExperimentResiduals, Error> {
+        let (residuals, jacobian) =
+            self.experiments[k].residuals_and_jacobian(run, self.point(x), with_jacobian)?;
+        let halved = run.moving.as_ref().is_some_and(has_halved_steps);
+        Ok(ExperimentResiduals { residuals, jacobian, halved })
+    }
+
+    /// The evaluation at `x`: residuals in the order of the experiments, then those of the priors.
+    fn assembled(
+        &self,
+        x: &[f64],
+        parts: Vec<ExperimentResiduals>,
+        with_jacobian: bool,
+    ) -> Evaluation {
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut halved = false;
-        for ((own, own_rows), is_halved) in parts {
-            halved |= is_halved;
-            residuals.extend(own);
-            rows.extend(own_rows);
+        for part in parts {
+            halved |= part.halved;
+            residuals.extend(part.residuals);
+            rows.extend(part.jacobian);
         }
         for (i, prior) in self.prior_residuals(x) {
             residuals.push(prior.re);
@@ -288,7 +323,7 @@ impl Residuals {
             }
         }
         let jacobian = with_jacobian.then_some(rows);
-        Ok(Evaluation { x: x.to_vec(), residuals, jacobian, halved })
+        Evaluation { x: x.to_vec(), residuals, jacobian, halved }
     }
 
     /// The gradient of half the sum of squares at `x` by the adjoint of the motions; none where the Jacobian is already

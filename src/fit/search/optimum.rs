@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
+use crate::fit::misfit::observed_experiment::ExperimentRun;
 use crate::fit::misfit::residuals::{Evaluation, Residuals};
 use crate::fit::misfit::work::WorkCounter;
 use crate::fit::search::journal::{Journal, SearchStage, Visit};
@@ -71,6 +72,15 @@ impl Search<'_> {
     /// Fits the full model to the whole records from a start.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
+    }
+
+    /// Fits the full model to the whole records from a start at which all experiments were simulated with derivatives.
+    pub fn polish_from_runs(
+        &self,
+        start: &[f64],
+        runs: &[ExperimentRun],
+    ) -> Result<Optimum, Error> {
+        self.finish(self.all_residuals()?.with_runs(start, runs)?, start)
     }
 
     /// Fits the full model from an optimum with the sigmas `before`. Its residuals and Jacobian are converted to the units of

@@ -9,6 +9,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{self, Known};
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::observed_experiment::ExperimentRun;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
@@ -70,6 +71,8 @@ struct ReplicateInputs<'a> {
     residuals: Vec<f64>,
     /// Optimum on the unknowns' scales.
     start: &'a [f64],
+    /// Simulations with derivatives at the optimum; none where the inputs of replicates differ.
+    runs: Option<Vec<ExperimentRun>>,
     /// Root of the correlation matrix of the known inputs.
     root: DMatrix<f64>,
 }
@@ -140,7 +143,11 @@ impl ReplicateInputs<'_> {
         }
         let (experiments, unknowns) = (&experiments[..], &unknowns[..]);
         let search = Search { experiments, unknowns, ..self.search.detached() };
-        let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
+        let found = match &self.runs {
+            Some(runs) => search.polish_from_runs(self.start, runs),
+            None => search.polish(self.start),
+        };
+        let found = found.and_then(|optimum| match optimum.converged {
             true => Ok(optimum.x),
             false => Err(Error::Fit(optimum.status)),
         });
@@ -203,9 +210,14 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
             noise[*row] = series.variance.sqrt() * units[*row];
         }
     }
-    // All replicates start at the optimum.
+    // All replicates start at the optimum, and share its simulation unless their inputs differ.
     let (root, start) = (known::correlation_root(resampling.knowns)?, &optimum.x[..]);
-    let inputs = ReplicateInputs { resampling, search, simulated, noise, residuals, start, root };
+    let runs = match resampling.knowns.is_empty() {
+        true => Some(search.all_residuals()?.runs(start, true)?),
+        false => None,
+    };
+    let inputs =
+        ReplicateInputs { resampling, search, simulated, noise, residuals, start, runs, root };
     let mut found = Vec::new();
     let Range { start, end } = resampling.numbers;
     for first in (start..end).step_by(BATCH) {
