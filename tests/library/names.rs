@@ -48,7 +48,7 @@ number numbers numerics observation_form observation_row observed_experiment obs
 omitted_effects one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output own
 page parameter parameter_form parameters part_file path pencil perturbation phi_function place plan planar
 planar_bend planarity plane platform plausibility player plot_data plotted point points polyline predict
-prediction predictor prescribed_dofs prescribed_motion prior problem profile profile_likelihood quantity
+prediction predictor prescribed_dofs prescribed_motion prior problem products profile profile_likelihood quantity
 quoted random_states ranking rate rates reaction record recorded recorded_motion recorded_point recorded_start
 recordings reference_stiffness refined_residuals refinement relinearize remesh renamed_keys repeated_frames
 replay report required resampling residual_acceptance residual_noise residual_tests residuals resolution
@@ -57,8 +57,8 @@ scene_notes schema scheme scheme_support score_tests search section section_prof
 sensitivity_carrier sensitivity_growth sensitivity_pipeline settings setup shape shape_form shard
 shear_deflection simd simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space
 spatial spectrum splitting stability standing start start_forces starts state static_mesh statics status step
-step_control step_map stepper stiffness store strain stretch study style summaries summary support supports
-sweep sweeps synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests
+step_control step_map stepper stiffness store strain stretch study style substitution summaries summary support
+supports sweep sweeps synthetic_data table tangent taper target tensions term_bound terminal tested_effects tests
 text_cell thickness tie time tolerance track trajectory transposed trial tributary trigonometry tuning
 uncertainty undetected_bias unknown unstable_state usable_rows validate validation validation_errors vector
 vibration viscosity warning_list warnings weighted_search work workspace writer zero_bound
