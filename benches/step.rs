@@ -47,11 +47,10 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     let (rod, free) = (discretized.rod(), discretized.free());
     // The frames of the step before, as in the middle of an iteration.
     let (q, frames) = (&simulation.state().q, &simulation.previous().frames);
-    let (mut gradient, mut tangent) =
-        (vec![0.0; q.len()], TangentOf::<M::Rod<f64>, f64>::zeros(q.len()));
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], rod.zero_tangent());
     rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let end = 1e-6 / 4.0;
-    let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(q.len());
+    let mut factors = tangent.new_factors();
     let mut group = c.benchmark_group(format!("{name}, 50 segments"));
     for route in [Derivatives::Hand, Derivatives::Dual] {
         group.bench_function(format!("gradient, {route:?}"), |b| {

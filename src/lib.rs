@@ -125,6 +125,7 @@ pub mod problem;
 pub mod rod;
 pub mod scene;
 pub mod statics;
+pub mod structure;
 pub mod study;
 pub mod summary;
 pub mod vibration;
@@ -142,8 +143,9 @@ pub use input::part_file::PartFile;
 pub use marker_files::printable::{printable, printable_name};
 pub use numerics::scalar::Scalar;
 pub use problem::{AnyProblem, Discretized, PlanarProblem, Problem, SpatialProblem};
-pub use scene::{Parameter, Point, Scene};
+pub use scene::{Parameter, Point, Scene, StructureScene};
 pub use statics::{Equilibrium, Reaction, Reactions};
+pub use structure::Structure;
 pub use vibration::NaturalFrequency;
 
 /// The README's code, compiled and run with the documentation's.

@@ -22,8 +22,8 @@ impl<M: Model> Discretized<'_, M> {
         let simulation = self.simulation()?;
         let state = simulation.state();
         let n = state.q.len();
-        let (mut gradient, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
         let rod = simulation.rod();
+        let (mut gradient, mut tangent) = (vec![0.0; n], rod.zero_tangent());
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
     }
@@ -56,7 +56,7 @@ fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usiz
     // Gershgorin's circles; and no eigenvalue range ends below a diagonal entry.
     let mut high = largest(&mut range.clone().map(|i| sums[i] / mass[i])) * (1.0 + TOLERANCE);
     let mut low = largest(&mut range.clone().map(|i| tangent.get(i, i) / mass[i]));
-    let mut factors = T::Factors::with_order(n);
+    let mut factors = tangent.new_factors();
     while high > low * (1.0 + TOLERANCE) && low > 0.0 {
         let middle = (low * high).sqrt();
         let all_below = factors.factor_sum(mass, -middle, tangent, 1.0, range.clone()).is_ok()

@@ -2,6 +2,7 @@
 //! parameters (forward and adjoint), and recorded trajectories.
 
 pub mod adjoint;
+mod bisection;
 pub mod coefficients;
 mod director_axes;
 mod energy_balance;
@@ -25,10 +26,12 @@ mod unstable_state;
 pub(crate) mod viscosity;
 
 pub use adjoint::{Reversible, TrajectorySlopes};
+pub(crate) use bisection::{BisectedSteps, advance};
 pub use film::{Film, FilmSample, Frame};
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
 pub use run::Snapshot;
 pub use simulation::Simulation;
 pub use step::Work;
+pub(crate) use step_control::StepControl;
 pub use trajectory::Trajectory;

@@ -1,6 +1,7 @@
 //! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states and their
 //! derivatives by parameters.
 
+use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
@@ -8,7 +9,7 @@ use crate::dynamics::sensitivity_carrier::SensitivityCarrier;
 use crate::dynamics::sensitivity_pipeline::{self, ActiveRun};
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
-use crate::dynamics::step_control::{HALVINGS, StepControl};
+use crate::dynamics::step_control::StepControl;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -213,11 +214,14 @@ where
 
         // Step to the next time of the scene, bisected where it is rejected, with its derivatives.
         let start = Instant::now();
-        let target = StepTarget { time: time.at(k), halvings: 0 };
-        let result = advance(simulation, carrier, &mut control, target, &mut |simulation| {
-            record.taken.push(simulation.state().time);
-            (observers.after_substep)(simulation);
-        });
+        let result = {
+            let mut accepted = |simulation: &Simulation<_, _>| {
+                record.taken.push(simulation.state().time);
+                (observers.after_substep)(simulation);
+            };
+            let (control, accepted) = (&mut control, &mut accepted);
+            advance(&mut RunSteps { simulation, carrier, control, accepted }, time.at(k))
+        };
         record.stepping += start.elapsed();
         record.work = simulation.work();
         result?;
@@ -239,44 +243,37 @@ where
     Ok(())
 }
 
-/// The end of a step, s, and how many halvings have led to it.
-#[derive(Clone, Copy)]
-struct StepTarget {
-    time: f64,
-    halvings: u32,
+/// The steps of a run with their derivatives.
+struct RunSteps<'a, R: Sensitive> {
+    simulation: &'a mut Simulation<f64, R>,
+    carrier: &'a mut SensitivityCarrier<R>,
+    control: &'a mut StepControl,
+    /// Called after every accepted step.
+    accepted: &'a mut dyn FnMut(&Simulation<f64, R>),
 }
 
-/// Advances a simulation and its derivatives to a target, and calls `accepted` after every accepted step. A rejected step
-/// is replaced by two steps of half its size. On an error the state is the last valid one.
-fn advance<R: Sensitive>(
-    simulation: &mut Simulation<f64, R>,
-    carrier: &mut SensitivityCarrier<R>,
-    control: &mut StepControl,
-    StepTarget { time, halvings }: StepTarget,
-    accepted: &mut dyn FnMut(&Simulation<f64, R>),
-) -> Result<(), Error> {
-    let at_last = halvings == HALVINGS;
-    // Trial step, and its energy.
-    let stepped = carrier.step_to(simulation, time);
-    match stepped.and_then(|()| control.check(simulation, at_last)) {
-        Ok(()) => {
-            control.accept();
-            accepted(simulation);
-            carrier.advance(simulation)
-        }
-        Err(error) => {
-            carrier.step_back(simulation);
-            if at_last {
-                return Err(error);
-            }
-            // Two halves instead.
-            let middle = 0.5 * (simulation.state().time + time);
-            for time in [middle, time] {
-                let target = StepTarget { time, halvings: halvings + 1 };
-                advance(simulation, carrier, control, target, accepted)?;
-            }
-            Ok(())
-        }
+impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
+    type Rod = R;
+
+    fn simulation(&self) -> &Simulation<f64, R> {
+        self.simulation
+    }
+
+    fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        self.carrier.step_to(self.simulation, time)
+    }
+
+    fn step_back(&mut self) {
+        self.carrier.step_back(self.simulation);
+    }
+
+    fn accepted(&mut self) -> Result<(), Error> {
+        (self.accepted)(self.simulation);
+        self.carrier.advance(self.simulation)
+    }
+
+    fn control(&mut self) -> (&mut StepControl, &Simulation<f64, R>) {
+        (self.control, self.simulation)
     }
 }
 

@@ -216,7 +216,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub(crate) fn energy_of_motion_by(&self, relative: f64, h: f64) -> f64 {
         let State { q, frames, .. } = &self.state;
         let n = q.len();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], Tangent::zeros(n));
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], self.system.rod.zero_tangent());
         self.system.rod.tangent(q, frames, self.system.derivatives, &mut gradient, &mut tangent);
         let mut forces = vec![0.0; n];
         tangent.absolute_product(q, &mut forces);

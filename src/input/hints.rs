@@ -43,6 +43,15 @@ pub(crate) const SCENE: FileKind = FileKind {
     repeated: &["rod.mass", "loads.point", "initial.point", "supports.motion", "energy"],
 };
 
+/// A structure.
+pub(crate) const STRUCTURE: FileKind = FileKind {
+    name: "a structure",
+    marks: &["rods"],
+    commands: "use it with `rodfit simulate`, `static` and `modes`",
+    single: &["loads", "loads.damping", "initial", "time"],
+    repeated: &["rods", "rods.mass", "materials", "bodies", "joints", "supports", "loads.point"],
+};
+
 /// A fit file.
 pub(crate) const FIT: FileKind = FileKind {
     name: "a fit file",

@@ -19,7 +19,7 @@ pub use ldlt::Ldlt;
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::with_simd_if_wide;
-use crate::numerics::tangent::Tangent;
+use crate::numerics::tangent::{PatternByOrder, Tangent};
 use std::ops::Range;
 
 /// `N` entries of `slice` from `start` on, with one bounds check for all of them.
@@ -59,6 +59,12 @@ impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<
 }
 
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
+    /// The zero matrix of `n` rows.
+    pub fn zeros(n: usize) -> Self {
+        // W rows of padding, so that inner loops need no test for the end.
+        Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
+    }
+
     /// Number of rows.
     pub fn order(&self) -> usize {
         self.diagonal.len() - W
@@ -108,9 +114,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     const NUMBERS_PER_ROW: usize = W + 1;
     type Factors = Ldlt<D, W>;
 
-    fn zeros(n: usize) -> Self {
-        // W rows of padding, so that inner loops need no test for the end.
-        Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
+    fn new_factors(&self) -> Ldlt<D, W> {
+        Ldlt::with_order(self.order())
     }
 
     fn get(&self, i: usize, j: usize) -> D {
@@ -225,8 +230,14 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    fn coupled(j: usize, n: usize) -> Range<usize> {
+    fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
+    }
+}
+
+impl<D: Scalar, const W: usize> PatternByOrder<D> for BandMatrix<D, W> {
+    fn zeros(n: usize) -> Self {
+        Self::zeros(n)
     }
 }
 
@@ -255,7 +266,7 @@ mod tests {
     }
 
     /// A band with arbitrary entries, of any width; positive definite without `shift`.
-    fn band<T: Tangent<f64>>(n: usize, shift: f64) -> T {
+    fn band<T: PatternByOrder<f64>>(n: usize, shift: f64) -> T {
         let (mut a, w) = (T::zeros(n), T::NUMBERS_PER_ROW - 1);
         for j in 0..n {
             let mut column = [[0.0; 11]; 11];
@@ -290,10 +301,10 @@ mod tests {
 
     #[test]
     fn elimination_from_both_ends_agrees_with_that_from_the_top_for_every_length() {
-        fn check<T: Tangent<f64>>() {
+        fn check<T: PatternByOrder<f64>>() {
             let a = band::<T>(45, 0.0);
             let b: Vec<f64> = (0..45).map(|i| (i as f64).sin()).collect();
-            let mut ldlt = T::Factors::with_order(45);
+            let mut ldlt = a.new_factors();
             // Long ranges first, so that entries of earlier factors would show.
             for length in (1..=40).rev() {
                 for start in [0, 3, 45 - length] {
@@ -330,9 +341,10 @@ mod tests {
 
     #[test]
     fn solutions_of_several_right_hand_sides_equal_single_ones() {
-        fn check<T: Tangent<f64>, const R: usize>() {
-            let mut ldlt = T::Factors::with_order(40);
-            ldlt.factor(&band::<T>(40, 0.0), 2..39).unwrap();
+        fn check<T: PatternByOrder<f64>, const R: usize>() {
+            let a = band::<T>(40, 0.0);
+            let mut ldlt = a.new_factors();
+            ldlt.factor(&a, 2..39).unwrap();
             let b = |i: usize, r: usize| (i as f64 + 1.0 / (1.0 + r as f64)).cos();
             let mut all: Vec<[f64; R]> =
                 (0..40).map(|i| std::array::from_fn(|r| b(i, r))).collect();

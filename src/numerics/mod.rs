@@ -2,6 +2,7 @@
 //! factorization, eigenvalues, interpolation, spectra, noise estimates, and nonlinear least squares.
 
 pub mod banded;
+pub mod envelope;
 pub(crate) mod hermite;
 pub mod lanczos;
 pub mod lanes;

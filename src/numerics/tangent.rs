@@ -20,14 +20,14 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// The factors of such a matrix.
     type Factors: Factors<D, Matrix = Self>;
 
-    /// The zero matrix of `n` rows.
-    fn zeros(n: usize) -> Self;
+    /// Factors for matrices of this sparsity pattern, not yet computed.
+    fn new_factors(&self) -> Self::Factors;
 
     /// The entry of row `i`, column `j`; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D;
 
-    /// The rows with an entry in column `j` of a matrix of order `n`.
-    fn coupled(j: usize, n: usize) -> Range<usize>;
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    fn coupled(&self, j: usize, n: usize) -> Range<usize>;
 
     /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column `start`
     /// on.
@@ -60,7 +60,7 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// `b - A x` over the rows and columns of `range`; unknowns outside of it count as zero.
     fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let row = |i: usize| {
-            let coupled = Self::coupled(i, range.end);
+            let coupled = self.coupled(i, range.end);
             let columns = coupled.start.max(range.start)..coupled.end;
             columns.fold(b[i], |sum, j| sum - self.get(i, j) * x[j])
         };
@@ -68,13 +68,16 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     }
 }
 
+/// A [`Tangent`] whose sparsity pattern follows from its order.
+pub trait PatternByOrder<D: Scalar>: Tangent<D> {
+    /// The zero matrix of `n` rows.
+    fn zeros(n: usize) -> Self;
+}
+
 /// The factors `L D L^T` of a range of rows and columns of a [`Tangent`].
 pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Type of the factored matrices.
     type Matrix;
-
-    /// Allocates the factors of matrices of order `n`.
-    fn with_order(n: usize) -> Self;
 
     /// Factors the rows and columns of `range`; allocates nothing.
     ///

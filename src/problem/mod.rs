@@ -33,7 +33,7 @@ pub(crate) use own::NodeTie;
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use plausibility::Purpose;
-pub(crate) use setup::{Setup, between_markers};
+pub(crate) use setup::{Setup, between_markers, nodal as nodal_loads};
 pub use spatial::SpatialModel;
 pub(crate) use start::UnknownsAndFrames;
 

@@ -2,8 +2,10 @@
 
 use crate::energy::adapter::Chart;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
+use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
+use crate::problem::layout::{check_edges, check_on_mesh, correction};
 use crate::problem::model::{
     Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
@@ -96,6 +98,22 @@ impl PlanarModel {
             .ok_or("rod.section.up is neither in the plane of the rest shape nor normal to it")?;
         model = Self { plane, second_moment, nodes: nodes.len(), ..model };
         Ok(model)
+    }
+
+    /// The model of a rod in the plane of a structure.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a section whose bending leaves the plane, and shapes without a mesh.
+    pub(crate) fn in_plane(scene: &Scene, plane: Plane) -> Result<Self, Error> {
+        let mesh = scene.mesh()?;
+        check_edges("rod.shape", &mesh.nodes)?;
+        check_on_mesh(scene, &mesh)?;
+        let second_moment = second_moment_in(scene, &plane, &mesh.nodes).ok_or_else(|| {
+            let found = "a direction neither in the plane of the structure nor normal to it";
+            Error::invalid("rod.section.up", found, "one of the two")
+        })?;
+        let correction = correction(scene, &mesh, &[]);
+        Ok(Self { plane, correction, second_moment, nodes: mesh.nodes.len() })
     }
 
     /// The normal of the plane.

@@ -8,7 +8,7 @@ pub use rates::RateLayout;
 use crate::energy::law::Spring;
 use crate::energy::{DeadLoad, Derivatives, Element, Law, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::tangent::Tangent;
+use crate::numerics::tangent::{PatternByOrder, Tangent};
 use crate::numerics::vector::components;
 use crate::rod::frames::ReferenceFrames;
 use crate::rod::layout::{At, Elements, Layout, LayoutSprings, NodeSink};
@@ -72,6 +72,28 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         At { elements: self.elements(), q, frames }
     }
 
+    /// [`set_viscous`](Rod::set_viscous) for a viscosity of several rods, of which the strains of this one begin at `first`.
+    pub(super) fn set_viscous_from(
+        &mut self,
+        elastic: &Self,
+        viscosity: &Viscosity<D>,
+        first: usize,
+    ) {
+        viscosity.set_laws(&elastic.stretch, &mut self.stretch, first);
+        viscosity.set_laws(&elastic.joint, &mut self.joint, first + elastic.stretch.len());
+    }
+
+    /// [`set_dashpots`](Rod::set_dashpots) for such a viscosity.
+    pub(super) fn set_dashpots_from(
+        &mut self,
+        dashpots: &Self,
+        viscosity: &Viscosity<D>,
+        first: usize,
+    ) {
+        viscosity.set_dashpots(&dashpots.stretch, &mut self.stretch, first);
+        viscosity.set_dashpots(&dashpots.joint, &mut self.joint, first + dashpots.stretch.len());
+    }
+
     /// Writes gradient and tangent, and the geometry if there is one.
     #[inline(always)]
     fn assemble(
@@ -109,6 +131,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     fn is_angle(i: usize) -> bool {
         i % L::STRIDE >= N
+    }
+
+    fn zero_tangent(&self) -> Self::Tangent {
+        PatternByOrder::zeros(self.mass.len())
     }
 
     fn mass(&self) -> &[D] {
@@ -297,13 +323,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
-        viscosity.set_laws(&elastic.stretch, &mut self.stretch, 0);
-        viscosity.set_laws(&elastic.joint, &mut self.joint, elastic.stretch.len());
+        self.set_viscous_from(elastic, viscosity, 0);
     }
 
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
-        viscosity.set_dashpots(&dashpots.stretch, &mut self.stretch, 0);
-        viscosity.set_dashpots(&dashpots.joint, &mut self.joint, dashpots.stretch.len());
+        self.set_dashpots_from(dashpots, viscosity, 0);
     }
 
     fn slides(&self) -> usize {

@@ -3,7 +3,7 @@
 use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::tangent::Tangent;
+use crate::numerics::tangent::PatternByOrder;
 use crate::numerics::vector::components;
 use crate::rod::blocks::{MOST, block};
 use crate::rod::frames::{ReferenceFrames, RodGeometry};
@@ -142,7 +142,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// The law of a joint.
     type Joint<D: Scalar>: Law<D, S, Stiffness = Self::Stiffness<D>>;
     /// Second derivatives of the energy.
-    type Tangent<D: Scalar>: Tangent<D>;
+    type Tangent<D: Scalar>: PatternByOrder<D>;
     /// The reference frames of the angles.
     type Frames<D: Nestable>: ReferenceFrames<D>;
     /// Edges and joints at the unknowns of a rod, in plain numbers.

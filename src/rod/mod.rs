@@ -4,6 +4,7 @@
 //! the trait [`Rod`] only. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in
 //! space.
 
+pub mod assembly;
 mod blocks;
 mod columns;
 mod discrete;
@@ -21,6 +22,7 @@ mod sweeps;
 mod transposed;
 mod viscosity;
 
+pub use assembly::Assembly;
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub use extra::Extra;
@@ -91,6 +93,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Whether unknown `i` is an angle in rad, and not a length in m.
     fn is_angle(i: usize) -> bool;
+
+    /// A zero matrix with the sparsity pattern of the tangent.
+    fn zero_tangent(&self) -> Self::Tangent;
 
     /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
     fn mass(&self) -> &[D];

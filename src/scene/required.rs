@@ -18,7 +18,7 @@ pub(crate) const REQUIRED: [Rule; 11] = [
 ];
 
 /// Required keys of a shape, by its kind.
-fn shape_keys(shape: &toml::Table) -> Keys {
+pub(super) fn shape_keys(shape: &toml::Table) -> Keys {
     match shape.get("kind").and_then(toml::Value::as_str) {
         Some("straight") => &["length", "direction"],
         Some("helix") => &["length", "radius", "pitch", "axis", "handedness"],
@@ -30,7 +30,7 @@ fn shape_keys(shape: &toml::Table) -> Keys {
 }
 
 /// Required keys of a section, by its kind.
-fn section_keys(section: &toml::Table) -> Keys {
+pub(super) fn section_keys(section: &toml::Table) -> Keys {
     match section.get("kind").and_then(toml::Value::as_str) {
         Some("circle") => &["radius"],
         Some("tube") => &["radius", "thickness"],

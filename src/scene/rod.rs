@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 
 /// Factor on the curvature of the rest shape: of the whole rod, and of a part of it.
-const CURVATURE_FACTOR: [Quantity; 2] = {
+pub(super) const CURVATURE_FACTOR: [Quantity; 2] = {
     let factor = Quantity::signed("").within(-1e3, 1e3);
     [factor.searched(Candidates::Values(&[0.5, 1.0, 1.5])), factor]
 };
@@ -67,7 +67,7 @@ table! {
 }
 
 /// The factor 1 along the whole rod.
-fn one<D: From<f64>>() -> Along<D> {
+pub(super) fn one<D: From<f64>>() -> Along<D> {
     Along::Whole(D::from(1.0))
 }
 

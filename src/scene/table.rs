@@ -2,7 +2,8 @@
 //!
 //! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field
 //! `pub name: Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them, or
-//! [`TABLE`] for tables. Fields without a kind are copied from one number type to another.
+//! [`TABLE`] for tables. Fields without a kind are copied from one number type to another. Entries of a list of
+//! `pub struct Name by field` have the value of that field as their key, others their index.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity};
@@ -128,7 +129,7 @@ impl<T: NumberTree> NumberTree for Vec<T> {
 
 /// Declares a table of a scene file; see the [module](self).
 macro_rules! table {
-    ($(#[$meta:meta])* pub struct $name:ident {
+    ($(#[$meta:meta])* pub struct $name:ident $(by $entry:ident)? {
         $($(#[$field_meta:meta])* $visibility:vis $field:ident: $type:ty $(= $kind:expr)? $(=> $key:literal)?,)*
     }) => {
         $(#[$meta])*
@@ -139,7 +140,7 @@ macro_rules! table {
         pub struct $name<D = f64> {
             $($(#[$field_meta])* $visibility $field: $type,)*
         }
-        crate::scene::table::table!(@numbers $name { $($field $(= $kind)? $(=> $key)?,)* });
+        crate::scene::table::table!(@numbers $name $(by $entry)? { $($field $(= $kind)? $(=> $key)?,)* });
     };
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$variant_meta:meta])* $variant:ident {
         $($(#[$field_meta:meta])* $field:ident: $type:ty $(= $kind:expr)?,)*
@@ -168,8 +169,8 @@ macro_rules! table {
         });
     };
     // The numbers of a struct that is declared elsewhere.
-    (@numbers $name:ident { $($field:ident $(= $kind:expr)? $(=> $key:literal)?,)* }) => {
-        crate::scene::table::table!(@tree $name, self, visitor, key, {
+    (@numbers $name:ident $(by $entry:ident)? { $($field:ident $(= $kind:expr)? $(=> $key:literal)?,)* }) => {
+        crate::scene::table::table!(@tree $name $(by $entry)?, self, visitor, key, {
             $name { $($field: crate::scene::table::table!(
                 @map &self.$field, crate::scene::table::table!(@key $field $(, $key)?), visitor $(, $kind)?
             ),)* }
@@ -179,7 +180,7 @@ macro_rules! table {
             );)*
         });
     };
-    (@tree $name:ident, $self:ident, $visitor:ident, $key:ident, $map:block, $check:block) => {
+    (@tree $name:ident $(by $entry:ident)?, $self:ident, $visitor:ident, $key:ident, $map:block, $check:block) => {
         impl crate::scene::table::NumberTree for $name {
             type Kind = crate::scene::table::TableKind;
             type Over<D> = $name<D>;
@@ -200,6 +201,10 @@ macro_rules! table {
                 $check
                 Ok(())
             }
+
+            $(fn entry_key(&self, _: usize) -> String {
+                self.$entry.clone()
+            })?
         }
     };
     (@key $field:ident) => { stringify!($field) };

@@ -118,7 +118,7 @@ enum DescentStep {
 impl<'a, R: Rod<f64>> Descent<'a, R> {
     /// A descent of a rod from the unknowns `q`.
     pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
-        let n = q.len();
+        let (n, tangent) = (q.len(), rod.zero_tangent());
         Self {
             rod,
             metric: match &settings.edges {
@@ -130,8 +130,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             initial: q.clone(),
             q,
             gradient: vec![0.0; n],
-            tangent: Tangent::zeros(n),
-            factors: Factors::with_order(n),
+            factors: tangent.new_factors(),
+            tangent,
             correction: vec![0.0; n],
             iterations: 0,
         }

@@ -17,6 +17,7 @@ mod stability;
 mod standing;
 
 pub use descent::EquilibriumState;
+pub(crate) use descent::{Descent, DescentSettings};
 pub use equilibrium::Equilibrium;
 pub(crate) use equilibrium_derivatives::CheckedEquilibrium;
 pub(crate) use lowest_eigenvalues::PencilMode;

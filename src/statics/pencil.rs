@@ -43,7 +43,7 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
     where
         M::Rod<D>: Rod<D, Tangent = T>,
     {
-        let mut tangent = Tangent::zeros(q.len());
+        let mut tangent = rod.zero_tangent();
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let (mut mass, prescribed) = (rod.mass().to_vec(), discretized.prescribed());
@@ -70,7 +70,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         let mut mass = discretized.negligible_stiffness(edges);
         match edges {
             Some(_) => {
-                let mut tangent = Tangent::zeros(q.len());
+                let mut tangent = rod.zero_tangent();
                 rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
                 Self { tangent, mass, free: discretized.free() }
             }
@@ -83,7 +83,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
 
     /// The factors of `K - squared M`, or the row of a zero pivot.
     pub fn factor(&self, squared: f64) -> Result<T::Factors, Singular> {
-        let mut factors = T::Factors::with_order(self.mass.len());
+        let mut factors = self.tangent.new_factors();
         factors.factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())?;
         Ok(factors)
     }

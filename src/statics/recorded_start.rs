@@ -22,7 +22,7 @@ use crate::numerics::vector::sub;
 use crate::problem::{
     Discretized, FramesOf, Model, NodeTie, Setup, UnknownsAndFrames, between_markers,
 };
-use crate::rod::{FactorsOf, ReferenceFrames, Rod};
+use crate::rod::{ReferenceFrames, Rod};
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{Recorded, Track};
 use crate::statics::descent::{Descent, DescentSettings};
@@ -222,10 +222,10 @@ impl<M: Model> Discretized<'_, M> {
         let n = q.len();
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
         // Forces of the springs on angles, in equilibrium with the gradient.
-        let (mut spring_forces, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
+        let (mut spring_forces, mut tangent) = (vec![0.0; n], plain.zero_tangent());
         plain.tangent(&found, plain_frames, Derivatives::Hand, &mut spring_forces, &mut tangent);
         let springs = self.angle_springs();
-        let mut factors = FactorsOf::<M::Rod<f64>, f64>::with_order(n);
+        let mut factors = tangent.new_factors();
         factors.factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)?;
         let mut change = vec![D::from(0.0); n];
         for _ in 0..1 + D::ORDER {

@@ -281,7 +281,7 @@ fn frequency<D: Nestable, T: Tangent<D>>(
     pair: &Eigenpair,
 ) -> Result<D, Error> {
     let Pencil { tangent, mass, free } = pencil;
-    let mut factors = T::Factors::with_order(mass.len());
+    let mut factors = tangent.new_factors();
     let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
     let mut squared = D::from(pair.squared);
     for _ in 0..ITERATIONS {

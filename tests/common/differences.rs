@@ -33,7 +33,7 @@ pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
     let mut results = Vec::new();
     for route in [Derivatives::Hand, Derivatives::Dual] {
         let (mut alone, mut gradient) = (vec![0.0; n], vec![0.0; n]);
-        let mut tangent = R::Tangent::zeros(n);
+        let mut tangent = rod.zero_tangent();
         rod.gradient(q, frames, route, &mut alone);
         // A second assembly must not see the first.
         let elsewhere: Vec<f64> = q.iter().map(|x| 1.3 * x).collect();
@@ -47,7 +47,7 @@ pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
     let [(hand, k_hand), (dual, k_dual)] = &results[..] else { unreachable!() };
     for i in 0..n {
         assert!((hand[i] - dual[i]).abs() < 1e-10, "{i}: {} {}", hand[i], dual[i]);
-        for j in R::Tangent::coupled(i, i + 1) {
+        for j in k_hand.coupled(i, i + 1) {
             let (a, b) = (k_hand.get(i, j), k_dual.get(i, j));
             let size = (k_hand.get(i, i) * k_hand.get(j, j)).sqrt();
             assert!((a - b).abs() < 1e-10 * size, "{i} {j}: {a} {b}");

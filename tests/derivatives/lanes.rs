@@ -160,7 +160,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
     let zero = vec![D::from(f64::NAN); q.len()];
     let (mut gradient, mut beside, mut strains) = (zero.clone(), zero, Vec::new());
     // What was there before must not count.
-    let mut tangent = R::Tangent::zeros(q.len());
+    let mut tangent = rod.zero_tangent();
     tangent.add_corner(0, 3, &[[D::from(7.0); 3]; 3]);
     rod.tangent(q, frames, derivatives, &mut beside, &mut tangent);
     rod.gradient(q, frames, derivatives, &mut gradient);
@@ -169,7 +169,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
         assert!((gradient.value() - beside.value()).abs() <= 1e-13 * size);
     }
     let mut tensions = own_tensions(rod, q);
-    let mut under = R::Tangent::zeros(q.len());
+    let mut under = rod.zero_tangent();
     for shift in [0.0, SHIFT] {
         tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
         let mut forces = gradient.clone();
@@ -180,7 +180,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
         let off = off.fold(0.0_f64, f64::max);
         assert!(if shift == 0.0 { off < 1e-9 } else { off > 1.0 }, "{shift} {off:e}");
     }
-    let mut by_edges = R::Tangent::zeros(q.len());
+    let mut by_edges = rod.zero_tangent();
     rod.edge_tangent(q, frames, derivatives, &mut by_edges);
     rod.strains(q, frames, &mut strains);
     let entries = |of: &R::Tangent| {
@@ -236,7 +236,7 @@ fn tensions_are_consistent<R: Rod<f64>>(
         assert!((expected[i] - (before[i] + slope)).abs() < 1e-6);
         assert!((after[i] - expected[i]).abs() > 1e-9, "of second order");
     }
-    let (mut gradient, mut tangent) = (vec![0.0; q.len()], R::Tangent::zeros(q.len()));
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], rod.zero_tangent());
     pulled.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let all = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
     for ((i, j), under) in all.zip(under) {

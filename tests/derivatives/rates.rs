@@ -10,7 +10,6 @@ use rodfit::energy::frame::Frames;
 use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
-use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod};
 use rodfit::rod::{frame_rates, set_dual_frames, set_real_frames};
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Modules in the order of imports: each may import from those before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "code",
     "error",
     "summary",
@@ -17,6 +17,7 @@ const ORDER: [&str; 18] = [
     "statics",
     "vibration",
     "dynamics",
+    "structure",
     "accuracy",
     "fit",
     "check",

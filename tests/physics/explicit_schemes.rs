@@ -3,7 +3,6 @@
 use rodfit::numerics::tangent::Tangent;
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
-use rodfit::rod::TangentOf;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Discretized, Error, Problem, Trajectory};
 
@@ -55,7 +54,7 @@ fn gradients_agree<M: Model>(discretized: &Discretized<'_, M>) {
     let (dual, _) = moved(Derivatives::Dual);
     let (mut apart, mut swept) = (zero.clone(), zero.clone());
     rod.gradient(q, &frames, Derivatives::Hand, &mut apart);
-    let mut tangent = TangentOf::<M::Rod<f64>, f64>::zeros(q.len());
+    let mut tangent = rod.zero_tangent();
     rod.tangent(q, &frames, Derivatives::Hand, &mut swept, &mut tangent);
     let mut size = zero.clone();
     tangent.absolute_product(q, &mut size);

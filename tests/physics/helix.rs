@@ -79,6 +79,9 @@ impl Rod<f64> for PublishedRod {
     fn is_angle(i: usize) -> bool {
         SpatialRod::<f64>::is_angle(i)
     }
+    fn zero_tangent(&self) -> BandMatrix<f64, 10> {
+        self.0.zero_tangent()
+    }
     fn mass(&self) -> &[f64] {
         &self.0.mass
     }

@@ -2,7 +2,7 @@
 
 use rodfit::energy::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
-use rodfit::numerics::tangent::{Factors, Tangent};
+use rodfit::numerics::tangent::Factors;
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, Time};
 

@@ -2,7 +2,7 @@
 
 use rodfit::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
-use rodfit::numerics::tangent::{Factors, Tangent};
+use rodfit::numerics::tangent::Factors;
 use rodfit::rod::Rod;
 use rodfit::scene::{Material, Motion, Scene, Section, Shape, Support};
 use std::f64::consts::PI;

@@ -98,7 +98,7 @@ fn very_fine_meshes_agree_with_coarser_ones() {
 fn edges_are_congruent<R: Rod<f64>>(rod: &R, frames: &R::Frames, rest: &[f64], stride: usize) {
     let n = rest.len();
     let q: Vec<f64> = (0..n).map(|i| rest[i] + 2e-3 * (7.0 * i as f64).sin()).collect();
-    let (mut nodes, mut edges) = (R::Tangent::zeros(n), R::Tangent::zeros(n));
+    let (mut nodes, mut edges) = (rod.zero_tangent(), rod.zero_tangent());
     rod.tangent(&q, frames, Derivatives::Hand, &mut vec![0.0; n], &mut nodes);
     for derivatives in [Derivatives::Hand, Derivatives::Dual] {
         rod.edge_tangent(&q, frames, derivatives, &mut edges);

@@ -93,7 +93,7 @@ where
     add(&d);
     if rests {
         let n = d.len();
-        let (mut gradient, mut tangent) = (vec![0.0; n], Tangent::zeros(n));
+        let (mut gradient, mut tangent) = (vec![0.0; n], rod.zero_tangent());
         let mut q = vec![0.0; n];
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         tangent.product(&d, &mut q);

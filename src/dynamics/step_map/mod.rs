@@ -554,7 +554,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
             self.fixed().for_each(|i| state.q[i][0] += stiff[i]);
         } else {
             for i in self.fixed() {
-                let near = R::Tangent::coupled(i, d.len());
+                let near = step.tangent.coupled(i, d.len());
                 state.q[i][0] += near.map(|j| step.tangent.get(i, j) * d[j]).sum::<f64>();
             }
         }

@@ -89,7 +89,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
             return Self::Splitting(splitting);
         }
         match scheme {
-            Scheme::Rodas4 => Self::Rosenbrock(Box::new(Rosenbrock::with_order(mass.len()))),
+            Scheme::Rodas4 => Self::Rosenbrock(Box::new(Rosenbrock::new(&system.rod))),
             _ => Self::Newton(Box::new(Newton::new((scheme, beta), system, tolerance, state))),
         }
     }

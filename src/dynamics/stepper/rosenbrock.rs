@@ -61,12 +61,13 @@ pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
 }
 
 impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
-    pub(crate) fn with_order(n: usize) -> Self {
+    pub(crate) fn new(rod: &R) -> Self {
+        let (n, tangent) = (rod.mass().len(), rod.zero_tangent());
         let zero = || vec![D::from(0.0); n];
         Self {
             gradient: zero(),
-            tangent: Tangent::zeros(n),
-            factors: Factors::with_order(n),
+            factors: tangent.new_factors(),
+            tangent,
             u: std::array::from_fn(|_| zero()),
             w: std::array::from_fn(|_| zero()),
             q: zero(),

@@ -7,7 +7,7 @@ use crate::numerics::banded::substitution::EndRows;
 use crate::numerics::banded::{BandMatrix, array_mut};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
-use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
+use crate::numerics::tangent::{Factors, RightHandSide, Singular};
 use std::ops::Range;
 
 /// The factors `L D L^T` of a range of rows and columns of a [`BandMatrix`].
@@ -59,10 +59,9 @@ where
     }
 }
 
-impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
-    type Matrix = BandMatrix<D, W>;
-
-    fn with_order(n: usize) -> Self {
+impl<D: Scalar, const W: usize> Ldlt<D, W> {
+    /// Allocates the factors of matrices of order `n`.
+    pub fn with_order(n: usize) -> Self {
         Self {
             ends: Elimination::with_order(n / 2),
             schur: BandMatrix::zeros(W + 1),
@@ -70,6 +69,10 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
             range: 0..0,
         }
     }
+}
+
+impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
+    type Matrix = BandMatrix<D, W>;
 
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;

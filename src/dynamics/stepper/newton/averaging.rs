@@ -21,7 +21,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let (n, coefficients) = (self.gradient.len(), &self.coefficients);
         if self.stages.is_empty() {
             let q = vec![D::from(0.0); n];
-            let (gradient, tangent) = (q.clone(), Tangent::zeros(n));
+            let (gradient, tangent) = (q.clone(), step.system.rod.zero_tangent());
             let forces = StageForces { q, gradient, tangent, geometry: R::Geometry::default() };
             let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
             self.stages = vec![forces; stages];

@@ -23,10 +23,9 @@ pub(super) struct DragForces<D, T> {
 }
 
 impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
-    /// No drag on a rod with `n` unknowns.
-    pub fn new(n: usize) -> Self {
+    /// No drag on a rod with `n` unknowns and a `matrix` for its tangent.
+    pub fn new(n: usize, matrix: T) -> Self {
         let zero = vec![D::from(0.0); n];
-        let matrix = T::zeros(n);
         Self { tangents: Vec::new(), room: zero.clone(), total: zero, matrix }
     }
 

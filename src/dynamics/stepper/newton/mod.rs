@@ -141,7 +141,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let law = || if averages { rod.dashpots() } else { rod.clone() };
         let viscous = (is_viscous || slides).then(law);
         let slip_state = slides.then(SlipState::new);
-        let n = state.q.len();
+        let (n, tangent) = (state.q.len(), rod.zero_tangent());
         let edges = (n.div_ceil(if R::HAS_FRAMES { 4 } else { 2 }) - 1) as f64;
         Self {
             scheme,
@@ -161,15 +161,15 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             drag_forces: None,
             coefficients,
             gradient: vec![D::from(0.0); n],
-            tangent: Tangent::zeros(n),
+            factors: tangent.new_factors(),
+            tangent,
             weights: [D::from(1.0), D::from(0.0)],
-            factors: Factors::with_order(n),
             correction: vec![D::from(0.0); n],
             tensions: Tensions::unknown(length / edges),
             rounding: vec![0.0; n],
             stages: Vec::new(),
             end: R::Geometry::default(),
-            next: (Vec::new(), Tangent::zeros(0)),
+            next: (Vec::new(), rod.zero_tangent()),
         }
     }
 
@@ -177,8 +177,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
         if self.viscous.is_some() {
-            let n = self.gradient.len();
-            self.next = (vec![D::from(0.0); n], Tangent::zeros(n));
+            self.next.0 = vec![D::from(0.0); self.gradient.len()];
         }
     }
 

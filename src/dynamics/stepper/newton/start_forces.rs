@@ -27,7 +27,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
         }
         if let Some(drag) = &system.drag {
-            let drag_forces = self.drag_forces.get_or_insert_with(|| DragForces::new(q.len()));
+            let new = || DragForces::new(q.len(), rod.zero_tangent());
+            let drag_forces = self.drag_forces.get_or_insert_with(new);
             drag_forces.add_now(drag, [q, v], unbalanced);
         }
     }

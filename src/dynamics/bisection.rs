@@ -1,0 +1,67 @@
+//! Bisection of rejected steps.
+
+use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step_control::{HALVINGS, StepControl};
+use crate::error::Error;
+use crate::rod::Rod;
+
+/// A simulation whose steps can be taken back, with what follows it, such as its derivatives.
+pub(crate) trait BisectedSteps {
+    /// The rod.
+    type Rod: Rod<f64>;
+
+    /// The simulation.
+    fn simulation(&self) -> &Simulation<f64, Self::Rod>;
+
+    /// Makes a step to a time, s.
+    ///
+    /// # Errors
+    /// Those of the step; the state is then the one before it.
+    fn step_to(&mut self, time: f64) -> Result<(), Error>;
+
+    /// Restores the state before the last step.
+    fn step_back(&mut self);
+
+    /// Completes an accepted step.
+    ///
+    /// # Errors
+    /// Those of the derivatives.
+    fn accepted(&mut self) -> Result<(), Error>;
+
+    /// The control of the energy, with the simulation.
+    fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Self::Rod>);
+}
+
+/// Advances to a time, s. A rejected step is replaced by two steps of half its size.
+///
+/// # Errors
+/// Those of a step that bisection does not save; the state is then the last valid one.
+pub(crate) fn advance(steps: &mut impl BisectedSteps, time: f64) -> Result<(), Error> {
+    advance_halved(steps, time, 0)
+}
+
+/// The same after so many halvings.
+fn advance_halved(steps: &mut impl BisectedSteps, time: f64, halvings: u32) -> Result<(), Error> {
+    let at_last = halvings == HALVINGS;
+    // Trial step, and its energy.
+    let stepped = steps.step_to(time).and_then(|()| {
+        let (control, simulation) = steps.control();
+        control.check(simulation, at_last)
+    });
+    match stepped {
+        Ok(()) => {
+            steps.control().0.accept();
+            steps.accepted()
+        }
+        Err(error) => {
+            steps.step_back();
+            if at_last {
+                return Err(error);
+            }
+            // Two halves instead.
+            let middle = 0.5 * (steps.simulation().state().time + time);
+            advance_halved(steps, middle, halvings + 1)?;
+            advance_halved(steps, time, halvings + 1)
+        }
+    }
+}

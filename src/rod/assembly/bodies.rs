@@ -1,0 +1,314 @@
+//! Rigid bodies and joints in the plane, and the nodes of rods that they carry.
+//!
+//! A body has the coordinates `x, y`, m, of its center of mass, and those of a rotation `phi = length theta`, m, with a
+//! constant `length`, so that all coordinates are lengths. A node that it carries at the arm `a` from its center, through a
+//! rotational spring with the absolute rotation `psi` of the sprung clamp at the further arm `b`, is at
+//!
+//! ```text
+//! X = x + R(theta) a + R(psi) b.
+//! ```
+//!
+//! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm. Masses are
+//! constant and diagonal.
+
+use crate::numerics::scalar::Scalar;
+use crate::rod::Energies;
+
+/// Largest number of coordinates on which the position of a carried node depends.
+const MOST: usize = 4;
+
+/// A rotation about the normal of the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Rotation<D> {
+    /// Index of its coordinate, counted from the first coordinate of all bodies.
+    pub coordinate: usize,
+    /// Coordinate over angle, m/rad: a constant scale.
+    pub length: f64,
+    /// Moment of inertia, kg m^2.
+    pub inertia: D,
+}
+
+impl<D: Scalar> Rotation<D> {
+    /// Cosine and sine of the angle at the coordinates `z` of all bodies, m.
+    #[inline]
+    fn cosine_and_sine(&self, z: &[D]) -> [D; 2] {
+        let angle = z[self.coordinate] * self.length.recip();
+        [angle.cos(), angle.sin()]
+    }
+}
+
+/// A rigid body, or the common point of a ball joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Body<D> {
+    /// Index of its coordinate x, followed by y, counted from the first coordinate of all bodies.
+    pub coordinate: usize,
+    /// Its rotation; none of a point.
+    pub rotation: Option<Rotation<D>>,
+    /// Mass, kg, with that of the carried nodes.
+    pub mass: D,
+    /// Dead force on the center, N, without the weight of the carried nodes.
+    pub load: [D; 2],
+}
+
+/// A rotational spring between a body and the clamp of a rod.
+#[derive(Clone, Copy, Debug)]
+pub struct JointSpring<D> {
+    /// The body.
+    pub body: usize,
+    /// Absolute rotation of the clamp.
+    pub rotation: Rotation<D>,
+    /// Stiffness, N m/rad.
+    pub stiffness: D,
+    /// Rotation of the clamp relative to the body without moment, rad.
+    pub rest_angle: D,
+}
+
+/// A node of a rod that a body carries.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedNode<D> {
+    /// Index of the node in its rod.
+    pub node: usize,
+    /// Arm on the body, from its center, m, at rest.
+    pub on_body: [D; 2],
+    /// Further arm on the sprung clamp, m, at rest; zero without a spring.
+    pub on_clamp: [D; 2],
+}
+
+/// An end of a rod that a body carries, through a spring if there is one.
+#[derive(Clone, Debug)]
+pub struct Attachment<D> {
+    /// The body.
+    pub body: usize,
+    /// The spring.
+    pub spring: Option<usize>,
+    /// One node of a hinged end, two of a clamped one, in ascending order.
+    pub nodes: Vec<CarriedNode<D>>,
+}
+
+/// All bodies and springs of an assembly.
+#[derive(Clone, Debug, Default)]
+pub struct Bodies<D> {
+    /// The bodies.
+    pub bodies: Vec<Body<D>>,
+    /// The springs.
+    pub springs: Vec<JointSpring<D>>,
+}
+
+/// Position of a carried node, m, with its first derivatives and its second ones by the same coordinate twice.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedPosition<D> {
+    /// The position, m.
+    pub position: [D; 2],
+    /// Coordinates on which it depends; the first `count` have a meaning.
+    pub coordinates: [usize; MOST],
+    /// Number of these coordinates.
+    pub count: usize,
+    /// First derivatives by each coordinate.
+    pub slopes: [[D; 2]; MOST],
+    /// Second derivatives by each coordinate, 1/m.
+    pub curvatures: [[D; 2]; MOST],
+}
+
+/// An arm after a rotation.
+#[inline]
+fn rotated<D: Scalar>([cosine, sine]: [D; 2], [x, y]: [D; 2]) -> [D; 2] {
+    [cosine * x - sine * y, sine * x + cosine * y]
+}
+
+impl<D: Scalar> CarriedPosition<D> {
+    /// Adds an arm that turns with a rotation.
+    fn add_arm(&mut self, z: &[D], rotation: &Rotation<D>, arm: [D; 2]) {
+        let [x, y] = rotated(rotation.cosine_and_sine(z), arm);
+        let (k, by) = (self.count, rotation.length.recip());
+        self.position = [self.position[0] + x, self.position[1] + y];
+        self.coordinates[k] = rotation.coordinate;
+        self.slopes[k] = [-(y * by), x * by];
+        self.curvatures[k] = [-(x * (by * by)), -(y * (by * by))];
+        self.count += 1;
+    }
+}
+
+impl<D: Scalar> Bodies<D> {
+    /// Coordinates of an attachment, counted from the first one of all bodies.
+    pub fn coordinates(&self, attachment: &Attachment<D>) -> Vec<usize> {
+        let body = &self.bodies[attachment.body];
+        let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
+        let spring = attachment.spring.map(|i| self.springs[i].rotation.coordinate);
+        [body.coordinate, body.coordinate + 1].into_iter().chain(rotation).chain(spring).collect()
+    }
+
+    /// The position of a carried node at the coordinates `z` of all bodies, m, with its derivatives.
+    #[inline]
+    pub fn carried(
+        &self,
+        z: &[D],
+        attachment: &Attachment<D>,
+        node: &CarriedNode<D>,
+    ) -> CarriedPosition<D> {
+        let (zero, one) = (D::from(0.0), D::from(1.0));
+        let body = &self.bodies[attachment.body];
+        let first = body.coordinate;
+        let mut carried = CarriedPosition {
+            position: [z[first], z[first + 1]],
+            coordinates: [first, first + 1, 0, 0],
+            count: 2,
+            slopes: [[one, zero], [zero, one], [zero; 2], [zero; 2]],
+            curvatures: [[zero; 2]; MOST],
+        };
+        if let Some(rotation) = &body.rotation {
+            carried.add_arm(z, rotation, node.on_body);
+        }
+        if let Some(spring) = attachment.spring {
+            carried.add_arm(z, &self.springs[spring].rotation, node.on_clamp);
+        }
+        carried
+    }
+
+    /// The angle of a rotation, rad.
+    fn angle(z: &[D], rotation: &Rotation<D>) -> D {
+        z[rotation.coordinate] * rotation.length.recip()
+    }
+
+    /// Rotation of a sprung clamp relative to its body less that at rest, rad.
+    fn spring_angle(&self, z: &[D], spring: &JointSpring<D>) -> D {
+        let body = self.bodies[spring.body].rotation;
+        let turned = body.map_or(D::from(0.0), |rotation| Self::angle(z, &rotation));
+        Self::angle(z, &spring.rotation) - turned - spring.rest_angle
+    }
+
+    /// Writes the mass of every coordinate, kg.
+    pub fn masses(&self, mass: &mut [D]) {
+        let rotations = self.springs.iter().map(|spring| spring.rotation);
+        for body in &self.bodies {
+            mass[body.coordinate] = body.mass;
+            mass[body.coordinate + 1] = body.mass;
+        }
+        for turn in self.bodies.iter().filter_map(|body| body.rotation).chain(rotations) {
+            mass[turn.coordinate] = turn.inertia * (turn.length * turn.length).recip();
+        }
+    }
+
+    /// Writes the gradient of the springs' energies less the loads on bodies, N.
+    pub fn gradient(&self, z: &[D], gradient: &mut [D]) {
+        gradient.fill(D::from(0.0));
+        for body in &self.bodies {
+            for c in 0..2 {
+                gradient[body.coordinate + c] = -body.load[c];
+            }
+        }
+        for spring in &self.springs {
+            let moment = spring.stiffness * self.spring_angle(z, spring);
+            for (turn, sign) in self.turns(spring) {
+                gradient[turn.coordinate] += moment * (sign / turn.length);
+            }
+        }
+    }
+
+    /// Adds the second derivatives of the springs' energies: `add` takes two coordinates and an entry, N/m.
+    pub fn add_tangent(&self, mut add: impl FnMut(usize, usize, D)) {
+        for spring in &self.springs {
+            for (a, sign) in self.turns(spring) {
+                for (b, other) in self.turns(spring) {
+                    if b.coordinate <= a.coordinate {
+                        let by = sign * other / (a.length * b.length);
+                        add(a.coordinate, b.coordinate, spring.stiffness * by);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Both rotations of a spring, with the sign of each in its angle.
+    fn turns(&self, spring: &JointSpring<D>) -> impl Iterator<Item = (Rotation<D>, f64)> {
+        let body = self.bodies[spring.body].rotation.map(|rotation| (rotation, -1.0));
+        [(spring.rotation, 1.0)].into_iter().chain(body)
+    }
+
+    /// Adds the energies of springs and loads, J.
+    pub fn add_energies(&self, z: &[D], energies: &mut Energies) {
+        for body in &self.bodies {
+            for c in 0..2 {
+                energies.potential -= (body.load[c] * z[body.coordinate + c]).value();
+            }
+        }
+        for spring in &self.springs {
+            let angle = self.spring_angle(z, spring);
+            energies.bend += 0.5 * (spring.stiffness * angle * angle).value();
+        }
+    }
+
+    /// The same bodies without springs and loads.
+    pub fn passive(&self) -> Self {
+        let mut bodies = self.clone();
+        bodies.bodies.iter_mut().for_each(|body| body.load = [D::from(0.0); 2]);
+        bodies.springs.iter_mut().for_each(|spring| spring.stiffness = D::from(0.0));
+        bodies
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::Dual2_64;
+
+    fn bodies<D: Scalar>() -> (Bodies<D>, Attachment<D>) {
+        let x = |x: f64| D::from(x);
+        let rotation = |coordinate, length| Rotation { coordinate, length, inertia: x(2.0) };
+        let body = Body {
+            coordinate: 1,
+            rotation: Some(rotation(3, 0.3)),
+            mass: x(1.0),
+            load: [x(0.2), x(-0.4)],
+        };
+        let spring = JointSpring {
+            body: 0,
+            rotation: rotation(0, 0.1),
+            stiffness: x(1.7),
+            rest_angle: x(0.2),
+        };
+        let node =
+            CarriedNode { node: 4, on_body: [x(0.2), x(-0.1)], on_clamp: [x(0.05), x(0.07)] };
+        let attachment = Attachment { body: 0, spring: Some(0), nodes: vec![node] };
+        (Bodies { bodies: vec![body], springs: vec![spring] }, attachment)
+    }
+
+    const Z: [f64; 4] = [0.03, 1.1, -0.4, 0.2];
+
+    /// Oracle: second-order dual numbers along each coordinate and along sums of two.
+    #[test]
+    fn derivatives_of_carried_positions_and_energies_agree_with_dual_numbers() {
+        let (plain, attachment) = bodies::<f64>();
+        let (dual, dual_attachment) = bodies::<Dual2_64>();
+        let found = plain.carried(&Z, &attachment, &attachment.nodes[0]);
+        let (mut gradient, mut tangent) = ([0.0; 4], [[0.0; 4]; 4]);
+        plain.gradient(&Z, &mut gradient);
+        plain.add_tangent(|i, j, entry| tangent[i][j] += entry);
+        let along = |moved: &[usize]| -> (Dual2_64, [Dual2_64; 2]) {
+            let z: Vec<Dual2_64> =
+                (0..4).map(|i| Dual2_64::new(Z[i], f64::from(moved.contains(&i)), 0.0)).collect();
+            let position = dual.carried(&z, &dual_attachment, &dual_attachment.nodes[0]).position;
+            let spring = &dual.springs[0];
+            let angle = dual.spring_angle(&z, spring);
+            let force = (dual.bodies[0].load[0] * z[1]) + dual.bodies[0].load[1] * z[2];
+            (spring.stiffness * angle.powi(2) * 0.5 - force, position)
+        };
+        for i in 0..4 {
+            let (energy, position) = along(&[i]);
+            assert!((energy.v1 - gradient[i]).abs() < 1e-14);
+            assert!((energy.v2 - tangent[i][i]).abs() < 1e-12);
+            let k = found.coordinates[..found.count].iter().position(|c| *c == i).unwrap();
+            for c in 0..2 {
+                assert!((position[c].re - found.position[c]).abs() < 1e-15);
+                assert!((position[c].v1 - found.slopes[k][c]).abs() < 1e-14);
+                assert!((position[c].v2 - found.curvatures[k][c]).abs() < 1e-13);
+            }
+            for j in 0..i {
+                let (both, moved) = along(&[i, j]);
+                let mixed = 0.5 * (both.v2 - along(&[i]).0.v2 - along(&[j]).0.v2);
+                assert!((mixed - tangent[i][j]).abs() < 1e-11);
+                let other = along(&[j]).1;
+                assert!((0..2).all(|c| (moved[c].v2 - position[c].v2 - other[c].v2).abs() < 1e-12));
+            }
+        }
+    }
+}

@@ -1,0 +1,463 @@
+//! Scenes of several rods: `[[rods]]`, `[[materials]]`, `[[bodies]]`, `[[joints]]` and `[[supports]]`.
+
+use crate::error::{Error, ensure};
+use crate::numerics::scalar::Scalar;
+use crate::scene::along::Along;
+use crate::scene::loads::Damping;
+use crate::scene::mass::PointMass;
+use crate::scene::material::Material;
+use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
+use crate::scene::point::Point;
+use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
+use crate::scene::section::Section;
+use crate::scene::shape::Shape;
+use crate::scene::support::{End, Support};
+use crate::scene::table::{NumberTree, TABLE, TableKind, table};
+use crate::scene::taper::Taper;
+use crate::scene::time::Time;
+use crate::scene::{InitialState, Scene};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Coordinates and displacements, m.
+const PLACE: Quantity = Quantity::signed("m");
+
+table! {
+    /// A scene of several rods, with the bodies and joints that connect them. Read one with [`StructureScene::load`].
+    pub struct StructureScene {
+        /// The rods.
+        pub rods: Vec<StructureRod<D>> = TABLE,
+        /// Materials that rods name.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub materials: Vec<NamedMaterial<D>> = TABLE,
+        /// Rigid bodies.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub bodies: Vec<RigidBody<D>> = TABLE,
+        /// Joints between rods, and of rods with bodies.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub joints: Vec<Joint<D>> = TABLE,
+        /// Supports of rod ends and bodies.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub supports: Vec<StructureSupport>,
+        /// Gravity, forces and damping.
+        #[serde(default)]
+        pub loads: StructureLoads<D> = TABLE,
+        /// State at t = 0.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub initial: StructureStart,
+        /// Duration, time step and integration scheme.
+        pub time: Option<Time<D>> = TABLE,
+        /// The file the scene was read from.
+        #[serde(skip)]
+        pub path: Option<PathBuf>,
+    }
+}
+
+table! {
+    /// `[[rods]]`: a rod of a structure.
+    pub struct StructureRod by name {
+        /// Name of the rod.
+        pub name: String,
+        /// Number of edges, at least 6.
+        pub segments: usize,
+        /// Shape of the rod without loads.
+        pub shape: Shape<D> = TABLE,
+        /// Position of arc length 0, m; default: the origin for the first rod, for others the place that a joint gives.
+        #[serde(
+            default,
+            deserialize_with = "crate::input::arrays::some_numbers",
+            skip_serializing_if = "Option::is_none"
+        )]
+        pub origin: Option<[D; 3]> = PLACE,
+        /// Cross-section of the rod.
+        pub section: Section<D> = TABLE,
+        /// Name of a material, or a material.
+        pub material: RodMaterial<D> = TABLE,
+        /// Factors along the rod on section and material.
+        #[serde(default, skip_serializing_if = "Taper::is_none")]
+        pub taper: Taper<D> = TABLE,
+        /// Factor on the curvature of the rest shape that gives the stress-free curvature.
+        #[serde(default = "one::<D>")]
+        pub natural_curvature: Along<D> = CURVATURE_FACTOR,
+        /// Point masses on the rod.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub mass: Vec<PointMass<D>> = TABLE,
+    }
+}
+
+table! {
+    /// `[[materials]]`: a material with a name.
+    pub struct NamedMaterial by name {
+        /// Name of the material.
+        pub name: String,
+        /// Density, kg/m^3.
+        pub density: D = Quantity::positive("kg/m^3").searched(Candidates::Decades(100.0, 2e4, 2.0)),
+        /// Young's modulus E, Pa.
+        pub youngs_modulus: D = Quantity::positive("Pa").searched(Candidates::Decades(1e3, 1e13, 3.0)),
+        /// Poisson's ratio.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub poisson_ratio: Option<D> = Quantity::signed("").within(-1.0 + 1e-9, 0.5),
+        /// Shear modulus G, Pa; instead of Poisson's ratio.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub shear_modulus: Option<D> = Quantity::positive("Pa"),
+    }
+}
+
+impl<D: Copy> NamedMaterial<D> {
+    /// The material without its name.
+    fn material(&self) -> Material<D> {
+        let Self { density, youngs_modulus, poisson_ratio, shear_modulus, .. } = *self;
+        Material { density, youngs_modulus, poisson_ratio, shear_modulus }
+    }
+}
+
+/// `rods.material`: the name of a material, or its constants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
+#[serde(
+    untagged,
+    expecting = "expected the name of one of [[materials]], or a table with density and youngs_modulus",
+    bound = "D: SceneNumber"
+)]
+pub enum RodMaterial<D = f64> {
+    /// Name of one of `[[materials]]`.
+    Name(String),
+    /// Constants of the material.
+    Own(Material<D>),
+}
+
+impl NumberTree for RodMaterial {
+    type Kind = TableKind;
+    type Over<D> = RodMaterial<D>;
+
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        kind: TableKind,
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> RodMaterial<D> {
+        match self {
+            Self::Name(name) => RodMaterial::Name(name.clone()),
+            Self::Own(material) => RodMaterial::Own(material.map_numbers(key, kind, visitor)),
+        }
+    }
+
+    fn check_numbers(&self, key: &str, kind: TableKind) -> Result<(), Error> {
+        match self {
+            Self::Name(_) => Ok(()),
+            Self::Own(material) => material.check_numbers(key, kind),
+        }
+    }
+}
+
+table! {
+    /// `[[bodies]]`: a rigid body.
+    pub struct RigidBody by name {
+        /// Name of the body.
+        pub name: String,
+        /// Mass, kg.
+        pub mass: D = Quantity::positive("kg"),
+        /// Moment of inertia about its center of mass, kg m^2.
+        pub inertia: D = Quantity::positive("kg m^2"),
+        /// Position of its center of mass at rest, m.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub position: [D; 3] = PLACE,
+    }
+}
+
+table! {
+    /// `[[joints]]`: a joint of two or more ends of rods, of which one may be a body.
+    pub enum Joint {
+        /// All directions and positions are shared.
+        Rigid {
+            /// Ends of rods, and at most one body.
+            connects: Vec<JointEnd<D>> = TABLE,
+        },
+        /// Positions are shared; all rods turn freely.
+        Ball {
+            /// Ends of rods, and at most one body.
+            connects: Vec<JointEnd<D>> = TABLE,
+        },
+        /// As `ball`; in the plane both are the same.
+        Hinge {
+            /// Ends of rods, and at most one body.
+            connects: Vec<JointEnd<D>> = TABLE,
+        },
+        /// Positions are shared; every end but the first turns against the first one with an elastic moment.
+        Spring {
+            /// Ends of rods; a body only as the first entry.
+            connects: Vec<JointEnd<D>> = TABLE,
+            /// Angle over moment, rad/(N m).
+            rotation: D = Quantity::positive("rad/(N m)").searched(Candidates::Here),
+            /// Angle of the end relative to the first one without moment, rad, counterclockwise; 0 is that of the rest shapes.
+            #[serde(default, skip_serializing_if = "is_default")]
+            rest: D = Quantity::ANGLE,
+        },
+    }
+}
+
+impl<D> Joint<D> {
+    /// What it connects.
+    pub fn connects(&self) -> &[JointEnd<D>] {
+        match self {
+            Self::Rigid { connects }
+            | Self::Ball { connects }
+            | Self::Hinge { connects }
+            | Self::Spring { connects, .. } => connects,
+        }
+    }
+}
+
+table! {
+    /// An end of a rod, `{ rod = "a", at = "end" }`, or a point of a body, `{ body = "b", offset = [0, 0.1, 0] }`.
+    pub struct JointEnd {
+        /// Name of the rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub rod: Option<String>,
+        /// End of the rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub at: Option<RodEnd>,
+        /// Name of the body.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub body: Option<String>,
+        /// Point of the body relative to its center of mass at rest, m; default: where the rod ends.
+        #[serde(
+            default,
+            deserialize_with = "crate::input::arrays::some_numbers",
+            skip_serializing_if = "Option::is_none"
+        )]
+        pub offset: Option<[D; 3]> = PLACE,
+    }
+}
+
+/// An end of a rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum RodEnd {
+    /// The end at arc length 0.
+    Start,
+    /// The other end.
+    #[serde(alias = "tip")]
+    End,
+}
+
+impl RodEnd {
+    /// Index of the end: 0 or 1.
+    pub fn index(self) -> usize {
+        usize::from(self == Self::End)
+    }
+
+    /// The end of a rod with one rod only.
+    pub fn end(self) -> End {
+        if self == Self::Start { End::Start } else { End::End }
+    }
+}
+
+/// `[[supports]]`: the support of an end of a rod, or of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct StructureSupport {
+    /// The end of a rod, or the body.
+    pub of: Supported,
+    /// Kind of the support: `clamped`, `pinned` or `free`; of a body `clamped` only.
+    pub kind: Support,
+}
+
+/// An end of a rod, `{ rod = "a", at = "start" }`, or a body, `{ body = "b" }`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Supported {
+    /// Name of the rod.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rod: Option<String>,
+    /// End of the rod.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<RodEnd>,
+    /// Name of the body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+}
+
+/// `[initial]` of a structure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct StructureStart {
+    /// `rest` or `equilibrium`.
+    #[serde(default)]
+    pub state: InitialState,
+}
+
+table! {
+    /// `[loads]` of a structure.
+    #[derive(Default)]
+    pub struct StructureLoads {
+        /// Gravitational acceleration, m/s^2.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub gravity: [D; 3] = Quantity::signed("m/s^2"),
+        /// Damping of the motion of all rods.
+        #[serde(default)]
+        pub damping: Damping<D> = TABLE,
+        /// Constant forces.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub point: Vec<StructureForce<D>> = TABLE,
+    }
+}
+
+table! {
+    /// `[[loads.point]]` of a structure: a constant force at a point of a rod, or on the center of mass of a body.
+    pub struct StructureForce {
+        /// Name of the rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub rod: Option<String>,
+        /// Position on the rod: `"tip"`, a node index or `{ arc_length = m }`.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub node: Point<D> = TABLE,
+        /// Name of the body.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub body: Option<String>,
+        /// Force in world axes, N.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub force: [D; 3] = Quantity::signed("N"),
+    }
+}
+
+/// Smallest number of edges of a rod, so that its ends are not coupled.
+const SEGMENTS: usize = 6;
+
+impl StructureScene {
+    /// Rejects numbers and names that are not allowed.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with file, key, and the found and the allowed value.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.check().map_err(|error| error.in_file(self.path.as_deref()))
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.check_numbers("", TABLE)?;
+        ensure(!self.rods.is_empty(), "rods", "an empty list", "at least one rod")?;
+        let lists: [(&str, Vec<&String>); 3] = [
+            ("rods", self.rods.iter().map(|rod| &rod.name).collect()),
+            ("materials", self.materials.iter().map(|material| &material.name).collect()),
+            ("bodies", self.bodies.iter().map(|body| &body.name).collect()),
+        ];
+        for (list, names) in lists {
+            for (i, name) in names.iter().enumerate() {
+                let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+                let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+                let allowed = "a letter or _, then letters, digits, _ and -";
+                ensure(
+                    begins && name.chars().all(letters),
+                    format!("{list}[{i}].name"),
+                    name,
+                    allowed,
+                )?;
+                let allowed = format!("names that differ: {list}[..].name");
+                ensure(!names[..i].contains(name), format!("{list}[{i}].name"), name, allowed)?;
+            }
+        }
+        for rod in &self.rods {
+            let key = format!("rods.{}.segments", rod.name);
+            ensure(rod.segments >= SEGMENTS, key, rod.segments, format!("{SEGMENTS} or more"))?;
+            self.material_of(rod)?;
+        }
+        let state = self.initial.state;
+        let known = matches!(state, InitialState::Rest | InitialState::Equilibrium);
+        let allowed = "\"rest\" or \"equilibrium\", for a structure";
+        ensure(known, "initial.state", format!("{state:?}").to_lowercase(), allowed)?;
+        let friction = self.loads.damping.friction.is_some();
+        ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;
+        if let Some(time) = &self.time {
+            time.check(false)?;
+            let allowed = "a step, s: the program does not choose that of a structure";
+            ensure(time.step.is_some(), "time.step", "no such key", allowed)?;
+        }
+        Ok(())
+    }
+}
+
+impl<D: Copy> StructureScene<D> {
+    /// Index of the rod of a name; `key` is that of the name.
+    pub fn rod(&self, key: &str, name: &str) -> Result<usize, Error> {
+        index(self.rods.iter().map(|rod| &rod.name), key, name, "rods")
+    }
+
+    /// Index of the body of a name; `key` is that of the name.
+    pub fn body(&self, key: &str, name: &str) -> Result<usize, Error> {
+        index(self.bodies.iter().map(|body| &body.name), key, name, "bodies")
+    }
+
+    /// The material of a rod.
+    pub fn material_of(&self, rod: &StructureRod<D>) -> Result<Material<D>, Error> {
+        match &rod.material {
+            RodMaterial::Own(material) => Ok(material.clone()),
+            RodMaterial::Name(name) => {
+                let names = self.materials.iter().map(|material| &material.name);
+                let key = format!("rods.{}.material", rod.name);
+                let i = index(names, &key, name, "materials")?;
+                Ok(self.materials[i].material())
+            }
+        }
+    }
+}
+
+/// Index of a name in a list.
+fn index<'a>(
+    names: impl Iterator<Item = &'a String> + Clone,
+    key: &str,
+    name: &str,
+    list: &str,
+) -> Result<usize, Error> {
+    names.clone().position(|own| own == name).ok_or_else(|| {
+        let known: Vec<&str> = names.map(String::as_str).collect();
+        let allowed = match known.is_empty() {
+            true => format!("no name, as there are no [[{list}]]"),
+            false => format!("one of {}", known.join(", ")),
+        };
+        Error::invalid(key, format!("\"{name}\""), allowed)
+    })
+}
+
+impl StructureScene {
+    /// The scene over another number type, as [`Scene::map_numbers`].
+    pub fn map_numbers<D: From<f64>>(
+        &self,
+        mut convert: impl FnMut(&str, f64, Quantity) -> D,
+    ) -> StructureScene<D> {
+        NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
+    }
+
+    /// The scene of one rod alone, in plain numbers, with these supports of its ends.
+    pub(crate) fn part(&self, rod: usize, supports: [Support; 2]) -> Result<Scene, Error> {
+        let own = &self.rods[rod];
+        let material = self.material_of(own)?;
+        let mut scene = Scene::new(own.segments, own.shape.clone(), own.section.clone(), material);
+        scene.rod.dimension = Dimension::Planar;
+        [scene.supports.start, scene.supports.end] = supports;
+        self.fill_part(rod, &mut scene)?;
+        scene.path.clone_from(&self.path);
+        Ok(scene)
+    }
+}
+
+impl<D: Scalar> StructureScene<D> {
+    /// Writes the numbers of one rod into its scene.
+    pub(crate) fn fill_part(&self, rod: usize, scene: &mut Scene<D>) -> Result<(), Error> {
+        let own = &self.rods[rod];
+        scene.rod.shape = own.shape.clone();
+        scene.rod.section = own.section.clone();
+        scene.rod.taper = own.taper.clone();
+        scene.rod.natural_curvature = own.natural_curvature.clone();
+        scene.rod.mass.clone_from(&own.mass);
+        scene.material = self.material_of(own)?;
+        scene.loads.gravity = self.loads.gravity;
+        scene.loads.damping = self.loads.damping;
+        scene.time.clone_from(&self.time);
+        Ok(())
+    }
+}

@@ -1,0 +1,66 @@
+//! Reading of the files of structures.
+
+use crate::error::Error;
+use crate::input::hints::{STRUCTURE, explained};
+use crate::input::missing_keys::{Rule, always, if_there, parse};
+use crate::scene::StructureScene;
+use crate::scene::required::{section_keys, shape_keys};
+use std::path::{Path, PathBuf};
+
+/// Required keys of every table of a structure.
+const REQUIRED: [Rule; 9] = [
+    always("rods[]", |_| &["name", "segments", "shape", "section", "material"]),
+    if_there("rods[].shape", shape_keys),
+    if_there("rods[].section", section_keys),
+    if_there("materials[]", |_| &["name", "density", "youngs_modulus"]),
+    if_there("bodies[]", |_| &["name", "mass", "inertia"]),
+    if_there("joints[]", |joint| match joint.get("kind").and_then(toml::Value::as_str) {
+        Some("spring") => &["connects", "rotation"],
+        _ => &["kind", "connects"],
+    }),
+    if_there("supports[]", |_| &["of", "kind"]),
+    if_there("time", |_| &["end", "step"]),
+    if_there("loads.point[]", |_| &["force"]),
+];
+
+impl StructureScene {
+    /// Whether the text of a scene file is that of a structure: it has `[[rods]]`.
+    pub fn is_text_of(text: &str) -> bool {
+        toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("rods"))
+    }
+
+    /// Reads and validates the file of a structure.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not a structure, and values that are not allowed.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        Self::read(&marker_files::file::text(path)?, path)
+    }
+
+    /// Reads and validates the text of a structure. Paths in it are relative to `folder`; messages name the text as if it
+    /// were a file `scene` there.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    ///
+    /// ```
+    /// let error = rodfit::StructureScene::from_toml("[[rods]]\nname = \"a\"", ".").unwrap_err().to_string();
+    /// assert!(error.contains("rods[0].shape"), "{error}");
+    /// ```
+    pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read(text, &folder.as_ref().join("scene"))
+    }
+
+    fn read(text: &str, path: &Path) -> Result<Self, Error> {
+        let mut scene: Self = parse(text, &REQUIRED)
+            .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
+        scene.path = Some(path.into());
+        scene.validate()?;
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        for rod in &mut scene.rods {
+            rod.shape.read(&folder, false).map_err(|error| error.in_file(Some(path)))?;
+        }
+        Ok(scene)
+    }
+}

@@ -1,0 +1,150 @@
+//! Masses, centers and moments of inertia of the bodies of a structure, with those of the nodes that they carry.
+//!
+//! A body carries the mass of the inner node of each clamped end, which is without the part behind the joint, and that of
+//! the outer node of each hinged end. The mass of a sprung clamp counts at the joint, with its moment of inertia about
+//! it: an error of second order in the length of an edge, with which all masses are constant and diagonal.
+
+use crate::error::Error;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::rod::assembly::bodies::{Bodies, Body, JointSpring, Rotation};
+use crate::scene::Plane;
+use crate::scene::structure::{Joint, StructureScene};
+use crate::structure::places::{PlacedRod, end_nodes};
+use crate::structure::plan::{EndHold, Plan};
+
+/// The bodies of a structure at rest.
+pub(super) struct BodiesAtRest<D> {
+    pub bodies: Bodies<D>,
+    /// Centers of mass, m.
+    pub centers: Vec<[D; 2]>,
+    /// The coordinates of all bodies and springs, m.
+    pub z: Vec<D>,
+}
+
+/// A mass at a place in the plane, with its own moment of inertia.
+#[derive(Clone, Copy)]
+struct CarriedMass<D> {
+    mass: D,
+    place: [D; 2],
+    inertia: D,
+}
+
+/// Components of a vector in the axes of a plane.
+fn in_plane<D: Scalar>(plane: &Plane, vector: [D; 3]) -> [D; 2] {
+    [plane.x, plane.y].map(|axis| vector[0] * axis.x + vector[1] * axis.y + vector[2] * axis.z)
+}
+
+/// `a.a`.
+fn square<D: Scalar>(a: [D; 2]) -> D {
+    a[0] * a[0] + a[1] * a[1]
+}
+
+impl<D: Nestable> BodiesAtRest<D> {
+    /// The bodies of a plan with these rods.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a rigid joint without a moment of inertia.
+    pub fn new(
+        plan: &Plan,
+        plane: &Plane,
+        scene: &StructureScene<D>,
+        rods: &[PlacedRod<D>],
+    ) -> Result<Self, Error> {
+        let zero = D::from(0.0);
+        let mut z = vec![zero; plan.coordinates];
+        let (mut bodies, mut centers) = (Vec::new(), Vec::new());
+        let mut springs: Vec<Option<JointSpring<D>>> = vec![None; plan.springs.len()];
+        for (b, body) in plan.bodies.iter().enumerate() {
+            let mut masses = Vec::new();
+            if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
+                let place = in_plane(plane, own.position);
+                masses.push(CarriedMass { mass: own.mass, place, inertia: own.inertia });
+            }
+            for (rod, ends) in rods.iter().zip(&plan.ends) {
+                for (end, hold) in ends.iter().enumerate() {
+                    let EndHold::Body { body, spring, pinned } = *hold else { continue };
+                    if body != b {
+                        continue;
+                    }
+                    let [outer, inner] = end_nodes(rod.nodes(), end);
+                    let node = if pinned { outer } else { inner };
+                    let (mass, place) = (rod.rod.mass[2 * node], rod.node(node));
+                    let Some(spring) = spring else {
+                        masses.push(CarriedMass { mass, place, inertia: zero });
+                        continue;
+                    };
+                    let wall = rod.wall(end);
+                    masses.push(CarriedMass { mass, place: wall, inertia: zero });
+                    let reach = square([place[0] - wall[0], place[1] - wall[1]]);
+                    springs[spring] =
+                        Some(joint_spring(plan, scene, spring, mass * reach, reach.value().sqrt()));
+                }
+            }
+            let mass = masses.iter().fold(zero, |sum, own| sum + own.mass);
+            let center = [0, 1]
+                .map(|c| masses.iter().fold(zero, |sum, own| sum + own.mass * own.place[c]) / mass);
+            let inertia = masses.iter().fold(zero, |sum, own| {
+                let arm = [own.place[0] - center[0], own.place[1] - center[1]];
+                sum + own.inertia + own.mass * square(arm)
+            });
+            let rotation = match body.rotates {
+                false => None,
+                true => {
+                    // The radius of gyration, so that the mass of the coordinate is that of the body.
+                    let length = (inertia.value() / mass.value()).sqrt();
+                    if !(length.is_normal() && length > 0.0) {
+                        return Err(without_inertia(plan, b));
+                    }
+                    Some(Rotation { coordinate: body.coordinate + 2, length, inertia })
+                }
+            };
+            z[body.coordinate..][..2].copy_from_slice(&center);
+            let mut load = [zero; 2];
+            if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
+                load = in_plane(plane, scene.loads.gravity).map(|g| own.mass * g);
+                let forces = scene.loads.point.iter();
+                for force in forces.filter(|force| force.body.as_ref() == Some(&own.name)) {
+                    let force = in_plane(plane, force.force);
+                    load = [load[0] + force[0], load[1] + force[1]];
+                }
+            }
+            bodies.push(Body { coordinate: body.coordinate, rotation, mass, load });
+            centers.push(center);
+        }
+        let springs = springs.into_iter().flatten().collect();
+        Ok(Self { bodies: Bodies { bodies, springs }, centers, z })
+    }
+}
+
+/// The spring of a plan for a clamp with a moment of inertia, kg m^2, about the joint; `length`, m, is the scale of its
+/// rotation.
+fn joint_spring<D: Nestable>(
+    plan: &Plan,
+    scene: &StructureScene<D>,
+    spring: usize,
+    inertia: D,
+    length: f64,
+) -> JointSpring<D> {
+    let own = &plan.springs[spring];
+    let (compliance, rest_angle) = match &scene.joints[own.joint] {
+        Joint::Spring { rotation, rest, .. } => (*rotation, *rest),
+        _ => (D::from(1.0), D::from(0.0)),
+    };
+    JointSpring {
+        body: own.body,
+        rotation: Rotation { coordinate: own.coordinate, length, inertia },
+        stiffness: compliance.recip(),
+        rest_angle,
+    }
+}
+
+/// The error of a rigid joint whose rods lie on each other.
+fn without_inertia(plan: &Plan, body: usize) -> Error {
+    let joint = plan.bodies[body].joint.unwrap_or_default();
+    let found = "a joint without a moment of inertia";
+    Error::invalid(
+        format!("joints[{joint}]"),
+        found,
+        "rods that leave the joint in different directions",
+    )
+}

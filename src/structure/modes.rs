@@ -1,0 +1,81 @@
+//! Natural frequencies and mode shapes of a structure in its plane.
+
+use crate::error::Error;
+use crate::rod::Rod;
+use crate::structure::Structure;
+use crate::summary::quantity::number;
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// Significant digits of frequencies in the terminal table.
+const DIGITS: usize = 7;
+
+/// A mode of vibration of a structure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct StructureMode {
+    /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s; zero without resistance.
+    pub frequency_rad_s: f64,
+    /// Displacement of every node of every rod in world axes; the largest is 1.
+    pub shapes: BTreeMap<String, Vec<[f64; 3]>>,
+}
+
+/// The lowest modes of a structure in its plane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct StructureModes {
+    /// Modes in ascending order.
+    pub modes: Vec<StructureMode>,
+}
+
+impl Structure {
+    /// The `count` lowest modes in the plane about the equilibrium, or with `rest` about the rest shape.
+    ///
+    /// # Errors
+    /// Those of [`equilibrium`](Self::equilibrium), and iterations that do not converge.
+    pub fn modes(&self, count: usize, rest: bool) -> Result<StructureModes, Error> {
+        let q = match rest {
+            true => self.at_rest.q.clone(),
+            false => self.equilibrium_state()?.q,
+        };
+        let pencil = self.pencil(&q, self.at_rest.assembly.mass().to_vec());
+        let scale = self.bending_frequency_squared();
+        let zero = scale * super::NEGLIGIBLE;
+        let found = pencil.lowest(count, scale)?;
+        let modes = found.into_iter().map(|mode| {
+            let squared = match mode.squared.abs() < zero.max(pencil.rounding(&mode.vector)) {
+                true => 0.0,
+                false => mode.squared,
+            };
+            let mut shapes = self.displacements(&q, &mode.vector);
+            let length = |x: &[f64; 3]| (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
+            let largest = shapes.values().flatten().map(length).fold(f64::MIN_POSITIVE, f64::max);
+            shapes.values_mut().flatten().flatten().for_each(|x| *x /= largest);
+            StructureMode { frequency_rad_s: squared.signum() * squared.abs().sqrt(), shapes }
+        });
+        Ok(StructureModes { modes: modes.collect() })
+    }
+}
+
+impl StructureModes {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let unstable = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        let count = self.modes.len();
+        let summary = match unstable {
+            0 => Summary::new(format!("{count} natural frequencies in the plane"), Tone::Good),
+            n => Summary::new(format!("unstable: {n} of {count} modes grow"), Tone::Bad),
+        };
+        let mut table =
+            SummaryTable::new(["Hz", "rad/s", "growth rate, 1/s"].map(TextColumn::right));
+        for StructureMode { frequency_rad_s: w, .. } in &self.modes {
+            table.row(match *w < 0.0 {
+                true => [String::new(), "unstable".into(), number(-w, DIGITS)],
+                false => [number(w / TAU, DIGITS), number(*w, DIGITS), String::new()],
+            });
+        }
+        summary.table("", table)
+    }
+}

@@ -1,0 +1,277 @@
+//! Simulations of structures.
+
+use crate::dynamics::{BisectedSteps, Simulation, StepControl, Work, advance};
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::{Assembly, Energies, Rod};
+use crate::scene::number::Quantity;
+use crate::scene::{InitialState, StructureScene, Time};
+use crate::structure::build::AssemblyAtRest;
+use crate::structure::{Structure, StructureShape};
+use crate::summary::{Summary, Tone};
+use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+
+/// A simulation of a structure, step by step.
+#[derive(Clone, Debug)]
+pub struct StructureMotion<'a> {
+    structure: &'a Structure,
+    simulation: Simulation<f64, Assembly<f64>>,
+    control: StepControl,
+}
+
+impl BisectedSteps for StructureMotion<'_> {
+    type Rod = Assembly<f64>;
+
+    fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
+        &self.simulation
+    }
+
+    fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        self.simulation.step_to(time)
+    }
+
+    fn step_back(&mut self) {
+        self.simulation.step_back();
+    }
+
+    fn accepted(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Assembly<f64>>) {
+        (&mut self.control, &self.simulation)
+    }
+}
+
+impl StructureMotion<'_> {
+    /// Advances to `time`, s; a rejected step is replaced by two of half its size.
+    ///
+    /// # Errors
+    /// Those of a step that bisection does not save; the state is then the last valid one.
+    pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        advance(self, time)
+    }
+
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.simulation.state().time
+    }
+
+    /// Positions now.
+    pub fn shape(&self) -> StructureShape {
+        self.structure.shape(&self.simulation.state().q)
+    }
+
+    /// Energies now, J.
+    pub fn energies(&self) -> Energies {
+        self.simulation.energies()
+    }
+
+    /// The simulation of the assembly.
+    pub fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
+        &self.simulation
+    }
+
+    /// Linear momentum in the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s.
+    pub fn momentum(&self) -> [f64; 3] {
+        let (assembly, state) = (self.simulation.rod(), self.simulation.state());
+        let tied: Vec<usize> = assembly.tied().collect();
+        let mut sum = [0.0; 3];
+        let mut add = |mass: f64, x: [f64; 2], v: [f64; 2]| {
+            sum[0] += mass * v[0];
+            sum[1] += mass * v[1];
+            sum[2] += mass * (x[0] * v[1] - x[1] * v[0]);
+        };
+        let place = |i: usize| ([state.q[i], state.q[i + 1]], [state.v[i], state.v[i + 1]]);
+        for member in assembly.members() {
+            for i in member.range.clone().step_by(2).filter(|i| !tied.contains(i)) {
+                let (x, v) = place(i);
+                add(assembly.mass()[i], x, v);
+            }
+        }
+        let first = assembly.body_coordinates().start;
+        for body in &assembly.bodies().bodies {
+            let (x, v) = place(first + body.coordinate);
+            add(body.mass, x, v);
+        }
+        let bodies = assembly.bodies();
+        let turns = bodies.bodies.iter().filter_map(|body| body.rotation);
+        for turn in turns.chain(bodies.springs.iter().map(|spring| spring.rotation)) {
+            sum[2] += turn.inertia * state.v[first + turn.coordinate] / turn.length;
+        }
+        sum
+    }
+}
+
+impl Structure {
+    /// `[time]` of the scene.
+    ///
+    /// # Errors
+    /// A scene without it.
+    pub fn time(&self) -> Result<&Time, Error> {
+        self.scene.time.as_ref().ok_or_else(|| {
+            Error::invalid("time", "no such table", "[time] with end and step, to simulate")
+                .in_file(self.scene.path.as_deref())
+        })
+    }
+
+    /// A simulation at its start.
+    ///
+    /// # Errors
+    /// A scene without `[time]`, and those of the [equilibrium](Self::equilibrium) that it starts from.
+    pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
+        let simulation = self.simulation_of(&self.scene)?;
+        let parts = self.parts().next();
+        let control = match parts {
+            Some(scene) => StepControl::new(scene, &simulation),
+            None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),
+        };
+        Ok(StructureMotion { structure: self, simulation, control })
+    }
+
+    /// A simulation over another number type, without bisection of steps; `seed` returns the number of a path, value and
+    /// quantity of the scene. With dual numbers it has the derivatives of the motion.
+    ///
+    /// # Errors
+    /// As [`simulation`](Self::simulation).
+    pub fn simulation_over<D: Nestable>(
+        &self,
+        seed: impl FnMut(&str, f64, Quantity) -> D,
+    ) -> Result<Simulation<D, Assembly<D>>, Error> {
+        self.simulation_of(&self.scene.map_numbers(seed))
+    }
+
+    fn simulation_of<D: Nestable>(
+        &self,
+        scene: &StructureScene<D>,
+    ) -> Result<Simulation<D, Assembly<D>>, Error> {
+        let time = self.time()?;
+        let AssemblyAtRest { assembly, mut q, .. } = self.blueprint.build(scene)?;
+        if self.scene.initial.state == InitialState::Equilibrium {
+            q = self.differentiated_equilibrium(&assembly)?;
+        }
+        let n = q.len();
+        let parameter = scene.time.as_ref().map_or(D::from(0.5), Time::parameter);
+        Ok(Simulation::new(
+            assembly,
+            (q, ()),
+            0..n,
+            scene.loads.damping,
+            (time.scheme, parameter),
+            (time.tolerance, self.length()),
+            Derivatives::Hand,
+        ))
+    }
+
+    /// The unknowns of the equilibrium with the derivatives by the numbers of an assembly: Newton iterations over `D` from
+    /// the equilibrium in plain numbers.
+    fn differentiated_equilibrium<D: Nestable>(
+        &self,
+        assembly: &Assembly<D>,
+    ) -> Result<Vec<D>, Error> {
+        let found = self.equilibrium_state()?;
+        let mut q: Vec<D> = found.q.iter().map(|x| D::from(*x)).collect();
+        let (mut change, mut tangent) = (q.clone(), assembly.zero_tangent());
+        let mut factors = tangent.new_factors();
+        for _ in 0..D::ORDER {
+            assembly.tangent(&q, &(), Derivatives::Hand, &mut change, &mut tangent);
+            factors.factor(&tangent, 0..q.len()).map_err(|_| Error::SingularEquilibrium)?;
+            factors.solve(&mut change);
+            q.iter_mut().zip(&change).for_each(|(q, change)| *q -= *change);
+        }
+        Ok(q)
+    }
+}
+
+/// The result of a simulation of a structure.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct StructureReport {
+    /// `completed`, or the reason of the end.
+    pub status: String,
+    /// Number of unknowns that move.
+    pub dof: usize,
+    /// Counts of the numerical work.
+    pub work: Work,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Energies at these times, J.
+    pub energies: Vec<Energies>,
+    /// Positions of the ends of all rods at these times, m, by the names of the rods.
+    pub tips: std::collections::BTreeMap<String, Vec<[f64; 3]>>,
+    /// The last state.
+    #[serde(flatten)]
+    pub shape: StructureShape,
+}
+
+impl StructureReport {
+    /// A report of a structure, before the first state.
+    pub fn new(structure: &Structure) -> Self {
+        Self { dof: structure.dof(), ..Self::default() }
+    }
+
+    /// Adds the present state.
+    pub fn push(&mut self, motion: &StructureMotion<'_>) {
+        self.shape = motion.shape();
+        self.work = motion.simulation.work();
+        self.times.push(motion.time());
+        self.energies.push(motion.energies());
+        for (name, rod) in &self.shape.rods {
+            self.tips.entry(name.clone()).or_default().push(rod.tip);
+        }
+    }
+
+    /// Sets the status by the outcome of the run.
+    pub fn finish(&mut self, outcome: &Result<(), Error>) {
+        self.status = match outcome {
+            Ok(()) => "completed".into(),
+            Err(error) => error.to_string(),
+        };
+    }
+
+    /// Writes the ends of all rods as CSV: `time,<rod>.x,<rod>.y,<rod>.z,..`.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
+        let names =
+            self.tips.keys().flat_map(|name| ["x", "y", "z"].map(|c| format!("{name}.{c}")));
+        writeln!(to, "time,{}", names.collect::<Vec<_>>().join(","))?;
+        for (k, time) in self.times.iter().enumerate() {
+            let places = self.tips.values().filter_map(|tips| tips.get(k)).flatten();
+            let places: Vec<String> = places.map(f64::to_string).collect();
+            writeln!(to, "{time},{}", places.join(","))?;
+        }
+        Ok(())
+    }
+
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let tone = Tone::of_result(self.status == "completed", false);
+        let tips = self.shape.rods.iter().map(|(name, rod)| {
+            let [x, y, z] = rod.tip;
+            format!("{name} ({x:.6}, {y:.6}, {z:.6}) m")
+        });
+        let totals: Vec<f64> = self.energies.iter().map(Energies::total).collect();
+        let kinetic = self.energies.iter().map(|energies| energies.kinetic).fold(0.0, f64::max);
+        let first = totals.first().copied().unwrap_or_default();
+        let change = totals.iter().map(|e| (e - first).abs()).fold(0.0, f64::max);
+        let time = self.times.last().copied().unwrap_or_default();
+        Summary::new(&self.status, tone)
+            .fact("Tips", format!("{} at t = {time} s", tips.collect::<Vec<_>>().join(", ")))
+            .fact(
+                "Energy",
+                format!("changes by up to {change:.2e} J; largest kinetic energy {kinetic:.2e} J"),
+            )
+            .fact(
+                "Numerics",
+                format!(
+                    "{} unknowns, {} steps, {} Newton iterations",
+                    self.dof, self.work.steps, self.work.newton_iterations
+                ),
+            )
+    }
+}

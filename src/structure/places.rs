@@ -1,0 +1,167 @@
+//! Places of the rods of a structure: meshes at their origins, points of joints, and the common plane.
+
+use crate::error::Error;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::rod::PlanarRod;
+use crate::scene::mesh::Mesh;
+use crate::scene::plane::KeyedVector;
+use crate::scene::structure::StructureScene;
+use crate::scene::{Plane, Scene, Support};
+use crate::structure::plan::{JointPoint, Placement, Plan};
+use nalgebra::Vector3;
+
+/// Largest distance of the points of a joint, over the length of the longest rod.
+const JOINT_TOLERANCE: f64 = 1e-6;
+/// Largest component of an offset out of the plane, over the length of the longest rod.
+const PLANE_TOLERANCE: f64 = 1e-9;
+
+/// A rod over a number type, at its place.
+pub(super) struct PlacedRod<D: Scalar> {
+    pub rod: PlanarRod<D>,
+    /// Unknowns at rest, m.
+    pub q: Vec<D>,
+    pub mesh: Mesh<D>,
+}
+
+impl<D: Scalar> PlacedRod<D> {
+    /// Position of a node at rest, m.
+    pub fn node(&self, i: usize) -> [D; 2] {
+        [self.q[2 * i], self.q[2 * i + 1]]
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.q.len() / 2
+    }
+
+    /// The middle of the outer edge of an end, m.
+    pub fn wall(&self, end: usize) -> [D; 2] {
+        let [outer, inner] = end_nodes(self.nodes(), end).map(|i| self.node(i));
+        [0, 1].map(|c| (outer[c] + inner[c]) * 0.5)
+    }
+}
+
+/// Indices of the outer node of an end of a rod with `n` nodes, and of the node inside of it.
+pub(super) fn end_nodes(n: usize, end: usize) -> [usize; 2] {
+    if end == 0 { [0, 1] } else { [n - 1, n - 2] }
+}
+
+/// The point of an end with a support, of a rod with these nodes: the middle of the outer edge at a clamp, else the outer
+/// node.
+pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Support) -> Vector<D> {
+    let [outer, inner] = end_nodes(nodes.len(), end).map(|i| nodes[i]);
+    match support {
+        Support::Clamped => scale(add(outer, inner), D::from(0.5)),
+        _ => outer,
+    }
+}
+
+/// The mesh of every rod at its place; `scenes` are those of the single rods.
+pub(super) fn placed_meshes<D: Scalar>(
+    plan: &Plan,
+    structure: &StructureScene<D>,
+    scenes: &[Scene<D>],
+) -> Result<Vec<Mesh<D>>, Error> {
+    let mut meshes = scenes.iter().map(Scene::mesh).collect::<Result<Vec<_>, _>>()?;
+    for placement in &plan.placements {
+        let (rod, origin) = match *placement {
+            Placement::Origin(rod) => {
+                (rod, structure.rods[rod].origin.unwrap_or([D::from(0.0); 3]))
+            }
+            Placement::Joint { rod, end, joint, at } => {
+                let there = point(plan, structure, &meshes, joint, at);
+                let own = end_point(&meshes[rod].nodes, end, plan.ends[rod][end].support());
+                (rod, there.map_or([D::from(0.0); 3], |there| sub(there, own)))
+            }
+        };
+        meshes[rod].nodes.iter_mut().for_each(|node| *node = add(*node, origin));
+    }
+    Ok(meshes)
+}
+
+/// The place of a point of a joint; none of a body without an offset there.
+fn point<D: Scalar>(
+    plan: &Plan,
+    structure: &StructureScene<D>,
+    meshes: &[Mesh<D>],
+    joint: usize,
+    at: JointPoint,
+) -> Option<Vector<D>> {
+    match at {
+        JointPoint::Rod(rod, end) => {
+            Some(end_point(&meshes[rod].nodes, end, plan.ends[rod][end].support()))
+        }
+        JointPoint::Body(body, number) => {
+            let offset = structure.joints[joint].connects()[number].offset?;
+            Some(add(structure.bodies[body].position, offset))
+        }
+    }
+}
+
+/// Rejects joints whose points are apart.
+pub(super) fn check_joints(
+    plan: &Plan,
+    structure: &StructureScene,
+    meshes: &[Mesh],
+) -> Result<(), Error> {
+    let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
+    for (joint, points) in plan.joints.iter().enumerate() {
+        let places: Vec<Vector<f64>> =
+            points.iter().filter_map(|at| point(plan, structure, meshes, joint, *at)).collect();
+        let distance = |x: &Vector<f64>| {
+            let apart = sub(*x, places[0]);
+            dot(apart, apart).sqrt()
+        };
+        let apart = places.iter().map(distance).fold(0.0, f64::max);
+        if apart > JOINT_TOLERANCE * longest {
+            let allowed = format!(
+                "points that coincide within {:e} m; change rods.origin, a shape or an offset",
+                JOINT_TOLERANCE * longest
+            );
+            let found = format!("points that are {apart:e} m apart");
+            return Err(Error::invalid(format!("joints[{joint}]"), found, allowed));
+        }
+    }
+    Ok(())
+}
+
+/// The plane of all rods, bodies and loads.
+pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
+    let loads = structure.loads.point.iter().enumerate();
+    let forces = loads.map(|(k, load)| KeyedVector {
+        key: format!("loads.point[{k}].force"),
+        vector: load.force,
+    });
+    let mut vectors =
+        vec![KeyedVector { key: "loads.gravity".into(), vector: structure.loads.gravity }];
+    vectors.extend(forces);
+    let nodes: Vec<Vector<f64>> = meshes.iter().flat_map(|mesh| mesh.nodes.clone()).collect();
+    let start = nodes[0];
+    let centers = structure.bodies.iter().map(|body| KeyedVector {
+        key: format!("bodies.{}.position", body.name),
+        vector: sub(body.position, start),
+    });
+    vectors.extend(centers);
+    let up = structure.rods.iter().find_map(|rod| rod.section.up()).map(Vector3::from);
+    let allowed = "a structure whose rods, bodies and loads are in one plane";
+    let leaves = |what: String| {
+        let found = "a direction out of the plane of the other rods, bodies and loads";
+        Error::invalid(what, found, allowed)
+    };
+    let plane =
+        Plane::through(&nodes, &vectors, up).map_err(|what| match what.strip_prefix("edge") {
+            Some(_) => leaves("rods".into()),
+            None => leaves(what),
+        })?;
+    let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
+    for (j, joint) in structure.joints.iter().enumerate() {
+        for (k, end) in joint.connects().iter().enumerate() {
+            let out = end.offset.map_or(0.0, |offset| plane.components(offset.into()).1);
+            if out.abs() > PLANE_TOLERANCE * longest {
+                return Err(leaves(format!("joints[{j}].connects[{k}].offset")));
+            }
+        }
+    }
+    Ok(plane)
+}

@@ -1,0 +1,310 @@
+//! Discrete choices of a structure, which have no derivatives: what holds every end of a rod, the order of the bodies'
+//! coordinates, and which joint places which rod.
+
+use crate::error::{Error, ensure};
+use crate::numerics::envelope::reverse_cuthill_mckee;
+use crate::scene::Support;
+use crate::scene::structure::{Joint, JointEnd, StructureScene, Supported};
+
+/// What holds an end of a rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EndHold {
+    /// Nothing.
+    Free,
+    /// A wall, with the direction or without.
+    Wall { pinned: bool },
+    /// A body, with the direction or without, or with an elastic moment.
+    Body { body: usize, spring: Option<usize>, pinned: bool },
+}
+
+impl EndHold {
+    /// The support of the end in the scene of the rod alone.
+    pub fn support(self) -> Support {
+        match self {
+            Self::Free => Support::Free,
+            Self::Wall { pinned: true } | Self::Body { pinned: true, .. } => Support::Pinned,
+            Self::Wall { .. } | Self::Body { .. } => Support::Clamped,
+        }
+    }
+}
+
+/// A body of `[[bodies]]`, or the common pose of a joint.
+#[derive(Clone, Debug)]
+pub(super) struct BodyPlan {
+    /// Index in `[[bodies]]`; none of a joint.
+    pub own: Option<usize>,
+    /// Index of its joint; none of a body.
+    pub joint: Option<usize>,
+    /// Whether it has a rotation.
+    pub rotates: bool,
+    /// Coordinate x; y follows, and then the rotation.
+    pub coordinate: usize,
+}
+
+/// A rotational spring of a joint.
+#[derive(Clone, Debug)]
+pub(super) struct SpringPlan {
+    /// Index of the joint.
+    pub joint: usize,
+    /// The body that it acts on.
+    pub body: usize,
+    /// Coordinate of the sprung clamp.
+    pub coordinate: usize,
+}
+
+/// A point of a joint: an end of a rod, or a point of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum JointPoint {
+    /// Rod and end.
+    Rod(usize, usize),
+    /// Body of `[[bodies]]`, with the index of the connection that gives the offset.
+    Body(usize, usize),
+}
+
+/// How the place of a rod is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Placement {
+    /// By its own origin, or at the origin.
+    Origin(usize),
+    /// By a joint: the end of the rod is at another point of the joint.
+    Joint { rod: usize, end: usize, joint: usize, at: JointPoint },
+}
+
+/// The discrete choices of a structure.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// Both ends of every rod.
+    pub ends: Vec<[EndHold; 2]>,
+    pub bodies: Vec<BodyPlan>,
+    pub springs: Vec<SpringPlan>,
+    /// Number of coordinates of all bodies and springs.
+    pub coordinates: usize,
+    /// The places of all rods, each after those that it depends on.
+    pub placements: Vec<Placement>,
+    /// The points of every joint.
+    pub joints: Vec<Vec<JointPoint>>,
+}
+
+/// The rod and end, or the body, of a connection of a joint.
+fn joint_point(
+    scene: &StructureScene,
+    key: &str,
+    number: usize,
+    end: &JointEnd,
+) -> Result<JointPoint, Error> {
+    let allowed = "{ rod = \"..\", at = \"start\" or \"end\" } or { body = \"..\", offset = [..] }";
+    match (&end.rod, end.at, &end.body, &end.offset) {
+        (Some(rod), Some(at), None, None) => {
+            Ok(JointPoint::Rod(scene.rod(&format!("{key}.rod"), rod)?, at.index()))
+        }
+        (None, None, Some(body), _) => {
+            Ok(JointPoint::Body(scene.body(&format!("{key}.body"), body)?, number))
+        }
+        _ => Err(Error::invalid(key, "neither an end of a rod nor a body", allowed)),
+    }
+}
+
+/// The rod and end of a support, or its body as an error of `Err`.
+fn supported_end(
+    scene: &StructureScene,
+    key: &str,
+    of: &Supported,
+) -> Result<(usize, usize), Error> {
+    match (&of.rod, of.at, &of.body) {
+        (Some(rod), Some(at), None) => Ok((scene.rod(&format!("{key}.rod"), rod)?, at.index())),
+        (None, None, Some(_)) => {
+            let allowed = "{ rod = \"..\", at = \"start\" or \"end\" }; a rod that ends at a fixed body has a support";
+            Err(Error::invalid(key, "a body", allowed))
+        }
+        _ => {
+            let allowed = "{ rod = \"..\", at = \"start\" or \"end\" }";
+            Err(Error::invalid(key, "no end of a rod", allowed))
+        }
+    }
+}
+
+impl Plan {
+    /// The choices for a validated scene.
+    pub fn new(scene: &StructureScene) -> Result<Self, Error> {
+        let mut plan = Self {
+            ends: vec![[EndHold::Free; 2]; scene.rods.len()],
+            bodies: Vec::new(),
+            springs: Vec::new(),
+            coordinates: 0,
+            placements: Vec::new(),
+            joints: Vec::new(),
+        };
+        let own = |i| BodyPlan { own: Some(i), joint: None, rotates: true, coordinate: 0 };
+        plan.bodies.extend((0..scene.bodies.len()).map(own));
+        for (i, support) in scene.supports.iter().enumerate() {
+            let (rod, end) = supported_end(scene, &format!("supports[{i}].of"), &support.of)?;
+            let key = format!("supports[{i}].kind");
+            let hold = match support.kind {
+                Support::Clamped => EndHold::Wall { pinned: false },
+                Support::Pinned => EndHold::Wall { pinned: true },
+                Support::Free => EndHold::Free,
+                Support::Roller | Support::Recorded => {
+                    let found = format!("\"{:?}\"", support.kind).to_lowercase();
+                    let allowed = "\"clamped\", \"pinned\" or \"free\", in a structure";
+                    return Err(Error::invalid(key, found, allowed));
+                }
+            };
+            plan.hold(scene, (rod, end), hold, &format!("supports[{i}].of"))?;
+        }
+        for (i, joint) in scene.joints.iter().enumerate() {
+            plan.add_joint(scene, i, joint)?;
+        }
+        plan.check_connected(scene)?;
+        plan.number_coordinates();
+        plan.place_rods(scene)?;
+        Ok(plan)
+    }
+
+    /// Sets what holds an end of a rod, of which nothing else holds it.
+    fn hold(
+        &mut self,
+        scene: &StructureScene,
+        (rod, end): (usize, usize),
+        hold: EndHold,
+        key: &str,
+    ) -> Result<(), Error> {
+        let found = format!("the {} of rod {}", END_NAMES[end], scene.rods[rod].name);
+        let is_free = self.ends[rod][end] == EndHold::Free;
+        ensure(is_free, key, found, "an end in no other joint and support")?;
+        self.ends[rod][end] = hold;
+        Ok(())
+    }
+
+    fn add_joint(
+        &mut self,
+        scene: &StructureScene,
+        number: usize,
+        joint: &Joint,
+    ) -> Result<(), Error> {
+        let key = format!("joints[{number}].connects");
+        let connects = joint.connects();
+        ensure(connects.len() >= 2, &*key, connects.len(), "two or more entries")?;
+        let ends = connects.iter().enumerate();
+        let points = ends
+            .map(|(k, end)| joint_point(scene, &format!("{key}[{k}]"), k, end))
+            .collect::<Result<Vec<_>, _>>()?;
+        let bodies = points.iter().filter_map(|point| match point {
+            JointPoint::Body(body, _) => Some(*body),
+            JointPoint::Rod(..) => None,
+        });
+        let bodies: Vec<usize> = bodies.collect();
+        ensure(bodies.len() <= 1, &*key, "two bodies", "at most one body, and rods")?;
+        let pinned = matches!(joint, Joint::Ball { .. } | Joint::Hinge { .. });
+        // The body of the scene, or a new one for the joint.
+        let body = bodies.first().copied().unwrap_or_else(|| {
+            let body = BodyPlan { own: None, joint: Some(number), rotates: !pinned, coordinate: 0 };
+            self.bodies.push(body);
+            self.bodies.len() - 1
+        });
+        let is_spring = matches!(joint, Joint::Spring { .. });
+        let first_is_body = matches!(points[0], JointPoint::Body(..));
+        let found = "a body that is not the first entry";
+        ensure(!is_spring || bodies.is_empty() || first_is_body, &*key, found, "the body first")?;
+        for (k, point) in points.iter().enumerate() {
+            let JointPoint::Rod(rod, end) = *point else { continue };
+            let spring = (is_spring && k > 0).then(|| {
+                self.springs.push(SpringPlan { joint: number, body, coordinate: 0 });
+                self.springs.len() - 1
+            });
+            let hold = EndHold::Body { body, spring, pinned };
+            self.hold(scene, (rod, end), hold, &format!("{key}[{k}]"))?;
+        }
+        self.joints.push(points);
+        Ok(())
+    }
+
+    /// Rejects rods and bodies that nothing connects.
+    fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
+        let several = self.ends.len() > 1 || !scene.bodies.is_empty();
+        for (rod, ends) in scene.rods.iter().zip(&self.ends) {
+            let alone = several && *ends == [EndHold::Free; 2];
+            let allowed = "a rod with a joint or a support";
+            ensure(!alone, format!("rods.{}", rod.name), "neither joint nor support", allowed)?;
+        }
+        for (i, body) in scene.bodies.iter().enumerate() {
+            let held = |hold: &EndHold| matches!(hold, EndHold::Body { body, .. } if *body == i);
+            let alone = !self.ends.iter().flatten().any(held);
+            let allowed = "a body in one of [[joints]]";
+            ensure(!alone, format!("bodies.{}", body.name), "no joint", allowed)?;
+        }
+        Ok(())
+    }
+
+    /// Numbers the coordinates of bodies, those of bodies with a common rod near each other.
+    fn number_coordinates(&mut self) {
+        let mut neighbors = vec![Vec::new(); self.bodies.len()];
+        for ends in &self.ends {
+            if let [EndHold::Body { body: a, .. }, EndHold::Body { body: b, .. }] = ends
+                && a != b
+            {
+                neighbors[*a].push(*b);
+                neighbors[*b].push(*a);
+            }
+        }
+        for body in reverse_cuthill_mckee(&neighbors) {
+            self.bodies[body].coordinate = self.coordinates;
+            self.coordinates += if self.bodies[body].rotates { 3 } else { 2 };
+            for spring in self.springs.iter_mut().filter(|spring| spring.body == body) {
+                spring.coordinate = self.coordinates;
+                self.coordinates += 1;
+            }
+        }
+    }
+
+    /// Finds what places each rod: its origin, or the first joint to a placed rod or body.
+    fn place_rods(&mut self, scene: &StructureScene) -> Result<(), Error> {
+        let mut placed = vec![false; scene.rods.len()];
+        let with_origin = |i: &usize| scene.rods[*i].origin.is_some();
+        let mut known: Vec<usize> = (0..scene.rods.len()).filter(with_origin).collect();
+        if known.is_empty() && scene.bodies.is_empty() {
+            known.push(0);
+        }
+        for rod in known {
+            placed[rod] = true;
+            self.placements.push(Placement::Origin(rod));
+        }
+        loop {
+            let next = self.joints.iter().enumerate().find_map(|(joint, points)| {
+                let gives_offset =
+                    |number: usize| scene.joints[joint].connects()[number].offset.is_some();
+                let at = *points.iter().find(|point| match point {
+                    JointPoint::Rod(rod, _) => placed[*rod],
+                    JointPoint::Body(_, number) => gives_offset(*number),
+                })?;
+                points.iter().find_map(|point| match *point {
+                    JointPoint::Rod(rod, end) if !placed[rod] => {
+                        Some(Placement::Joint { rod, end, joint, at })
+                    }
+                    _ => None,
+                })
+            });
+            match (next, placed.iter().position(|placed| !placed)) {
+                (_, None) => return Ok(()),
+                (Some(placement), _) => {
+                    if let Placement::Joint { rod, .. } = placement {
+                        placed[rod] = true;
+                    }
+                    self.placements.push(placement);
+                }
+                // Rods without a way to a placed one: the first of all without any place begins at the origin.
+                (None, Some(0)) if self.placements.is_empty() => {
+                    placed[0] = true;
+                    self.placements.push(Placement::Origin(0));
+                }
+                (None, Some(rod)) => {
+                    let key = format!("rods.{}.origin", scene.rods[rod].name);
+                    let allowed = "a position, m, as no joint connects the rod with a placed one";
+                    return Err(Error::invalid(key, "no such key", allowed));
+                }
+            }
+        }
+    }
+}
+
+/// Names of both ends of a rod.
+pub(super) const END_NAMES: [&str; 2] = ["start", "end"];

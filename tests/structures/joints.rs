@@ -1,0 +1,184 @@
+//! Rigid, hinged and sprung joints against closed forms of beams.
+
+use crate::scenes::{bending, joint, line_density, rod, structure, support};
+use rodfit::{Structure, StructureScene};
+
+/// Lowest `count` angular frequencies about the rest shape, rad/s.
+pub fn frequencies(structure: &Structure, count: usize) -> Vec<f64> {
+    let modes = structure.modes(count, true).unwrap().modes;
+    modes.iter().map(|mode| mode.frequency_rad_s).collect()
+}
+
+/// Roots `beta L` of `cos cosh = -1`: a clamped beam with a free end.
+const CANTILEVER: [f64; 3] = [1.875_104_068_711_961, 4.694_091_132_974_175, 7.854_757_438_237_613];
+
+/// A cantilever of `pieces` rods of `segments` edges, welded end to end.
+fn welded(pieces: usize, segments: usize) -> Structure {
+    let names: Vec<String> = (0..pieces).map(|i| format!("piece{i}")).collect();
+    let length = 0.5 / pieces as f64;
+    let mut parts: Vec<String> =
+        names.iter().map(|name| rod(name, segments, length, [1.0, 0.0])).collect();
+    for pair in names.windows(2) {
+        parts.push(joint(
+            "rigid",
+            &[&format!("{}.end", pair[0]), &format!("{}.start", pair[1])],
+            "",
+        ));
+    }
+    parts.push(support("piece0.start", "clamped"));
+    structure(&parts)
+}
+
+/// The first three frequencies of a cantilever of five welded pieces, `beta^2 sqrt(EI/(m L^4))` with axial motion far
+/// above; the error falls fourfold with half the edges.
+#[test]
+fn welded_pieces_have_the_frequencies_of_one_rod_to_second_order() {
+    let scale = (bending() / line_density()).sqrt() / 0.25;
+    let errors = |segments: usize| {
+        let found = frequencies(&welded(5, segments), 3);
+        let one_rod = frequencies(&welded(1, 5 * segments), 3);
+        let exact = |i: usize| CANTILEVER[i].powi(2) * scale;
+        [0, 1, 2].map(|i| [found[i] / exact(i) - 1.0, found[i] / one_rod[i] - 1.0])
+    };
+    let [coarse, fine] = [20, 40].map(errors);
+    println!("{coarse:?} {fine:?}");
+    for i in 0..3 {
+        assert!(coarse[i][1].abs() < 5e-4, "{i}: {:e}", coarse[i][1]);
+        let ratio = coarse[i][0] / fine[i][0];
+        assert!((3.4..4.8).contains(&ratio), "{i}: {ratio}");
+    }
+}
+
+/// A beam of two pieces of `a` = 0.2 m between walls, with a joint in its middle and a small force there.
+fn held_beam(kind: &str, more: &str, force: f64) -> Structure {
+    structure(&[
+        rod("a", 100, 0.2, [1.0, 0.0]),
+        rod("b", 100, 0.2, [1.0, 0.0]),
+        joint(kind, &["a.end", "b.start"], more),
+        support("a.start", "clamped"),
+        support("b.end", "clamped"),
+        format!("[[loads.point]]\nrod = \"a\"\nnode = \"tip\"\nforce = [0, {force:e}, 0]\n"),
+    ])
+}
+
+/// Deflection of a beam held at both ends under a force `P` in its middle: `P a^3/24EI` without a joint, `P a^3/6EI` with
+/// a hinge; with a spring of the stiffness `k` the slope is `phi = (P a^2/4EI)/(1 + 2 k a/EI)`, the moment `2 k phi` and the
+/// deflection `P a^3/6EI - 2 k phi a^2/2EI`.
+#[test]
+fn deflection_of_a_held_beam_with_a_joint_agrees_with_beam_theory() {
+    let (force, a) = (1e-5, 0.2_f64);
+    let unit = force * a.powi(3) / bending();
+    let compliance = 0.3;
+    let k = 1.0 / compliance;
+    let phi = force * a * a / (4.0 * bending()) / (1.0 + 2.0 * k * a / bending());
+    let sprung = unit / 6.0 - 2.0 * k * phi * a * a / (2.0 * bending());
+    for (kind, more, expected) in [
+        ("rigid", String::new(), unit / 24.0),
+        ("ball", String::new(), unit / 6.0),
+        ("spring", format!("rotation = {compliance}"), sprung),
+    ] {
+        let found = held_beam(kind, &more, force).equilibrium().unwrap();
+        assert!(found.stable_in_plane);
+        let deflection = found.shape.rods["a"].tip[1];
+        println!("{kind}: {:e}", deflection / expected - 1.0);
+        assert!((deflection / expected - 1.0).abs() < 1e-3, "{kind}: {deflection:e} {expected:e}");
+    }
+}
+
+/// A body of mass `m` and moment of inertia `J` on the end of a cantilever: with `x = beta L`, `mu = m/(rho A L)` and
+/// `eta = J/(rho A L^3)`,
+/// `1 + cos cosh - mu x (sin cosh - cos sinh) - eta x^3 (cosh sin + sinh cos) + mu eta x^4 (1 - cos cosh) = 0`.
+#[test]
+fn frequencies_of_a_body_on_a_stem_satisfy_the_frequency_equation() {
+    let (length, mass, inertia) = (0.5, 0.03, 4e-5);
+    let body = format!(
+        "[[bodies]]\nname = \"bob\"\nmass = {mass}\ninertia = {inertia}\nposition = [{length}, 0, 0]\n"
+    );
+    let stem = structure(&[
+        rod("stem", 100, length, [1.0, 0.0]),
+        body,
+        "[[joints]]\nkind = \"rigid\"\nconnects = [{ body = \"bob\", offset = [0, 0, 0] }, { rod = \"stem\", at = \"end\" }]\n".into(),
+        support("stem.start", "clamped"),
+    ]);
+    let line = line_density() * length;
+    let (mu, eta) = (mass / line, inertia / (line * length * length));
+    let equation = |x: f64| {
+        let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
+        (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
+            + mu * eta * x.powi(4) * (1.0 - c * ch)
+    };
+    let mut roots = Vec::new();
+    let mut x = 0.05;
+    while roots.len() < 3 {
+        if equation(x) * equation(x + 0.01) < 0.0 {
+            let (mut low, mut high) = (x, x + 0.01);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
+                    middle;
+            }
+            roots.push(low);
+        }
+        x += 0.01;
+    }
+    let scale = (bending() / line_density()).sqrt() / (length * length);
+    for (found, root) in frequencies(&stem, 3).iter().zip(roots) {
+        println!("{:e}", found / (root * root * scale) - 1.0);
+        assert!(
+            (found / (root * root * scale) - 1.0).abs() < 1e-3,
+            "{found} {}",
+            root * root * scale
+        );
+    }
+}
+
+/// Structures that cannot be built, with the key in the message.
+#[test]
+fn impossible_structures_are_rejected_with_their_key() {
+    let two = |more: &str| {
+        let text = crate::scenes::steel()
+            + &rod("a", 10, 0.2, [1.0, 0.0])
+            + &rod("b", 10, 0.2, [0.0, 1.0])
+            + more;
+        match StructureScene::from_toml(&text, ".").and_then(Structure::new) {
+            Ok(_) => "accepted".to_string(),
+            Err(error) => error.to_string(),
+        }
+    };
+    let weld = joint("rigid", &["a.end", "b.start"], "");
+    assert_eq!(two(&weld), "accepted");
+    for (text, key) in [
+        (String::new(), "rods.a: found neither joint nor support"),
+        (joint("rigid", &["a.end", "c.start"], ""), "joints[0].connects[1].rod: found \"c\""),
+        (joint("rigid", &["a.end"], ""), "joints[0].connects: found 1"),
+        (
+            weld.clone() + &support("a.end", "clamped"),
+            "joints[0].connects[0]: found the end of rod a",
+        ),
+        (
+            weld.clone() + &joint("rigid", &["a.start", "b.end"], ""),
+            "joints[1]: found points that are",
+        ),
+        (
+            weld.clone() + "[loads]\ngravity = [0, 0, -9.81]\n",
+            "loads.gravity: found a direction out of",
+        ),
+        (weld.clone() + &support("a.start", "roller"), "supports[0].kind: found \"roller\""),
+        (weld + "[initial]\nstate = \"shape\"\n", "initial.state: found shape"),
+    ] {
+        let message = two(&text);
+        assert!(message.contains(key), "{key}: {message}");
+    }
+}
+
+/// A structure that nothing holds has no unique equilibrium.
+#[test]
+fn equilibrium_of_a_floating_structure_under_gravity_is_rejected() {
+    let parts = [
+        rod("a", 10, 0.2, [1.0, 0.0]),
+        rod("b", 10, 0.2, [0.0, 1.0]),
+        joint("rigid", &["a.end", "b.start"], ""),
+        "[loads]\ngravity = [0, -9.81, 0]\n".to_string(),
+    ];
+    assert!(structure(&parts).equilibrium().is_err());
+}

@@ -1,0 +1,76 @@
+//! Texts of structures.
+
+use rodfit::{Structure, StructureScene};
+
+/// Young's modulus, Pa, density, kg/m^3, and radius, m, of all rods here.
+pub const STEEL: [f64; 3] = [2e11, 7800.0, 1e-3];
+
+/// Bending stiffness, N m^2.
+pub fn bending() -> f64 {
+    STEEL[0] * std::f64::consts::PI * STEEL[2].powi(4) / 4.0
+}
+
+/// Mass per length, kg/m.
+pub fn line_density() -> f64 {
+    STEEL[1] * std::f64::consts::PI * STEEL[2].powi(2)
+}
+
+/// Text of a straight rod.
+pub fn rod(name: &str, segments: usize, length: f64, [x, y]: [f64; 2]) -> String {
+    format!(
+        "[[rods]]\nname = \"{name}\"\nsegments = {segments}\n\
+         shape = {{ kind = \"straight\", length = {length}, direction = [{x:?}, {y:?}, 0.0] }}\n\
+         section = {{ kind = \"circle\", radius = {:e} }}\nmaterial = \"steel\"\n",
+        STEEL[2]
+    )
+}
+
+/// Text of the material.
+pub fn steel() -> String {
+    let [modulus, density, _] = STEEL;
+    format!("[[materials]]\nname = \"steel\"\ndensity = {density}\nyoungs_modulus = {modulus:e}\n")
+}
+
+/// Text of a joint of ends `a.end`.
+pub fn joint(kind: &str, ends: &[&str], more: &str) -> String {
+    let connects = ends.iter().map(|end| match end.split_once('.') {
+        Some((rod, at)) => format!("{{ rod = \"{rod}\", at = \"{at}\" }}"),
+        None => format!("{{ body = \"{end}\" }}"),
+    });
+    let connects: Vec<String> = connects.collect();
+    format!("[[joints]]\nkind = \"{kind}\"\nconnects = [{}]\n{more}\n", connects.join(", "))
+}
+
+/// Text of a support.
+pub fn support(end: &str, kind: &str) -> String {
+    let (rod, at) = end.split_once('.').unwrap();
+    format!("[[supports]]\nof = {{ rod = \"{rod}\", at = \"{at}\" }}\nkind = \"{kind}\"\n")
+}
+
+/// The structure of these texts.
+pub fn structure(parts: &[String]) -> Structure {
+    let scene = StructureScene::from_toml(&(steel() + &parts.concat()), ".").unwrap();
+    Structure::new(scene).unwrap()
+}
+
+/// A frame with every kind of joint and a body: two legs, a beam of two pieces with a spring between, a hinged strut, and a
+/// body at the end of a free arm.
+pub fn mixed(segments: usize) -> Structure {
+    structure(&[
+        rod("left", segments, 0.2, [0.1, 1.0]),
+        rod("beam", segments, 0.15, [1.0, 0.1]),
+        rod("rest", segments, 0.12, [1.0, -0.2]),
+        rod("strut", segments, 0.1, [0.3, -1.0]),
+        rod("arm", segments, 0.1, [1.0, 0.6]),
+        "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = 3e-6\nposition = [0.42, 0.28, 0]\n".into(),
+        joint("rigid", &["left.end", "beam.start"], ""),
+        joint("spring", &["beam.end", "rest.start"], "rotation = 2.0\nrest = 0.1"),
+        joint("ball", &["rest.end", "strut.start", "arm.start"], ""),
+        joint("rigid", &["bob", "arm.end"], ""),
+        support("left.start", "clamped"),
+        support("strut.end", "pinned"),
+        "[loads]\ngravity = [0, -9.81, 0]\n[[loads.point]]\nrod = \"beam\"\nnode = 5\nforce = [0.1, -0.3, 0]\n"
+            .into(),
+        "[time]\nend = 0.02\nstep = 1e-3\n".into(),
+    ])
+}
