@@ -21,6 +21,7 @@ mod predict;
 mod rest;
 mod schema;
 mod simulate;
+mod structure;
 mod study;
 mod style;
 mod terminal;

@@ -1,7 +1,7 @@
 //! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene.
 
 use crate::command::output::Outputs;
-use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits};
+use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
 use rodfit::accuracy::Aim;
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Scene};
@@ -11,19 +11,22 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct ModesOptions {
     /// Scene file (TOML); `[time]` is not needed.
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Number of modes.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
-    count: u16,
+    pub(super) count: u16,
     /// Compute modes about the rest shape instead of the equilibrium under the loads.
     #[arg(long)]
-    rest: bool,
+    pub(super) rest: bool,
     #[command(flatten)]
-    json: JsonOption,
+    pub(super) json: JsonOption,
 }
 
 /// Computes and writes the modes.
 pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
+    if structure::is_structure(&options.scene) {
+        return structure::modes(options, global);
+    }
     let scene = Scene::load(&options.scene)?;
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     let count = usize::from(options.count);

@@ -1,7 +1,7 @@
 //! `rodfit static`: the equilibrium of a scene under its loads, and its stability.
 
 use crate::command::output::Outputs;
-use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits};
+use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};
 use rodfit::accuracy::Aim;
 use rodfit::dynamics::shape_csv;
 use rodfit::{Error, Scene};
@@ -11,16 +11,19 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct StaticOptions {
     /// Scene file (TOML); `[time]` is not needed.
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Write the position of every node to this file (CSV); `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     #[command(flatten)]
-    json: JsonOption,
+    pub(super) json: JsonOption,
 }
 
 /// Computes and writes the equilibrium.
 pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
+    if structure::is_structure(&options.scene) {
+        return structure::rest(options, global);
+    }
     let scene = Scene::load(&options.scene)?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());

@@ -2,7 +2,7 @@
 
 use crate::command::output::{OutputWriter, Outputs};
 use crate::command::{
-    DerivativesOption, GlobalOptions, JsonOption, conclude, exit_code, limits, terminal,
+    DerivativesOption, GlobalOptions, JsonOption, conclude, exit_code, limits, structure, terminal,
 };
 use rodfit::accuracy::{Attempt, run_checked};
 use rodfit::dynamics::{Film, NodeTable, SimulationReport, Snapshot};
@@ -15,23 +15,26 @@ use std::sync::atomic::Ordering;
 #[derive(clap::Args)]
 pub struct SimulateOptions {
     /// Scene file (TOML).
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Write the position of every node at every step to this file (CSV); `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     #[command(flatten)]
-    json: JsonOption,
+    pub(super) json: JsonOption,
     /// Write a page with animation, energies and tip trajectory (`simulation.html`) into this folder.
     #[arg(long, value_name = "DIR")]
-    report: Option<PathBuf>,
+    pub(super) report: Option<PathBuf>,
     /// Derivatives of the energies in the time stepper.
     #[arg(long, value_enum, default_value = "hand")]
-    derivatives: DerivativesOption,
+    pub(super) derivatives: DerivativesOption,
 }
 
 /// Simulates the scene. If its numerics are chosen by the program, the run is checked, and repeated with finer ones where
 /// needed.
 pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
+    if structure::is_structure(&options.scene) {
+        return structure::simulate(options, global);
+    }
     let scene = Scene::load(&options.scene)?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
@@ -117,7 +120,7 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
 
 /// The results of a run.
 struct RunRecord {
-    report: SimulationReport,
+    pub(super) report: SimulationReport,
     film: Option<Film>,
     table: Option<NodeTable<OutputWriter>>,
     /// Whether the table could be written.

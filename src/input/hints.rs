@@ -96,7 +96,7 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     if has_marks(read_as) {
         return None;
     }
-    let other = [&SCENE, &FIT, &CAMPAIGN].into_iter().find(|kind| has_marks(kind))?;
+    let other = [&SCENE, &STRUCTURE, &FIT, &CAMPAIGN].into_iter().find(|kind| has_marks(kind))?;
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 

@@ -19,6 +19,7 @@ pub use modes::{StructureMode, StructureModes};
 pub use motion::{StructureMotion, StructureReport};
 pub use shape::{BodyPose, RodNodes, StructureShape};
 
+use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::scene::number::Quantity;
@@ -66,6 +67,7 @@ pub struct Structure {
     scene: StructureScene,
     blueprint: Blueprint,
     at_rest: AssemblyAtRest<f64>,
+    derivatives: Derivatives,
 }
 
 impl Structure {
@@ -79,7 +81,12 @@ impl Structure {
         let in_file = |error: Error| error.in_file(file.as_deref());
         let blueprint = Blueprint::new(&scene).map_err(in_file)?;
         let at_rest = blueprint.build(&scene).map_err(in_file)?;
-        Ok(Self { scene, blueprint, at_rest })
+        Ok(Self { scene, blueprint, at_rest, derivatives: Derivatives::Hand })
+    }
+
+    /// The structure with other derivatives of the energies in simulations.
+    pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
+        Self { derivatives, ..self }
     }
 
     /// The scene.

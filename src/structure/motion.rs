@@ -12,7 +12,7 @@ use crate::structure::build::AssemblyAtRest;
 use crate::structure::{Structure, StructureShape};
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
-use std::io::{self, Write};
+use std::collections::BTreeMap;
 
 /// A simulation of a structure, step by step.
 #[derive(Clone, Debug)]
@@ -162,7 +162,7 @@ impl Structure {
             scene.loads.damping,
             (time.scheme, parameter),
             (time.tolerance, self.length()),
-            Derivatives::Hand,
+            self.derivatives,
         ))
     }
 
@@ -201,7 +201,7 @@ pub struct StructureReport {
     /// Energies at these times, J.
     pub energies: Vec<Energies>,
     /// Positions of the ends of all rods at these times, m, by the names of the rods.
-    pub tips: std::collections::BTreeMap<String, Vec<[f64; 3]>>,
+    pub tips: BTreeMap<String, Vec<[f64; 3]>>,
     /// The last state.
     #[serde(flatten)]
     pub shape: StructureShape,
@@ -230,22 +230,6 @@ impl StructureReport {
             Ok(()) => "completed".into(),
             Err(error) => error.to_string(),
         };
-    }
-
-    /// Writes the ends of all rods as CSV: `time,<rod>.x,<rod>.y,<rod>.z,..`.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
-        let names =
-            self.tips.keys().flat_map(|name| ["x", "y", "z"].map(|c| format!("{name}.{c}")));
-        writeln!(to, "time,{}", names.collect::<Vec<_>>().join(","))?;
-        for (k, time) in self.times.iter().enumerate() {
-            let places = self.tips.values().filter_map(|tips| tips.get(k)).flatten();
-            let places: Vec<String> = places.map(f64::to_string).collect();
-            writeln!(to, "{time},{}", places.join(","))?;
-        }
-        Ok(())
     }
 
     /// The result as text for a terminal.

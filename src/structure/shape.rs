@@ -91,17 +91,27 @@ impl Structure {
 }
 
 impl StructureShape {
-    /// Writes all nodes as CSV: `rod,node,x,y,z`.
+    /// Writes all nodes as rows of CSV at a time, s: `time,rod,node,x,y,z`.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
-        writeln!(to, "rod,node,x,y,z")?;
+    pub fn write_rows(&self, time: f64, to: &mut impl Write) -> io::Result<()> {
         for (name, rod) in &self.rods {
             for (i, [x, y, z]) in rod.nodes.iter().enumerate() {
-                writeln!(to, "{name},{i},{x},{y},{z}")?;
+                writeln!(to, "{time},{name},{i},{x},{y},{z}")?;
             }
         }
         Ok(())
+    }
+
+    /// All nodes as CSV: `rod,node,x,y,z`.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("rod,node,x,y,z\n");
+        for (name, rod) in &self.rods {
+            for (i, [x, y, z]) in rod.nodes.iter().enumerate() {
+                text += &format!("{name},{i},{x},{y},{z}\n");
+            }
+        }
+        text
     }
 }

@@ -1,0 +1,97 @@
+//! `rodfit simulate`, `static` and `modes` of structures: scenes with `[[rods]]`.
+
+use crate::command::modes::ModesOptions;
+use crate::command::output::Outputs;
+use crate::command::rest::StaticOptions;
+use crate::command::simulate::SimulateOptions;
+use crate::command::{GlobalOptions, conclude, exit_code, terminal};
+use rodfit::structure::{StructureMotion, StructureReport};
+use rodfit::{Error, Structure, StructureScene};
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+/// Whether a scene file is that of a structure.
+pub fn is_structure(path: &Path) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| StructureScene::is_text_of(&text))
+}
+
+/// The structure of a scene file.
+fn load(path: &Path) -> Result<Structure, Error> {
+    Structure::new(StructureScene::load(path)?)
+}
+
+/// Simulates a structure and writes its outputs.
+pub fn simulate(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let structure = load(&options.scene)?;
+    if options.report.is_some() {
+        return Err(Error::Invalid {
+            file: Some(options.scene.clone()),
+            key: "--report".into(),
+            found: "a structure".into(),
+            allowed: "--json and --out, as a structure has no page".into(),
+        });
+    }
+    let mut outputs = Outputs::new(&options.json, global);
+    let out = outputs.add("--out", options.out.as_deref());
+    outputs.check(std::slice::from_ref(&options.scene))?;
+    let stop = terminal::stop_on_ctrl_c(global);
+    let structure = structure.with_derivatives(options.derivatives.into());
+    let time = structure.time()?.clone();
+    let mut motion = structure.simulation()?;
+    let mut report = StructureReport::new(&structure);
+    let mut table = out.map(|out| outputs.begin(out)).transpose()?;
+    let mut written = table.as_mut().map_or(Ok(()), |to| writeln!(to, "time,rod,node,x,y,z"));
+    let bar = terminal::progress_bar(global, time.steps() as u64);
+    let mut push = |motion: &StructureMotion<'_>, written: &mut io::Result<()>| {
+        report.push(motion);
+        if let (Some(to), Ok(())) = (&mut table, &written) {
+            *written = report.shape.write_rows(motion.time(), to);
+        }
+    };
+    push(&motion, &mut written);
+    let mut outcome = Ok(());
+    for k in 1..=time.steps() {
+        outcome = match stop.load(Ordering::Relaxed) {
+            true => Err(Error::Interrupted),
+            false => motion.step_to(time.at(k)),
+        };
+        if outcome.is_err() {
+            break;
+        }
+        push(&motion, &mut written);
+        bar.set_position(k as u64);
+    }
+    bar.finish_and_clear();
+    report.finish(&outcome);
+    if matches!(outcome, Err(Error::Interrupted)) {
+        outputs.set_interrupted();
+    }
+    let table = table.map_or(Ok(()), |table| outputs.end_pieces(table, written));
+    let code = outcome.as_ref().map_or_else(exit_code, |()| 0);
+    let summary = report.summary().with_subject(options.scene.display());
+    let code = outputs.finish(code, &report, None, &summary);
+    Ok(conclude(code, [table, outcome]))
+}
+
+/// Computes and writes the equilibrium of a structure.
+pub fn rest(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let structure = load(&options.scene)?;
+    let mut outputs = Outputs::new(&options.json, global);
+    let out = outputs.add("--out", options.out.as_deref());
+    outputs.check(std::slice::from_ref(&options.scene))?;
+    let found = structure.equilibrium()?;
+    let table = outputs.write(out, || Ok(found.shape.to_csv().into_bytes()));
+    let summary = found.summary().with_subject(options.scene.display());
+    Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))
+}
+
+/// Computes and writes the modes of a structure.
+pub fn modes(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let structure = load(&options.scene)?;
+    let inputs = std::slice::from_ref(&options.scene);
+    let outputs = Outputs::with_json(&options.json, inputs, global)?;
+    let found = structure.modes(usize::from(options.count), options.rest)?;
+    let summary = found.summary().with_subject(options.scene.display());
+    Ok(outputs.finish(0, &found, None, &summary))
+}
