@@ -43,7 +43,12 @@ pub fn simulate(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, 
     let mut table = out.map(|out| outputs.begin(out)).transpose()?;
     let mut written = table.as_mut().map_or(Ok(()), |to| writeln!(to, "time,rod,node,x,y,z"));
     let bar = terminal::progress_bar(global, time.steps() as u64);
+    // Positions are needed in a file, and at the end.
+    let has_positions = outputs.has_json() || table.is_some();
     let mut push = |motion: &StructureMotion<'_>, written: &mut io::Result<()>| {
+        if !has_positions {
+            return report.push_energies(motion);
+        }
         report.push(motion);
         if let (Some(to), Ok(())) = (&mut table, &written) {
             *written = report.shape.write_rows(motion.time(), to);
@@ -63,6 +68,7 @@ pub fn simulate(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, 
         bar.set_position(k as u64);
     }
     bar.finish_and_clear();
+    report.shape = motion.shape();
     report.finish(&outcome);
     if matches!(outcome, Err(Error::Interrupted)) {
         outputs.set_interrupted();

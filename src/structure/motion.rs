@@ -215,13 +215,18 @@ impl StructureReport {
 
     /// Adds the present state.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
+        self.push_energies(motion);
         self.shape = motion.shape();
-        self.work = motion.simulation.work();
-        self.times.push(motion.time());
-        self.energies.push(motion.energies());
         for (name, rod) in &self.shape.rods {
             self.tips.entry(name.clone()).or_default().push(rod.tip);
         }
+    }
+
+    /// Adds the energies of the present state, without positions.
+    pub fn push_energies(&mut self, motion: &StructureMotion<'_>) {
+        self.work = motion.simulation.work();
+        self.times.push(motion.time());
+        self.energies.push(motion.energies());
     }
 
     /// Sets the status by the outcome of the run.

@@ -116,9 +116,9 @@ fn rotated<D: Scalar>([cosine, sine]: [D; 2], [x, y]: [D; 2]) -> [D; 2] {
 }
 
 impl<D: Scalar> CarriedPosition<D> {
-    /// Adds an arm that turns with a rotation.
-    fn add_arm(&mut self, z: &[D], rotation: &Rotation<D>, arm: [D; 2]) {
-        let [x, y] = rotated(rotation.cosine_and_sine(z), arm);
+    /// Adds an arm that turns with a rotation, whose angle has the cosine and sine `direction`.
+    fn add_arm(&mut self, rotation: &Rotation<D>, direction: [D; 2], arm: [D; 2]) {
+        let [x, y] = rotated(direction, arm);
         let (k, by) = (self.count, rotation.length.recip());
         self.position = [self.position[0] + x, self.position[1] + y];
         self.coordinates[k] = rotation.coordinate;
@@ -137,31 +137,30 @@ impl<D: Scalar> Bodies<D> {
         [body.coordinate, body.coordinate + 1].into_iter().chain(rotation).chain(spring).collect()
     }
 
-    /// The position of a carried node at the coordinates `z` of all bodies, m, with its derivatives.
-    #[inline]
-    pub fn carried(
-        &self,
-        z: &[D],
-        attachment: &Attachment<D>,
-        node: &CarriedNode<D>,
-    ) -> CarriedPosition<D> {
+    /// Writes the positions of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    pub fn carry(&self, z: &[D], attachment: &Attachment<D>, to: &mut Vec<CarriedPosition<D>>) {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         let body = &self.bodies[attachment.body];
         let first = body.coordinate;
-        let mut carried = CarriedPosition {
-            position: [z[first], z[first + 1]],
-            coordinates: [first, first + 1, 0, 0],
-            count: 2,
-            slopes: [[one, zero], [zero, one], [zero; 2], [zero; 2]],
-            curvatures: [[zero; 2]; MOST],
-        };
-        if let Some(rotation) = &body.rotation {
-            carried.add_arm(z, rotation, node.on_body);
+        let turned = body.rotation.as_ref().map(|turn| (turn, turn.cosine_and_sine(z)));
+        let spring = attachment.spring.map(|i| &self.springs[i].rotation);
+        let sprung = spring.map(|turn| (turn, turn.cosine_and_sine(z)));
+        for node in &attachment.nodes {
+            let mut carried = CarriedPosition {
+                position: [z[first], z[first + 1]],
+                coordinates: [first, first + 1, 0, 0],
+                count: 2,
+                slopes: [[one, zero], [zero, one], [zero; 2], [zero; 2]],
+                curvatures: [[zero; 2]; MOST],
+            };
+            if let Some((turn, direction)) = turned {
+                carried.add_arm(turn, direction, node.on_body);
+            }
+            if let Some((turn, direction)) = sprung {
+                carried.add_arm(turn, direction, node.on_clamp);
+            }
+            to.push(carried);
         }
-        if let Some(spring) = attachment.spring {
-            carried.add_arm(z, &self.springs[spring].rotation, node.on_clamp);
-        }
-        carried
     }
 
     /// The angle of a rotation, rad.
@@ -279,14 +278,18 @@ mod tests {
     fn derivatives_of_carried_positions_and_energies_agree_with_dual_numbers() {
         let (plain, attachment) = bodies::<f64>();
         let (dual, dual_attachment) = bodies::<Dual2_64>();
-        let found = plain.carried(&Z, &attachment, &attachment.nodes[0]);
+        let mut found = Vec::new();
+        plain.carry(&Z, &attachment, &mut found);
+        let found = found[0];
         let (mut gradient, mut tangent) = ([0.0; 4], [[0.0; 4]; 4]);
         plain.gradient(&Z, &mut gradient);
         plain.add_tangent(|i, j, entry| tangent[i][j] += entry);
         let along = |moved: &[usize]| -> (Dual2_64, [Dual2_64; 2]) {
             let z: Vec<Dual2_64> =
                 (0..4).map(|i| Dual2_64::new(Z[i], f64::from(moved.contains(&i)), 0.0)).collect();
-            let position = dual.carried(&z, &dual_attachment, &dual_attachment.nodes[0]).position;
+            let mut carried = Vec::new();
+            dual.carry(&z, &dual_attachment, &mut carried);
+            let position = carried[0].position;
             let spring = &dual.springs[0];
             let angle = dual.spring_angle(&z, spring);
             let force = (dual.bodies[0].load[0] * z[1]) + dual.bodies[0].load[1] * z[2];

@@ -2,7 +2,7 @@
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::PlanarRod;
-use crate::rod::assembly::bodies::{Attachment, Bodies, CarriedNode};
+use crate::rod::assembly::bodies::{Attachment, Bodies, CarriedNode, CarriedPosition};
 use crate::rod::assembly::tangent::{Coupling, ROWS};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -54,21 +54,33 @@ impl<D: Nestable> Member<D> {
         carried.chain(self.fixed.iter().map(|node| node.node)).flat_map(|i| 2 * i..2 * i + 2)
     }
 
-    /// Writes the positions of carried and fixed nodes at the coordinates `z` of bodies.
-    pub(super) fn place(&self, bodies: &Bodies<D>, z: &[D], q: &mut [D]) {
-        for (attachment, node) in self.carried() {
-            let position = bodies.carried(z, attachment, node).position;
-            q[2 * node.node..][..2].copy_from_slice(&position);
+    /// Writes the positions of all carried nodes, in the order of [`carried`](Self::carried), into `carried`, and those of
+    /// carried and fixed nodes into the unknowns `q` of the rod.
+    pub(super) fn place(
+        &self,
+        bodies: &Bodies<D>,
+        z: &[D],
+        q: &mut [D],
+        carried: &mut Vec<CarriedPosition<D>>,
+    ) {
+        self.carry(bodies, z, carried);
+        for ((_, node), carried) in self.carried().zip(&*carried) {
+            q[2 * node.node..][..2].copy_from_slice(&carried.position);
         }
         for FixedNode { node, position } in &self.fixed {
             q[2 * node..][..2].copy_from_slice(position);
         }
     }
 
+    /// Writes the positions of all carried nodes with their derivatives.
+    pub(super) fn carry(&self, bodies: &Bodies<D>, z: &[D], carried: &mut Vec<CarriedPosition<D>>) {
+        carried.clear();
+        self.attachments.iter().for_each(|own| bodies.carry(z, own, carried));
+    }
+
     /// Writes the rates of carried nodes along rates of the coordinates of bodies, and zeros for fixed nodes.
-    pub(super) fn set_rates(&self, bodies: &Bodies<D>, z: &[D], z_rates: &[D], rates: &mut [D]) {
-        for (attachment, node) in self.carried() {
-            let carried = bodies.carried(z, attachment, node);
+    pub(super) fn set_rates(&self, carried: &[CarriedPosition<D>], z_rates: &[D], rates: &mut [D]) {
+        for ((_, node), carried) in self.carried().zip(carried) {
             for c in 0..2 {
                 let mut rate = D::from(0.0);
                 for k in 0..carried.count {
@@ -104,12 +116,27 @@ pub(super) struct Room<D>(Mutex<RodUnknowns<D>>);
 /// Unknowns of one rod.
 #[derive(Debug)]
 pub(super) struct RodUnknowns<D> {
+    /// Unknowns, carried nodes included.
     pub q: Vec<D>,
+    /// Its carried nodes.
+    pub carried: Vec<CarriedPosition<D>>,
+    /// Unknowns, or changes of them, at another time.
+    pub other: Vec<D>,
+    /// Carried nodes at that time.
+    pub other_carried: Vec<CarriedPosition<D>>,
+    /// Numbers of the elements.
+    pub elements: Vec<D>,
 }
 
 impl<D> Default for RodUnknowns<D> {
     fn default() -> Self {
-        Self { q: Vec::new() }
+        Self {
+            q: Vec::new(),
+            carried: Vec::new(),
+            other: Vec::new(),
+            other_carried: Vec::new(),
+            elements: Vec::new(),
+        }
     }
 }
 

@@ -15,8 +15,9 @@ pub use tangent::{AssemblyFactors, AssemblyTangent};
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::rod::assembly::bodies::Bodies;
-use crate::rod::assembly::members::Room;
+use crate::numerics::tangent::Tangent;
+use crate::rod::assembly::bodies::{Bodies, CarriedPosition};
+use crate::rod::assembly::members::{RodUnknowns, Room};
 use crate::rod::assembly::tangent::{Coupling, MemberTangent, ROWS};
 use crate::rod::{Energies, Rod, Viscosity};
 use num_dual::Dual64;
@@ -75,8 +76,9 @@ impl<D: Nestable> Assembly<D> {
     /// Writes the unknowns of carried and fixed nodes that follow from the coordinates of the bodies.
     pub fn place_carried(&self, q: &mut [D]) {
         let (rods, z) = q.split_at_mut(self.first);
+        let mut carried = Vec::new();
         for member in &self.members {
-            member.place(&self.bodies, z, &mut rods[member.range.clone()]);
+            member.place(&self.bodies, z, &mut rods[member.range.clone()], &mut carried);
         }
     }
 
@@ -84,86 +86,116 @@ impl<D: Nestable> Assembly<D> {
     /// zero.
     pub fn set_carried_rates(&self, q: &[D], rates: &mut [D]) {
         let (rods, z_rates) = rates.split_at_mut(self.first);
+        let mut carried = Vec::new();
         for member in &self.members {
-            let rates = &mut rods[member.range.clone()];
-            member.set_rates(&self.bodies, &q[self.first..], z_rates, rates);
+            member.carry(&self.bodies, &q[self.first..], &mut carried);
+            member.set_rates(&carried, z_rates, &mut rods[member.range.clone()]);
         }
     }
 
     /// Calls `visit` with each rod and its unknowns at `q`, carried nodes included.
-    fn for_each_placed(&self, q: &[D], mut visit: impl FnMut(&Member<D>, &[D])) {
+    fn for_each_placed(&self, q: &[D], mut visit: impl FnMut(&Member<D>, &mut RodUnknowns<D>)) {
         let mut room = self.room.borrow();
         for member in &self.members {
-            room.q.clear();
-            room.q.extend_from_slice(&q[member.range.clone()]);
-            member.place(&self.bodies, &q[self.first..], &mut room.q);
-            visit(member, &room.q);
+            let RodUnknowns { q: own, carried, .. } = &mut *room;
+            own.clear();
+            own.extend_from_slice(&q[member.range.clone()]);
+            member.place(&self.bodies, &q[self.first..], own, carried);
+            visit(member, &mut room);
         }
     }
 
-    /// Adds the derivatives by the coordinates of bodies through carried nodes, from the gradient by those nodes, which it
-    /// sets to zero.
-    fn reduce_gradient(&self, z: &[D], member: &Member<D>, rod: &mut [D], bodies: &mut [D]) {
-        for (attachment, node) in member.carried() {
-            let carried = self.bodies.carried(z, attachment, node);
-            let force = [rod[2 * node.node], rod[2 * node.node + 1]];
-            for k in 0..carried.count {
-                let slope = carried.slopes[k];
-                bodies[carried.coordinates[k]] += slope[0] * force[0] + slope[1] * force[1];
-            }
-        }
-        member.tied().for_each(|i| rod[i] = D::from(0.0));
-    }
-
-    /// Adds the second derivatives by the coordinates of bodies through carried nodes, from the band of a rod and its
-    /// gradient.
-    fn reduce_tangent(
+    /// The first place that `find` returns for a rod with its unknowns `before` and `now`, plus the number of such places,
+    /// `count`, of the rods before it.
+    fn find_place(
         &self,
-        z: &[D],
-        member: &Member<D>,
-        gradient: &[D],
-        own: &mut MemberTangent<D>,
-        bodies: &mut Envelope<D>,
-    ) {
-        use crate::numerics::tangent::Tangent;
-        let zero = D::from(0.0);
-        for (attachment, coupling) in member.attachments.iter().zip(&mut own.couplings) {
-            let Coupling { rows, columns, entries } = coupling;
-            entries.fill([zero; ROWS]);
-            for node in &attachment.nodes {
-                let carried = self.bodies.carried(z, attachment, node);
-                let place = 2 * node.node;
-                for k in 0..carried.count {
-                    let (slope, curvature) = (carried.slopes[k], carried.curvatures[k]);
-                    // Between the rows beside the end and the coordinates.
-                    for (r, row) in rows.clone().enumerate() {
-                        let by = [0, 1].map(|c| own.band.get(row, place + c));
-                        entries[k][r] += by[0] * slope[0] + by[1] * slope[1];
-                    }
-                    // Between coordinates: by curvature of the position, and by pairs of carried nodes.
-                    let (i, force) = (columns[k], [gradient[place], gradient[place + 1]]);
-                    bodies.add(i, i, force[0] * curvature[0] + force[1] * curvature[1]);
-                    for other in &attachment.nodes {
-                        let moved = self.bodies.carried(z, attachment, other);
-                        for (l, j) in columns.iter().enumerate() {
-                            if *j > i {
-                                continue;
-                            }
-                            let mut sum = zero;
-                            for c in 0..2 {
-                                for d in 0..2 {
-                                    let entry = own.band.get(place + c, 2 * other.node + d);
-                                    sum += slope[c] * entry * moved.slopes[l][d];
-                                }
-                            }
-                            bodies.add(i, *j, sum);
+        [before, now]: [&[D]; 2],
+        count: impl Fn(&Member<D>) -> usize,
+        find: impl Fn(&Member<D>, &[D], &[D]) -> Option<usize>,
+    ) -> Option<usize> {
+        let (mut found, mut first) = (None, 0);
+        self.for_each_placed(now, |member, RodUnknowns { q, other, other_carried, .. }| {
+            if found.is_some() {
+                return;
+            }
+            other.clear();
+            other.extend_from_slice(&before[member.range.clone()]);
+            member.place(&self.bodies, &before[self.first..], other, other_carried);
+            found = find(member, other, q).map(|place| first + place);
+            first += count(member);
+        });
+        found
+    }
+}
+
+/// Adds the derivatives by the coordinates of bodies through carried nodes, from the gradient of a rod by those nodes, which
+/// it sets to zero.
+fn reduce_gradient<D: Nestable>(
+    member: &Member<D>,
+    carried: &[CarriedPosition<D>],
+    rod: &mut [D],
+    bodies: &mut [D],
+) {
+    for ((_, node), carried) in member.carried().zip(carried) {
+        let force = [rod[2 * node.node], rod[2 * node.node + 1]];
+        for k in 0..carried.count {
+            let slope = carried.slopes[k];
+            bodies[carried.coordinates[k]] += slope[0] * force[0] + slope[1] * force[1];
+        }
+    }
+    member.tied().for_each(|i| rod[i] = D::from(0.0));
+}
+
+/// Adds the second derivatives by the coordinates of bodies through carried nodes, from the band of a rod and its gradient.
+fn reduce_tangent<D: Nestable>(
+    member: &Member<D>,
+    carried: &[CarriedPosition<D>],
+    gradient: &[D],
+    own: &mut MemberTangent<D>,
+    bodies: &mut Envelope<D>,
+) {
+    let (zero, mut first) = (D::from(0.0), 0);
+    for (attachment, coupling) in member.attachments.iter().zip(&mut own.couplings) {
+        let Coupling { rows, columns, entries } = coupling;
+        entries.fill([zero; ROWS]);
+        let moved = &carried[first..first + attachment.nodes.len()];
+        first += attachment.nodes.len();
+        for (node, motion) in attachment.nodes.iter().zip(moved) {
+            let place = 2 * node.node;
+            // Between the rows beside the end and the coordinates.
+            for (r, row) in rows.clone().enumerate() {
+                let by = [own.band.get(row, place), own.band.get(row, place + 1)];
+                for (entries, slope) in entries.iter_mut().zip(&motion.slopes) {
+                    entries[r] += by[0] * slope[0] + by[1] * slope[1];
+                }
+            }
+            // Between coordinates, by the curvature of the position.
+            let force = [gradient[place], gradient[place + 1]];
+            for (i, curvature) in columns.iter().zip(&motion.curvatures) {
+                bodies.add(*i, *i, force[0] * curvature[0] + force[1] * curvature[1]);
+            }
+            // And by pairs of carried nodes.
+            for (other, also) in attachment.nodes.iter().zip(moved) {
+                let at = 2 * other.node;
+                let block = [
+                    [own.band.get(place, at), own.band.get(place, at + 1)],
+                    [own.band.get(place + 1, at), own.band.get(place + 1, at + 1)],
+                ];
+                for (i, slope) in columns.iter().zip(&motion.slopes) {
+                    let by = [
+                        slope[0] * block[0][0] + slope[1] * block[1][0],
+                        slope[0] * block[0][1] + slope[1] * block[1][1],
+                    ];
+                    for (j, other) in columns.iter().zip(&also.slopes) {
+                        if j <= i {
+                            bodies.add(*i, *j, by[0] * other[0] + by[1] * other[1]);
                         }
                     }
                 }
             }
         }
-        member.tied().for_each(|i| own.band.uncouple(i));
     }
+    member.tied().for_each(|i| own.band.uncouple(i));
 }
 
 impl<D: Nestable> Rod<D> for Assembly<D> {
@@ -200,12 +232,12 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
-        let (z, (rods, bodies)) = (&q[self.first..], gradient.split_at_mut(self.first));
-        self.bodies.gradient(z, bodies);
-        self.for_each_placed(q, |member, q| {
+        let (rods, bodies) = gradient.split_at_mut(self.first);
+        self.bodies.gradient(&q[self.first..], bodies);
+        self.for_each_placed(q, |member, RodUnknowns { q, carried, .. }| {
             let own = &mut rods[member.range.clone()];
             member.rod.gradient(q, &(), derivatives, own);
-            self.reduce_gradient(z, member, own, bodies);
+            reduce_gradient(member, carried, own, bodies);
         });
     }
 
@@ -228,33 +260,32 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         tensions: Option<&[D]>,
         (gradient, tangent): (&mut [D], &mut AssemblyTangent<D>),
     ) {
-        let (z, (rods, bodies)) = (&q[self.first..], gradient.split_at_mut(self.first));
+        let (rods, bodies) = gradient.split_at_mut(self.first);
         let AssemblyTangent { members, bodies: corner } = tangent;
-        self.bodies.gradient(z, bodies);
+        self.bodies.gradient(&q[self.first..], bodies);
         corner.clear();
         self.bodies.add_tangent(|i, j, entry| corner.add(i, j, entry));
         let (mut members, mut edges) = (members.iter_mut(), 0);
-        self.for_each_placed(q, |member, q| {
+        self.for_each_placed(q, |member, RodUnknowns { q, carried, .. }| {
             let Some(own) = members.next() else { return };
             let forces = &mut rods[member.range.clone()];
             let count = member.rod.stretch.len();
             let tensions = tensions.map(|all| &all[edges..edges + count]);
             edges += count;
             member.rod.tangent_under(q, &(), derivatives, tensions, (forces, &mut own.band));
-            self.reduce_tangent(z, member, forces, own, corner);
-            self.reduce_gradient(z, member, forces, bodies);
+            reduce_tangent(member, carried, forces, own, corner);
+            reduce_gradient(member, carried, forces, bodies);
         });
     }
 
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
-        let (mut moved, mut own) = (Vec::new(), Vec::new());
-        self.for_each_placed(q, |member, q_member| {
-            moved.clear();
-            moved.extend_from_slice(&change[member.range.clone()]);
-            member.set_rates(&self.bodies, &q[self.first..], &change[self.first..], &mut moved);
-            member.rod.tensions_after(&moved, q_member, &mut own);
-            tensions.extend_from_slice(&own);
+        self.for_each_placed(q, |member, RodUnknowns { q, carried, other, elements, .. }| {
+            other.clear();
+            other.extend_from_slice(&change[member.range.clone()]);
+            member.set_rates(carried, &change[self.first..], other);
+            member.rod.tensions_after(other, q, elements);
+            tensions.extend_from_slice(elements);
         });
     }
 
@@ -273,32 +304,18 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     fn folded(&self, before: &[D], now: &[D], (): &()) -> Option<usize> {
-        let (mut found, mut nodes, mut start) = (None, 0, Vec::new());
-        self.for_each_placed(now, |member, now| {
-            start.clear();
-            start.extend_from_slice(&before[member.range.clone()]);
-            member.place(&self.bodies, &before[self.first..], &mut start);
-            found = found.or(member.rod.folded(&start, now, &()).map(|node| nodes + node));
-            nodes += member.nodes();
-        });
-        found
+        let folded = |member: &Member<D>, a: &[D], b: &[D]| member.rod.folded(a, b, &());
+        self.find_place([before, now], Member::nodes, folded)
     }
 
     fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
-        let (mut found, mut edges, mut start) = (None, 0, Vec::new());
-        self.for_each_placed(now, |member, now| {
-            start.clear();
-            start.extend_from_slice(&before[member.range.clone()]);
-            member.place(&self.bodies, &before[self.first..], &mut start);
-            found = found.or(member.rod.leapt(&start, now).map(|edge| edges + edge));
-            edges += member.nodes() - 1;
-        });
-        found
+        let leapt = |member: &Member<D>, a: &[D], b: &[D]| member.rod.leapt(a, b);
+        self.find_place([before, now], |member| member.nodes() - 1, leapt)
     }
 
     fn energies(&self, q: &[D], (): &()) -> Energies {
         let mut sums = Energies::default();
-        self.for_each_placed(q, |member, q| {
+        self.for_each_placed(q, |member, RodUnknowns { q, .. }| {
             let own = member.rod.energies(q, &());
             sums.stretch += own.stretch;
             sums.bend += own.bend;
@@ -309,11 +326,10 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     fn strains(&self, q: &[D], (): &(), strains: &mut Vec<D>) {
-        let mut own = Vec::new();
         strains.clear();
-        self.for_each_placed(q, |member, q| {
-            member.rod.strains(q, &(), &mut own);
-            strains.extend_from_slice(&own);
+        self.for_each_placed(q, |member, RodUnknowns { q, elements, .. }| {
+            member.rod.strains(q, &(), elements);
+            strains.extend_from_slice(elements);
         });
     }
 

@@ -18,8 +18,8 @@ use std::ops::Range;
 
 /// Rows of a rod that are coupled to a carried end: two nodes.
 pub(super) const ROWS: usize = 4;
-/// Columns of `Ai^-1 Bi` that are solved for together.
-const GROUP: usize = 3;
+/// Columns of `Ai^-1 Bi` that are solved for together: those of both ends of a rod, in two registers.
+const GROUP: usize = 8;
 
 /// Second derivatives between the rows beside a carried end and the coordinates that carry it.
 #[derive(Clone, Debug)]
@@ -360,12 +360,22 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
             }
         }
         self.schur.solve(bodies);
+        let mut own = [[E::from(0.0); R]; GROUP];
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
-            for (k, column) in member.columns() {
-                let (z, responses) = (bodies[column], &member.responses[k / GROUP]);
+            let mut columns = member.columns();
+            for responses in &member.responses {
+                let mut count = 0;
+                for (_, column) in columns.by_ref().take(GROUP) {
+                    own[count] = bodies[column];
+                    count += 1;
+                }
                 for (x, response) in x.iter_mut().zip(responses) {
-                    (0..R).for_each(|r| x[r] -= z[r] * response[k % GROUP]);
+                    for (z, response) in own[..count].iter().zip(response) {
+                        for r in 0..R {
+                            x[r] -= z[r] * *response;
+                        }
+                    }
                 }
             }
         }
