@@ -12,6 +12,7 @@
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use crate::rod::planar::HALF_BANDWIDTH;
 use std::ops::Range;
@@ -76,6 +77,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
             range: member.range.clone(),
             couplings: member.couplings.clone(),
             responses: Vec::new(),
+            room: Vec::new(),
         };
         AssemblyFactors {
             members: self.members.iter().map(member).collect(),
@@ -240,43 +242,72 @@ struct MemberFactors<D> {
     range: Range<usize>,
     /// `Bi`.
     couplings: Vec<Coupling<D>>,
-    /// The columns of `Ai^-1 Bi`, in groups; columns of all couplings, one after the other.
-    responses: Vec<Vec<[D; GROUP]>>,
+    /// The columns of `Ai^-1 Bi`; columns of all couplings, one after the other.
+    responses: Vec<Vec<D>>,
+    /// Columns that are solved for.
+    room: Vec<[D; GROUP]>,
 }
 
 impl<D: Scalar> MemberFactors<D> {
-    /// Number and coordinate of every column of all couplings.
-    fn columns(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied()).enumerate()
+    /// The coordinate of every column of all couplings.
+    fn columns(&self) -> impl Iterator<Item = usize> {
+        self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied())
     }
 
     /// Computes the responses, and subtracts `Bi' Ai^-1 Bi` from the Schur complement.
     fn eliminate(&mut self, schur: &mut Envelope<D>) {
-        let Self { band, range, couplings, responses } = self;
+        let Self { band, range, couplings, responses, room } = self;
         let count: usize = couplings.iter().map(|coupling| coupling.columns.len()).sum();
-        let zero = [D::from(0.0); GROUP];
-        responses.resize_with(count.div_ceil(GROUP), || vec![zero; range.len()]);
+        let zero = D::from(0.0);
+        responses.resize_with(count, || vec![zero; range.len()]);
+        room.resize(range.len(), [zero; GROUP]);
         let mut columns = couplings.iter().flat_map(|coupling| {
             coupling.entries.iter().map(|entries| (coupling.rows.start, entries))
         });
-        for group in responses.iter_mut() {
-            group.fill(zero);
-            for (g, (row, entries)) in columns.by_ref().take(GROUP).enumerate() {
-                (0..ROWS).for_each(|r| group[row + r][g] = entries[r]);
+        for group in responses.chunks_mut(GROUP) {
+            room.fill([zero; GROUP]);
+            for (g, (row, entries)) in columns.by_ref().take(group.len()).enumerate() {
+                (0..ROWS).for_each(|r| room[row + r][g] = entries[r]);
             }
-            band.solve_many(group);
+            band.solve_many(room);
+            for (g, response) in group.iter_mut().enumerate() {
+                response.iter_mut().zip(&*room).for_each(|(to, from)| *to = from[g]);
+            }
         }
         for coupling in &self.couplings {
             for (row, entries) in coupling.columns.iter().zip(&coupling.entries) {
-                for (k, column) in self.columns() {
-                    if column > *row {
-                        continue;
+                for (column, response) in self.columns().zip(&self.responses) {
+                    if column <= *row {
+                        let response = &response[coupling.rows.clone()];
+                        let mut sum = zero;
+                        (0..ROWS).for_each(|r| sum += entries[r] * response[r]);
+                        schur.add(*row, column, -sum);
                     }
-                    let response = &self.responses[k / GROUP][coupling.rows.clone()];
-                    let mut sum = D::from(0.0);
-                    (0..ROWS).for_each(|r| sum += entries[r] * response[r][k % GROUP]);
-                    schur.add(*row, column, -sum);
                 }
+            }
+        }
+    }
+}
+
+/// Subtracts a column times numbers from vectors, as work for a vector unit.
+struct LessColumn<'a, D, E, const R: usize> {
+    x: &'a mut [[E; R]],
+    column: &'a [D],
+    factor: [E; R],
+}
+
+impl<D: Scalar, E: RightHandSide<D>, const R: usize> pulp::NullaryFnOnce
+    for LessColumn<'_, D, E, R>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let count = self.x.len().min(self.column.len());
+        let (x, column) = (&mut self.x[..count], &self.column[..count]);
+        for i in 0..count {
+            for r in 0..R {
+                x[i][r] -= self.factor[r] * column[i];
             }
         }
     }
@@ -360,23 +391,10 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
             }
         }
         self.schur.solve(bodies);
-        let mut own = [[E::from(0.0); R]; GROUP];
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
-            let mut columns = member.columns();
-            for responses in &member.responses {
-                let mut count = 0;
-                for (_, column) in columns.by_ref().take(GROUP) {
-                    own[count] = bodies[column];
-                    count += 1;
-                }
-                for (x, response) in x.iter_mut().zip(responses) {
-                    for (z, response) in own[..count].iter().zip(response) {
-                        for r in 0..R {
-                            x[r] -= z[r] * *response;
-                        }
-                    }
-                }
+            for (column, response) in member.columns().zip(&member.responses) {
+                with_simd(LessColumn { x: &mut *x, column: response, factor: bodies[column] });
             }
         }
     }

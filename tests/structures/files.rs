@@ -1,0 +1,44 @@
+//! Files of structures: the shipped one, the documented one, and the commands.
+
+use rodfit::{Structure, StructureScene};
+#[cfg(feature = "cli")]
+use std::process::Command;
+
+#[test]
+fn documented_structure_is_valid_and_stable() {
+    let page = include_str!("../../docs/reference/structures.md");
+    let text = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let structure = Structure::new(StructureScene::from_toml(text, ".").unwrap()).unwrap();
+    assert!(structure.equilibrium().unwrap().stable_in_plane);
+    structure.simulation().unwrap().step_to(1e-3).unwrap();
+}
+
+/// The output of `rodfit` with these arguments.
+#[cfg(feature = "cli")]
+fn output(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let program = env!("CARGO_BIN_EXE_rodfit");
+    let output = Command::new(program).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn commands_take_the_shipped_structure() {
+    let file = "data/portal-frame.toml";
+    let (code, json, _) = output(&["static", file, "--json", "-", "-q"]);
+    let found: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &found["stable_in_plane"]), (Some(0), &true.into()));
+    let (code, json, _) = output(&["modes", file, "--count", "2", "--json", "-", "-q"]);
+    let modes: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, modes["modes"].as_array().unwrap().len()), (Some(0), 2));
+    let (code, table, _) = output(&["simulate", file, "--out", "-", "-q"]);
+    // 201 states of 41 + 31 + 41 nodes.
+    assert_eq!((code, table.lines().count()), (Some(0), 1 + 201 * 113));
+    let (code, _, message) = output(&["fit", file]);
+    assert_eq!(code, Some(2));
+    assert!(message.contains("this is a structure, not a fit file"), "{message}");
+    let (code, _, message) = output(&["simulate", file, "--report", "page"]);
+    assert_eq!(code, Some(2));
+    assert!(message.contains("--report: found a structure"), "{message}");
+}
