@@ -2,9 +2,10 @@
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
+use rodfit::Error;
 use rodfit::accuracy::Aim;
+use rodfit::scene::SceneFile;
 use rodfit::vibration::LinearizationPoint;
-use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 /// Options of `rodfit modes`.
@@ -24,10 +25,10 @@ pub struct ModesOptions {
 
 /// Computes and writes the modes.
 pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
-    if structure::is_structure(&options.scene) {
-        return structure::modes(options, global);
-    }
-    let scene = Scene::load(&options.scene)?;
+    let scene = match SceneFile::load(&options.scene)? {
+        SceneFile::Rod(scene) => *scene,
+        SceneFile::Structure(scene) => return structure::modes(*scene, options, global),
+    };
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     let count = usize::from(options.count);
     limits::modes_cost(&scene, count).admit(global)?;

@@ -2,9 +2,10 @@
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};
+use rodfit::Error;
 use rodfit::accuracy::Aim;
 use rodfit::dynamics::shape_csv;
-use rodfit::{Error, Scene};
+use rodfit::scene::SceneFile;
 use std::path::PathBuf;
 
 /// Options of `rodfit static`.
@@ -21,10 +22,10 @@ pub struct StaticOptions {
 
 /// Computes and writes the equilibrium.
 pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
-    if structure::is_structure(&options.scene) {
-        return structure::rest(options, global);
-    }
-    let scene = Scene::load(&options.scene)?;
+    let scene = match SceneFile::load(&options.scene)? {
+        SceneFile::Rod(scene) => *scene,
+        SceneFile::Structure(scene) => return structure::rest(*scene, options, global),
+    };
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.check(&scene.files())?;

@@ -24,6 +24,8 @@ pub struct SchemaOptions {
 enum SchemaKind {
     /// Keys of a scene file (TOML).
     Scene,
+    /// Keys of the scene file of a structure (TOML).
+    Structure,
     /// Keys of a fit file (TOML).
     Fit,
     /// Keys of a campaign file (TOML).
@@ -36,6 +38,12 @@ enum SchemaKind {
     Static,
     /// JSON of `rodfit modes`.
     Modes,
+    /// JSON of `rodfit simulate` of a structure.
+    StructureSimulation,
+    /// JSON of `rodfit static` of a structure.
+    StructureStatic,
+    /// JSON of `rodfit modes` of a structure.
+    StructureModes,
     /// JSON of `rodfit study`.
     Study,
     /// JSON of `rodfit predict`.
@@ -70,6 +78,10 @@ impl SchemaKind {
     fn file(self) -> &'static str {
         match self {
             Self::Scene => include_str!("schema/scene.json"),
+            Self::Structure => include_str!("schema/structure.json"),
+            Self::StructureSimulation => include_str!("schema/structure-simulation.json"),
+            Self::StructureStatic => include_str!("schema/structure-static.json"),
+            Self::StructureModes => include_str!("schema/structure-modes.json"),
             Self::Fit => include_str!("schema/fit.json"),
             Self::Campaign => include_str!("schema/campaign.json"),
             Self::Result => include_str!("schema/result.json"),

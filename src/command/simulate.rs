@@ -6,8 +6,9 @@ use crate::command::{
 };
 use rodfit::accuracy::{Attempt, run_checked};
 use rodfit::dynamics::{Film, NodeTable, SimulationReport, Snapshot};
+use rodfit::scene::SceneFile;
 use rodfit::summary::{Summary, Tone, duration};
-use rodfit::{Error, Problem, Scene, Trajectory, page};
+use rodfit::{Error, Problem, Trajectory, page};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -32,10 +33,10 @@ pub struct SimulateOptions {
 /// Simulates the scene. If its numerics are chosen by the program, the run is checked, and repeated with finer ones where
 /// needed.
 pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
-    if structure::is_structure(&options.scene) {
-        return structure::simulate(options, global);
-    }
-    let scene = Scene::load(&options.scene)?;
+    let scene = match SceneFile::load(&options.scene)? {
+        SceneFile::Rod(scene) => *scene,
+        SceneFile::Structure(scene) => return structure::simulate(*scene, options, global),
+    };
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.add_page(options.report.as_deref(), "simulation.html");

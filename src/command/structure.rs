@@ -8,22 +8,15 @@ use crate::command::{GlobalOptions, conclude, exit_code, terminal};
 use rodfit::structure::{StructureMotion, StructureReport};
 use rodfit::{Error, Structure, StructureScene};
 use std::io::{self, Write};
-use std::path::Path;
 use std::sync::atomic::Ordering;
 
-/// Whether a scene file is that of a structure.
-pub fn is_structure(path: &Path) -> bool {
-    std::fs::read_to_string(path).is_ok_and(|text| StructureScene::is_text_of(&text))
-}
-
-/// The structure of a scene file.
-fn load(path: &Path) -> Result<Structure, Error> {
-    Structure::new(StructureScene::load(path)?)
-}
-
 /// Simulates a structure and writes its outputs.
-pub fn simulate(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
-    let structure = load(&options.scene)?;
+pub fn simulate(
+    scene: StructureScene,
+    options: &SimulateOptions,
+    global: GlobalOptions,
+) -> Result<u8, Error> {
+    let structure = Structure::new(scene)?;
     if options.report.is_some() {
         return Err(Error::Invalid {
             file: Some(options.scene.clone()),
@@ -81,8 +74,12 @@ pub fn simulate(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, 
 }
 
 /// Computes and writes the equilibrium of a structure.
-pub fn rest(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
-    let structure = load(&options.scene)?;
+pub fn rest(
+    scene: StructureScene,
+    options: &StaticOptions,
+    global: GlobalOptions,
+) -> Result<u8, Error> {
+    let structure = Structure::new(scene)?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.check(std::slice::from_ref(&options.scene))?;
@@ -93,8 +90,12 @@ pub fn rest(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error>
 }
 
 /// Computes and writes the modes of a structure.
-pub fn modes(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
-    let structure = load(&options.scene)?;
+pub fn modes(
+    scene: StructureScene,
+    options: &ModesOptions,
+    global: GlobalOptions,
+) -> Result<u8, Error> {
+    let structure = Structure::new(scene)?;
     let inputs = std::slice::from_ref(&options.scene);
     let outputs = Outputs::with_json(&options.json, inputs, global)?;
     let found = structure.modes(usize::from(options.count), options.rest)?;

@@ -26,7 +26,7 @@ mod tributary;
 mod warnings;
 
 pub(crate) use axes::DirectorRotation;
-pub(crate) use layout::behind_walls;
+pub(crate) use layout::{behind_walls, check_edges, check_on_mesh, correction};
 pub use model::Model;
 pub(crate) use model_with_setup::ModelWithSetup;
 pub(crate) use own::NodeTie;
@@ -43,7 +43,7 @@ use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::add;
-use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, check_on_mesh, choose, correction};
+use crate::problem::layout::{BESIDE_STRAIGHT, choose};
 use crate::problem::model_with_setup::AnyModel;
 use crate::rod::Rod;
 use crate::scene::Parameter;

@@ -5,7 +5,6 @@ use crate::energy::{DeadMoment, PlanarBend, planar_bend};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
-use crate::problem::layout::{check_edges, check_on_mesh, correction};
 use crate::problem::model::{
     Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
 };
@@ -103,16 +102,17 @@ impl PlanarModel {
     /// The model of a rod in the plane of a structure.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a section whose bending leaves the plane, and shapes without a mesh.
-    pub(crate) fn in_plane(scene: &Scene, plane: Plane) -> Result<Self, Error> {
-        let mesh = scene.mesh()?;
-        check_edges("rod.shape", &mesh.nodes)?;
-        check_on_mesh(scene, &mesh)?;
+    /// [`Error::Invalid`] for a section whose bending leaves the plane.
+    pub(crate) fn in_plane(
+        scene: &Scene,
+        mesh: &Mesh,
+        plane: Plane,
+        correction: Correction,
+    ) -> Result<Self, Error> {
         let second_moment = second_moment_in(scene, &plane, &mesh.nodes).ok_or_else(|| {
             let found = "a direction neither in the plane of the structure nor normal to it";
             Error::invalid("rod.section.up", found, "one of the two")
         })?;
-        let correction = correction(scene, &mesh, &[]);
         Ok(Self { plane, correction, second_moment, nodes: mesh.nodes.len() })
     }
 

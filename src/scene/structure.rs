@@ -35,7 +35,7 @@ table! {
         pub bodies: Vec<RigidBody<D>> = TABLE,
         /// Joints between rods, and of rods with bodies.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        pub joints: Vec<Joint<D>> = TABLE,
+        pub joints: Vec<StructureJoint<D>> = TABLE,
         /// Supports of rod ends and bodies.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub supports: Vec<StructureSupport>,
@@ -168,7 +168,7 @@ table! {
 
 table! {
     /// `[[joints]]`: a joint of two or more ends of rods, of which one may be a body.
-    pub enum Joint {
+    pub enum StructureJoint {
         /// All directions and positions are shared.
         Rigid {
             /// Ends of rods, and at most one body.
@@ -197,7 +197,7 @@ table! {
     }
 }
 
-impl<D> Joint<D> {
+impl<D> StructureJoint<D> {
     /// What it connects.
     pub fn connects(&self) -> &[JointEnd<D>] {
         match self {

@@ -25,7 +25,7 @@ const REQUIRED: [Rule; 9] = [
 
 impl StructureScene {
     /// Whether the text of a scene file is that of a structure: it has `[[rods]]`.
-    pub fn is_text_of(text: &str) -> bool {
+    pub(crate) fn is_text_of(text: &str) -> bool {
         toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("rods"))
     }
 
@@ -52,7 +52,8 @@ impl StructureScene {
         Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    fn read(text: &str, path: &Path) -> Result<Self, Error> {
+    /// Reads and validates the text of the file of a structure with this path.
+    pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
         scene.path = Some(path.into());

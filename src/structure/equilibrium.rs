@@ -6,12 +6,14 @@ use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::rod::{Energies, Rod};
 use crate::statics::{Descent, DescentSettings, EquilibriumState, Pencil};
-use crate::structure::{Structure, StructureShape};
+use crate::structure::definition::Structure;
+use crate::structure::structure_shape::StructureShape;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 
 /// The equilibrium of a structure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureEquilibrium {
     /// Rods and bodies.

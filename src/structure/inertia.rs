@@ -8,9 +8,9 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::assembly::bodies::{Bodies, Body, JointSpring, Rotation};
 use crate::scene::Plane;
-use crate::scene::structure::{Joint, StructureScene};
-use crate::structure::places::{PlacedRod, end_nodes};
-use crate::structure::plan::{EndHold, Plan};
+use crate::scene::structure::{StructureJoint, StructureScene};
+use crate::structure::placement::{PlacedRod, end_nodes};
+use crate::structure::plan::{EndHold, StructurePlan};
 
 /// The bodies of a structure at rest.
 pub(super) struct BodiesAtRest<D> {
@@ -45,7 +45,7 @@ impl<D: Nestable> BodiesAtRest<D> {
     /// # Errors
     /// [`Error::Invalid`] for a rigid joint without a moment of inertia.
     pub fn new(
-        plan: &Plan,
+        plan: &StructurePlan,
         plane: &Plane,
         scene: &StructureScene<D>,
         rods: &[PlacedRod<D>],
@@ -119,7 +119,7 @@ impl<D: Nestable> BodiesAtRest<D> {
 /// The spring of a plan for a clamp with a moment of inertia, kg m^2, about the joint; `length`, m, is the scale of its
 /// rotation.
 fn joint_spring<D: Nestable>(
-    plan: &Plan,
+    plan: &StructurePlan,
     scene: &StructureScene<D>,
     spring: usize,
     inertia: D,
@@ -127,7 +127,7 @@ fn joint_spring<D: Nestable>(
 ) -> JointSpring<D> {
     let own = &plan.springs[spring];
     let (compliance, rest_angle) = match &scene.joints[own.joint] {
-        Joint::Spring { rotation, rest, .. } => (*rotation, *rest),
+        StructureJoint::Spring { rotation, rest, .. } => (*rotation, *rest),
         _ => (D::from(1.0), D::from(0.0)),
     };
     JointSpring {
@@ -139,7 +139,7 @@ fn joint_spring<D: Nestable>(
 }
 
 /// The error of a rigid joint whose rods lie on each other.
-fn without_inertia(plan: &Plan, body: usize) -> Error {
+fn without_inertia(plan: &StructurePlan, body: usize) -> Error {
     let joint = plan.bodies[body].joint.unwrap_or_default();
     let found = "a joint without a moment of inertia";
     Error::invalid(

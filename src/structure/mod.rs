@@ -4,153 +4,19 @@
 //! (`ball` and `hinge` are the same in a plane), or have a rotational spring. Derivatives along any number are those of
 //! the same functions over dual numbers.
 
-mod build;
+mod blueprint;
+mod definition;
 mod equilibrium;
 mod inertia;
 mod modes;
-mod motion;
-mod places;
+mod placement;
 mod plan;
-mod shape;
+mod structure_motion;
+mod structure_shape;
 
-pub use build::AssemblyAtRest;
+pub use blueprint::AssemblyAtRest;
+pub use definition::Structure;
 pub use equilibrium::StructureEquilibrium;
 pub use modes::{StructureMode, StructureModes};
-pub use motion::{StructureMotion, StructureReport};
-pub use shape::{BodyPose, RodNodes, StructureShape};
-
-use crate::energy::Derivatives;
-use crate::error::Error;
-use crate::numerics::scalar::Nestable;
-use crate::scene::number::Quantity;
-use crate::scene::{Scene, StructureScene};
-use build::Blueprint;
-
-/// A structure: its scene and its assembly.
-///
-/// ```
-/// use rodfit::{Structure, StructureScene};
-/// // A strip of two pieces, welded end to end: the frequency is that of one strip of 0.5 m.
-/// let text = r#"
-///     [[rods]]
-///     name = "a"
-///     segments = 20
-///     shape = { kind = "straight", length = 0.25, direction = [1, 0, 0] }
-///     section = { kind = "circle", radius = 1e-3 }
-///     material = "steel"
-///     [[rods]]
-///     name = "b"
-///     segments = 20
-///     shape = { kind = "straight", length = 0.25, direction = [1, 0, 0] }
-///     section = { kind = "circle", radius = 1e-3 }
-///     material = "steel"
-///     [[materials]]
-///     name = "steel"
-///     density = 7800
-///     youngs_modulus = 2e11
-///     [[joints]]
-///     kind = "rigid"
-///     connects = [{ rod = "a", at = "end" }, { rod = "b", at = "start" }]
-///     [[supports]]
-///     of = { rod = "a", at = "start" }
-///     kind = "clamped"
-/// "#;
-/// let structure = Structure::new(StructureScene::from_toml(text, ".")?)?;
-/// let first = structure.modes(1, true)?.modes[0].frequency_rad_s;
-/// // 1.8751^2 sqrt(E I/(rho A L^4)), with I/A = r^2/4.
-/// let exact = 1.875_104_f64.powi(2) * (2e11_f64 / 7800.0).sqrt() * 0.5e-3 / 0.25;
-/// assert!((first / exact - 1.0).abs() < 5e-4);
-/// # Ok::<(), rodfit::Error>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct Structure {
-    scene: StructureScene,
-    blueprint: Blueprint,
-    at_rest: AssemblyAtRest<f64>,
-    derivatives: Derivatives,
-}
-
-impl Structure {
-    /// The structure of a scene.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] with file, key, and the found and the allowed value.
-    pub fn new(scene: StructureScene) -> Result<Self, Error> {
-        scene.validate()?;
-        let file = scene.path.clone();
-        let in_file = |error: Error| error.in_file(file.as_deref());
-        let blueprint = Blueprint::new(&scene).map_err(in_file)?;
-        let at_rest = blueprint.build(&scene).map_err(in_file)?;
-        Ok(Self { scene, blueprint, at_rest, derivatives: Derivatives::Hand })
-    }
-
-    /// The structure with other derivatives of the energies in simulations.
-    pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
-        Self { derivatives, ..self }
-    }
-
-    /// The scene.
-    pub fn scene(&self) -> &StructureScene {
-        &self.scene
-    }
-
-    /// The assembly at rest.
-    pub fn at_rest(&self) -> &AssemblyAtRest<f64> {
-        &self.at_rest
-    }
-
-    /// The assembly at rest over another number type; `seed` returns the number of a path, value and quantity of the scene.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn at_rest_over<D: Nestable>(
-        &self,
-        seed: impl FnMut(&str, f64, Quantity) -> D,
-    ) -> Result<AssemblyAtRest<D>, Error> {
-        self.blueprint.build(&self.scene.map_numbers(seed))
-    }
-
-    /// Sum of the lengths of all rods, m.
-    pub fn length(&self) -> f64 {
-        self.at_rest.meshes.iter().map(|mesh| mesh.length).sum()
-    }
-
-    /// Number of unknowns that move.
-    pub fn dof(&self) -> usize {
-        self.at_rest.q.len() - self.at_rest.assembly.tied().count()
-    }
-
-    /// The scenes of the single rods.
-    fn parts(&self) -> impl Iterator<Item = &Scene> {
-        self.blueprint.parts.iter().map(|part| &part.scene)
-    }
-
-    /// Square of the lowest frequency scale of bending of a rod, `E I/(rho A L^4)` with the sum of all lengths, 1/s^2.
-    fn bending_frequency_squared(&self) -> f64 {
-        let length = self.length();
-        let squared = self.parts().map(|scene| {
-            let (section, material) = scene.at(0.5);
-            let section = section.moments();
-            let [i1, i2] = section.second_moments;
-            let line = material.density * section.area * length.powi(4);
-            material.youngs_modulus * i1.min(i2) / line
-        });
-        squared.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Stiffness of every unknown, N/m, that counts as none: a billionth of that of bending as a whole, or rounding errors
-    /// of the tangent where these are larger.
-    fn negligible_stiffness(&self) -> Vec<f64> {
-        use crate::rod::Rod;
-        let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
-        let noise = 10.0 * f64::EPSILON * (nodes as f64).powi(4);
-        let squared = self.bending_frequency_squared() * (NEGLIGIBLE + noise);
-        let assembly = &self.at_rest.assembly;
-        let mut stiffness: Vec<f64> = assembly.mass().iter().map(|mass| mass * squared).collect();
-        assembly.tied().for_each(|i| stiffness[i] = 0.0);
-        stiffness
-    }
-}
-
-/// Negligible part of the stiffness of bending of the whole structure.
-const NEGLIGIBLE: f64 = 1e-9;
+pub use structure_motion::{StructureMotion, StructureReport};
+pub use structure_shape::{BodyPose, RodNodes, StructureShape};

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::structure::Structure;
+use crate::structure::definition::{NEGLIGIBLE, Structure};
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,7 @@ const DIGITS: usize = 7;
 
 /// A mode of vibration of a structure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureMode {
     /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s; zero without resistance.
@@ -24,6 +25,7 @@ pub struct StructureMode {
 
 /// The lowest modes of a structure in its plane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureModes {
     /// Modes in ascending order.
@@ -42,7 +44,7 @@ impl Structure {
         };
         let pencil = self.pencil(&q, self.at_rest.assembly.mass().to_vec());
         let scale = self.bending_frequency_squared();
-        let zero = scale * super::NEGLIGIBLE;
+        let zero = scale * NEGLIGIBLE;
         let found = pencil.lowest(count, scale)?;
         let modes = found.into_iter().map(|mode| {
             let squared = match mode.squared.abs() < zero.max(pencil.rounding(&mode.vector)) {

@@ -4,7 +4,7 @@
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;
 use crate::scene::Support;
-use crate::scene::structure::{Joint, JointEnd, StructureScene, Supported};
+use crate::scene::structure::{JointEnd, StructureJoint, StructureScene, Supported};
 
 /// What holds an end of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ pub(super) enum Placement {
 
 /// The discrete choices of a structure.
 #[derive(Clone, Debug)]
-pub(super) struct Plan {
+pub(super) struct StructurePlan {
     /// Both ends of every rod.
     pub ends: Vec<[EndHold; 2]>,
     pub bodies: Vec<BodyPlan>,
@@ -123,7 +123,7 @@ fn supported_end(
     }
 }
 
-impl Plan {
+impl StructurePlan {
     /// The choices for a validated scene.
     pub fn new(scene: &StructureScene) -> Result<Self, Error> {
         let mut plan = Self {
@@ -179,7 +179,7 @@ impl Plan {
         &mut self,
         scene: &StructureScene,
         number: usize,
-        joint: &Joint,
+        joint: &StructureJoint,
     ) -> Result<(), Error> {
         let key = format!("joints[{number}].connects");
         let connects = joint.connects();
@@ -194,14 +194,14 @@ impl Plan {
         });
         let bodies: Vec<usize> = bodies.collect();
         ensure(bodies.len() <= 1, &*key, "two bodies", "at most one body, and rods")?;
-        let pinned = matches!(joint, Joint::Ball { .. } | Joint::Hinge { .. });
+        let pinned = matches!(joint, StructureJoint::Ball { .. } | StructureJoint::Hinge { .. });
         // The body of the scene, or a new one for the joint.
         let body = bodies.first().copied().unwrap_or_else(|| {
             let body = BodyPlan { own: None, joint: Some(number), rotates: !pinned, coordinate: 0 };
             self.bodies.push(body);
             self.bodies.len() - 1
         });
-        let is_spring = matches!(joint, Joint::Spring { .. });
+        let is_spring = matches!(joint, StructureJoint::Spring { .. });
         let first_is_body = matches!(points[0], JointPoint::Body(..));
         let found = "a body that is not the first entry";
         ensure(!is_spring || bodies.is_empty() || first_is_body, &*key, found, "the body first")?;

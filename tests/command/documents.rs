@@ -40,7 +40,7 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<&'a str> {
 
 #[test]
 fn toml_snippets_have_only_keys_of_the_schemas() {
-    let all = ["fit", "campaign", "scene"].map(schema);
+    let all = ["fit", "campaign", "scene", "structure"].map(schema);
     let mut count = 0;
     for (path, text) in documents() {
         for block in blocks(&text, "toml") {

@@ -2,13 +2,14 @@
 
 use super::SchemaKind;
 use clap::ValueEnum;
-use rodfit::Scene;
 use rodfit::campaign::Plan;
 use rodfit::dynamics::SimulationReport;
 use rodfit::fit::{Design, FitFile, FitReport, ValidationReport};
 use rodfit::statics::Equilibrium;
+use rodfit::structure::{StructureEquilibrium, StructureModes, StructureReport};
 use rodfit::study::Study;
 use rodfit::vibration::Modes;
+use rodfit::{Scene, StructureScene};
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
@@ -21,6 +22,16 @@ const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
 fn generated(of: SchemaKind) -> Schema {
     match of {
         SchemaKind::Scene => schema::<Scene>(false, "Scene of rodfit"),
+        SchemaKind::Structure => schema::<StructureScene>(false, "Structure of rodfit"),
+        SchemaKind::StructureSimulation => {
+            schema::<StructureReport>(true, "Result of the simulation of a structure by rodfit")
+        }
+        SchemaKind::StructureStatic => {
+            schema::<StructureEquilibrium>(true, "Equilibrium of a structure by rodfit")
+        }
+        SchemaKind::StructureModes => {
+            schema::<StructureModes>(true, "Vibration modes of a structure by rodfit")
+        }
         SchemaKind::Fit => schema::<FitFile>(false, "Fit of rodfit"),
         SchemaKind::Campaign => schema::<Plan>(false, "Campaign of rodfit"),
         SchemaKind::Result => schema::<FitReport>(true, "Result of a fit by rodfit"),

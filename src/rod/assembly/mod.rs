@@ -6,10 +6,10 @@
 //! identity. [`Assembly::place_carried`] writes them.
 
 pub mod bodies;
-mod members;
+mod member;
 mod tangent;
 
-pub use members::{FixedNode, Member};
+pub use member::{FixedNode, Member};
 pub use tangent::{AssemblyFactors, AssemblyTangent};
 
 use crate::energy::Derivatives;
@@ -17,7 +17,7 @@ use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::bodies::{Bodies, CarriedPosition};
-use crate::rod::assembly::members::{RodUnknowns, Room};
+use crate::rod::assembly::member::{RodUnknowns, Room};
 use crate::rod::assembly::tangent::{Coupling, MemberTangent, ROWS};
 use crate::rod::{Energies, Rod, Viscosity};
 use num_dual::Dual64;

@@ -2,7 +2,9 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::problem::{Model, PlanarModel, Setup, nodal_loads};
+use crate::problem::{
+    Model, PlanarModel, Setup, check_edges, check_on_mesh, correction, nodal_loads,
+};
 use crate::rod::assembly::bodies::{Attachment, CarriedNode};
 use crate::rod::assembly::{FixedNode, Member};
 use crate::rod::{AssembledRod, Assembly};
@@ -10,8 +12,10 @@ use crate::scene::mesh::Mesh;
 use crate::scene::structure::StructureScene;
 use crate::scene::{Plane, PointForce, Scene, Support};
 use crate::structure::inertia::BodiesAtRest;
-use crate::structure::places::{PlacedRod, check_joints, common_plane, end_nodes, placed_meshes};
-use crate::structure::plan::{EndHold, Plan};
+use crate::structure::placement::{
+    PlacedRod, check_joints, common_plane, end_nodes, placed_meshes,
+};
+use crate::structure::plan::{EndHold, StructurePlan};
 
 /// A rod of a structure with its model in the common plane.
 #[derive(Clone, Debug)]
@@ -24,7 +28,7 @@ pub(super) struct PartModel {
 /// A structure with the choices that have no derivatives.
 #[derive(Clone, Debug)]
 pub(super) struct Blueprint {
-    pub plan: Plan,
+    pub plan: StructurePlan,
     pub parts: Vec<PartModel>,
     pub plane: Plane,
 }
@@ -54,13 +58,21 @@ fn of_rod(error: Error, name: &str) -> Error {
     }
 }
 
+/// The model of a rod in the plane of the structure.
+fn part_model(part: &Scene, plane: Plane) -> Result<PlanarModel, Error> {
+    let mesh = part.mesh()?;
+    check_edges("rod.shape", &mesh.nodes)?;
+    check_on_mesh(part, &mesh)?;
+    PlanarModel::in_plane(part, &mesh, plane, correction(part, &mesh, &[]))
+}
+
 impl Blueprint {
     /// The choices of a validated scene.
     ///
     /// # Errors
     /// [`Error::Invalid`]: a structure that is not in one plane, joints of distant points, rods that nothing connects.
     pub fn new(scene: &StructureScene) -> Result<Self, Error> {
-        let plan = Plan::new(scene)?;
+        let plan = StructurePlan::new(scene)?;
         let parts = plan.ends.iter().enumerate();
         let scenes: Vec<Scene> = parts
             .map(|(i, ends)| scene.part(i, ends.map(EndHold::support)))
@@ -72,8 +84,8 @@ impl Blueprint {
         check_joints(&plan, scene, &meshes)?;
         let plane = common_plane(scene, &meshes)?;
         let parts = scenes.into_iter().zip(&scene.rods).map(|(part, rod)| {
-            let model = PlanarModel::in_plane(&part, plane.clone())
-                .map_err(|error| of_rod(error, &rod.name))?;
+            let model =
+                part_model(&part, plane.clone()).map_err(|error| of_rod(error, &rod.name))?;
             Ok(PartModel { scene: part, model })
         });
         let parts = parts.collect::<Result<_, Error>>()?;

@@ -1,12 +1,13 @@
 //! Positions of the rods and bodies of a structure.
 
-use crate::structure::Structure;
+use crate::structure::definition::Structure;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 /// Nodes of a rod.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RodNodes {
     /// Position of the end of the rod, m: its last node, or the wall or joint that holds this end between two nodes.
@@ -17,6 +18,7 @@ pub struct RodNodes {
 
 /// Position and rotation of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BodyPose {
     /// Position of the center of mass, with that of the carried ends of rods, m.
@@ -27,6 +29,7 @@ pub struct BodyPose {
 
 /// Rods and bodies of a structure at one time, by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureShape {
     /// The rods.

@@ -8,7 +8,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::structure::StructureScene;
 use crate::scene::{Plane, Scene, Support};
-use crate::structure::plan::{JointPoint, Placement, Plan};
+use crate::structure::plan::{JointPoint, Placement, StructurePlan};
 use nalgebra::Vector3;
 
 /// Largest distance of the points of a joint, over the length of the longest rod.
@@ -59,7 +59,7 @@ pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Sup
 
 /// The mesh of every rod at its place; `scenes` are those of the single rods.
 pub(super) fn placed_meshes<D: Scalar>(
-    plan: &Plan,
+    plan: &StructurePlan,
     structure: &StructureScene<D>,
     scenes: &[Scene<D>],
 ) -> Result<Vec<Mesh<D>>, Error> {
@@ -82,7 +82,7 @@ pub(super) fn placed_meshes<D: Scalar>(
 
 /// The place of a point of a joint; none of a body without an offset there.
 fn point<D: Scalar>(
-    plan: &Plan,
+    plan: &StructurePlan,
     structure: &StructureScene<D>,
     meshes: &[Mesh<D>],
     joint: usize,
@@ -101,7 +101,7 @@ fn point<D: Scalar>(
 
 /// Rejects joints whose points are apart.
 pub(super) fn check_joints(
-    plan: &Plan,
+    plan: &StructurePlan,
     structure: &StructureScene,
     meshes: &[Mesh],
 ) -> Result<(), Error> {

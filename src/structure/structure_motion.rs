@@ -8,8 +8,9 @@ use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
 use crate::scene::{InitialState, StructureScene, Time};
-use crate::structure::build::AssemblyAtRest;
-use crate::structure::{Structure, StructureShape};
+use crate::structure::blueprint::AssemblyAtRest;
+use crate::structure::definition::Structure;
+use crate::structure::structure_shape::StructureShape;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -188,6 +189,7 @@ impl Structure {
 
 /// The result of a simulation of a structure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureReport {
     /// `completed`, or the reason of the end.

@@ -1,0 +1,28 @@
+//! A scene file of either kind: one rod, or a structure.
+
+use crate::error::Error;
+use crate::scene::{Scene, StructureScene};
+use std::path::Path;
+
+/// The scene of a file.
+#[derive(Clone, Debug)]
+pub enum SceneFile {
+    /// A scene of one rod.
+    Rod(Box<Scene>),
+    /// A structure.
+    Structure(Box<StructureScene>),
+}
+
+impl SceneFile {
+    /// Reads and validates a scene file; one with `[[rods]]` is a structure.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not a scene, and values that are not allowed.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let text = marker_files::file::text(path)?;
+        match StructureScene::is_text_of(&text) {
+            true => Ok(Self::Structure(Box::new(StructureScene::read(&text, path)?))),
+            false => Ok(Self::Rod(Box::new(Scene::read(&text, path)?))),
+        }
+    }
+}
