@@ -11,7 +11,6 @@ use faer::{Conj, Mat, Par, Side};
 use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
-use rodfit::rod::{FactorsOf, TangentOf};
 use rodfit::scene::Scheme;
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Problem, Scene, Trajectory};
 use std::hint::black_box;
@@ -88,9 +87,7 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     };
     let upper: Vec<Triplet<usize, usize, f64>> = free
         .clone()
-        .flat_map(|j| {
-            (j..TangentOf::<M::Rod<f64>, f64>::coupled(j, free.end).end).map(move |i| (i, j))
-        })
+        .flat_map(|j| (j..tangent.coupled(j, free.end).end).map(move |i| (i, j)))
         .map(|(i, j)| Triplet::new(j - free.start, i - free.start, entry(i, j)))
         .collect();
     let sparse = SparseColMat::try_new_from_triplets(n, n, &upper).expect("a matrix");
