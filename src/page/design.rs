@@ -26,7 +26,7 @@ pub fn design_page(design: &Design, title: &str) -> String {
     let (parameters, singular_values) = (&design.parameters, &design.singular_values);
     let matrix = correlation_matrix(parameters, &design.correlation, singular_values);
     let cost = KeyTable::default()
-        .row("cost", format!("{:.1} simulations", design.simulations))
+        .row("cost", format!("equal to {:.1} full simulations", design.simulations))
         .row("wall-clock time", quantity(design.wall_seconds, "s"));
     let contributions = contributions(&design.contributions, parameters);
     let body = first_card(design)

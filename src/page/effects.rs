@@ -34,7 +34,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
             without_sign(bias, &bias.relative.map_or_else(change, signed_percent))
         })
         .text("bias / standard error", |bias| three_digits(bias.std_errors))
-        .text("test", |bias| bias.test.clone());
+        .html("test", |bias| format!("<td class=\"long\">{}</td>", escaped(&bias.test)));
     note(
         "Effects that these data do not exclude, at the largest plausible size, and the bias that each would cause. A bias is \
          relative to the true value; the next column has it in statistical standard errors of the estimate. \u{b1}: the data \

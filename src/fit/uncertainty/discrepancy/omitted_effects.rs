@@ -142,7 +142,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
     OmittedEffect {
         path: GRIP_STIFFNESS,
-        name: "different stiffness of the first quarter of the rod",
+        name: "different stiffness of the first quarter",
         test: ANOTHER_LENGTH,
         add: |scene, _| {
             if scene.supports.start == Support::Clamped && scene.rod.taper.youngs_modulus.is_none()
