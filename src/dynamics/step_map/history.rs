@@ -143,10 +143,12 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.slide(parameters, &state.internal, room);
         self.relax(parameters, &mut state.internal, &room.strain);
         let (internal, by_h) = (&mut state.internal, self.nodal.h().recip());
-        for (i, now) in room.strain.iter().enumerate() {
-            internal.strain_rate[i] = (*now - internal.strain[i]) * by_h;
+        let (now, count) = (&room.strain[..], room.strain.len());
+        let (then, rate) = (&mut internal.strain[..count], &mut internal.strain_rate[..count]);
+        for i in 0..count {
+            rate[i] = (now[i] - then[i]) * by_h;
+            then[i] = now[i];
         }
-        internal.strain.copy_from_slice(&room.strain);
         internal.slid.copy_from_slice(&room.slid);
 
         let form = self.form(HistoryMoment::NextStart);

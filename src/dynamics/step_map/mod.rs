@@ -384,13 +384,21 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         if self.averages {
             return;
         }
-        let by_damping = parameters.numbers[MASS];
-        for i in free {
-            let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
-            let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
-            let by_numbers = (by_damping * mass + Lanes(of_mass) * step.damping.mass) * v;
-            let damped = by_numbers + Lanes(state.v[i]) * (step.damping.mass * mass);
-            state.unbalanced[i] = (Lanes(state.unbalanced[i]) + damped).0;
+        let (by_damping, damping) = (parameters.numbers[MASS], step.damping.mass);
+        let mass = &step.rod.mass()[free.clone()];
+        let (count, v) = (mass.len(), &step.after.v[free.clone()][..mass.len()]);
+        let rates = &state.v[free.clone()][..count];
+        let forces = &mut state.unbalanced[free.clone()][..count];
+        for i in 0..count {
+            for g in 0..G {
+                let by_number = by_damping.0[g] * mass[i] * v[i];
+                forces[i][g] += by_number + rates[i][g] * (damping * mass[i]);
+            }
+        }
+        if let Some(of_mass) = &parameters.mass {
+            for (i, force) in free.zip(forces) {
+                *force = (Lanes(*force) + Lanes(of_mass[i]) * (damping * step.after.v[i])).0;
+            }
         }
     }
 }
