@@ -264,7 +264,7 @@ impl Nestable for f64 {
     }
 }
 
-/// Runs `work` compiled for the processor's vector unit, if there [is one](has_simd). The compiler vectorizes its loops
+/// Runs `work` compiled for the processor's vector unit, if there [is one](simd_level). The compiler vectorizes its loops
 /// over short arrays. All functions that it calls must be `#[inline(always)]`.
 #[inline(always)]
 pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
@@ -324,11 +324,6 @@ impl PairLevel for pulp::x86::V3 {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];
         bytemuck::cast(self.avx._mm256_sub_pd(a, self.avx._mm256_mul_pd(x, y)))
     }
-}
-
-/// Whether the processor has a supported vector unit for more than two `f64`.
-pub fn has_simd() -> bool {
-    simd_level() != "scalar"
 }
 
 /// Instruction set of the sweeps on this processor: `avx2` with four `f64` per register, or `scalar`.

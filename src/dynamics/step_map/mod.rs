@@ -389,15 +389,12 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         let (count, v) = (mass.len(), &step.after.v[free.clone()][..mass.len()]);
         let rates = &state.v[free.clone()][..count];
         let forces = &mut state.unbalanced[free.clone()][..count];
+        let of_mass = parameters.mass.as_ref().map(|of_mass| &of_mass[free][..count]);
         for i in 0..count {
+            let of_mass = of_mass.map_or([0.0; G], |of_mass| of_mass[i]);
             for g in 0..G {
-                let by_number = by_damping.0[g] * mass[i] * v[i];
-                forces[i][g] += by_number + rates[i][g] * (damping * mass[i]);
-            }
-        }
-        if let Some(of_mass) = &parameters.mass {
-            for (i, force) in free.zip(forces) {
-                *force = (Lanes(*force) + Lanes(of_mass[i]) * (damping * step.after.v[i])).0;
+                let by_numbers = (by_damping.0[g] * mass[i] + of_mass[g] * damping) * v[i];
+                forces[i][g] += by_numbers + rates[i][g] * (damping * mass[i]);
             }
         }
     }

@@ -124,14 +124,14 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                     }
                 }
                 // The far rows first: they are computed earliest, which shortens the dependency chain.
-                for p in (0..W).rev() {
+                unrolled!(P in 9 8 7 6 5 4 3 2 1 0, W: {
                     let factors: &[D; S] = match FORWARD {
-                        true if p < j => &own[block][j - 1 - p][p],
-                        true => &before[W + j - 1 - p][p],
-                        false => &own[block][j][p],
+                        true if P < j => &own[block][j - 1 - P][P],
+                        true => &before[W + j - 1 - P][P],
+                        false => &own[block][j][P],
                     };
-                    subtract_products(level, &mut row, &window[(I + W - 1 - p) % W], factors);
-                }
+                    subtract_products(level, &mut row, &window[(I + W - 1 - P) % W], factors);
+                });
                 for r in 0..C {
                     for s in 0..S {
                         match s {
