@@ -18,6 +18,9 @@ pub(super) struct EndRows<'a, E, const R: usize> {
     pub bottom: &'a mut [[E; R]],
 }
 
+/// Parts of the products of a row.
+const PARTS: usize = 2;
+
 /// A row of `C` right-hand sides and `S` bands.
 pub(super) type Row<E, const S: usize, const C: usize> = [[E; S]; C];
 
@@ -124,13 +127,17 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                     }
                 }
                 // The far rows first: they are computed earliest, which shortens the dependency chain.
-                unrolled!(P in 9 8 7 6 5 4 3 2 1 0, W: {
-                    let factors: &[D; S] = match FORWARD {
-                        true if P < j => &own[block][j - 1 - P][P],
-                        true => &before[W + j - 1 - P][P],
-                        false => &own[block][j][P],
-                    };
-                    subtract_products(level, &mut row, &window[(I + W - 1 - P) % W], factors);
+                // In two parts, each short enough for a compiler to unroll.
+                unrolled!(PART in 1 0, PARTS: {
+                    let end = if PART == 1 { W } else { W / 2 };
+                    for p in (PART * (W / 2)..end).rev() {
+                        let factors: &[D; S] = match FORWARD {
+                            true if p < j => &own[block][j - 1 - p][p],
+                            true => &before[W + j - 1 - p][p],
+                            false => &own[block][j][p],
+                        };
+                        subtract_products(level, &mut row, &window[(I + W - 1 - p) % W], factors);
+                    }
                 });
                 for r in 0..C {
                     for s in 0..S {
