@@ -16,9 +16,10 @@ pub enum Aim {
     Guess,
 }
 
-/// Newton tolerance of a step over the requested accuracy, for the chosen run and for trial runs. The predicted residual error
+/// Newton tolerance of a step over the requested accuracy, for the chosen run. The predicted residual error
 /// is an upper bound, and errors of many steps do not add up: the error of the run stays the same to three digits.
 pub(super) const RUN_TOLERANCE: f64 = 1e-5;
+/// The same of trial runs, whose errors are compared and not reported.
 pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
 /// Largest Newton tolerance of a step, over the length.
 pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;

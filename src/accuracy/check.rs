@@ -29,9 +29,11 @@ const LEAST_CHANGE: f64 = 0.3;
 const AFTER_FAILURE: f64 = 3.0;
 /// Largest accepted error over the requested one, where the estimate was corrected.
 const CORRECTED_PART: f64 = 0.9;
-/// Largest factor of a correction, the lowest order that is used with it, and the bisections for the factor.
+/// Largest factor of a correction.
 const MAX_UNDERESTIMATION: f64 = 1e3;
+/// Lowest order of convergence that a correction assumes.
 const LOWEST_ORDER: f64 = 0.25;
+/// Bisections for the factor of a correction: its logarithm is found to more than ten digits.
 const BISECTIONS: usize = 40;
 /// Number of times at which the run is compared.
 const TIMES: f64 = 200.0;
@@ -74,6 +76,8 @@ pub enum RunAssessment {
 }
 
 impl RunCheck {
+    /// The check of a run of `scene` by one with numerics refined from `basis`. `can_repeat`: whether a run that fails the check
+    /// may be repeated with finer numerics. `work`: the work of the search for these numerics, edges times iterations.
     pub(super) fn new(scene: &Scene, basis: Basis, can_repeat: bool, work: f64) -> Self {
         let finer = basis.refinement();
         let numerics = basis.refined(finer, scene);
@@ -113,6 +117,7 @@ impl RunCheck {
     ) -> Result<RunAssessment, Error> {
         let can_refine = self.can_repeat && self.attempts < MAX_REPETITIONS;
         self.work += monitor.work;
+        // Errors of the input or of the user are no question of numerics.
         match outcome {
             Ok(()) => {}
             Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
@@ -129,9 +134,11 @@ impl RunCheck {
         if !self.basis.is_known {
             return Ok(RunAssessment::Accepted(None));
         }
+        // Error expected from the trial runs against the one that the difference shows.
         let expected = self.basis.errors.after(self.finer);
         let errors = self.corrected(monitor.difference);
         let error = errors.after(self.finer);
+        // A corrected estimate is less certain, so that a part of the request remains in reserve.
         let is_corrected = error > expected;
         let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.scene.asked();
         if error <= allowed || !can_refine {
@@ -149,6 +156,7 @@ impl RunCheck {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
+        // The cheapest that reaches the request; else the best for the allowed work.
         let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
         let was_promised = expected <= self.scene.asked();
         let most = REPEATED_GROWTH * self.basis.growth(self.numerics);
@@ -178,6 +186,7 @@ impl RunCheck {
         if is_alike || change(errors) >= difference || errors.mesh + errors.step == 0.0 {
             return errors;
         }
+        // The factor by which the errors were underestimated, by bisection of its logarithm.
         let [mut low, mut high] = [1.0, MAX_UNDERESTIMATION];
         for _ in 0..BISECTIONS {
             let middle = (low * high).sqrt();
@@ -213,6 +222,8 @@ fn numbered(
     work: f64,
 ) -> Result<Problem, Error> {
     let end = scene.time.as_ref().map_or(0.0, |time| time.end);
+    // A step is limited by the samples of recorded supports and by the stability of explicit
+    // schemes.
     let mut step = (end / numerics.steps as f64).min(scene.supports.largest_good_step());
     let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).build()?;
     if let Some(largest) = largest_stable_step(&posed)? {
@@ -316,6 +327,7 @@ impl RunMonitor {
         if time < self.next {
             return;
         }
+        // About 200 comparisons, however many steps the run has.
         self.next = time + self.interval;
         let recorded = self.trial.read();
         for [own, other] in &self.stencils {

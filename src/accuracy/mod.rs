@@ -121,6 +121,7 @@ struct InitialNumerics {
 }
 
 impl InitialNumerics {
+    /// The numerics with which the search begins for a scene: the first number of edges, and the first step, s.
     fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
         let mut scene = scene.clone();
         let path = scene.path.clone();

@@ -22,14 +22,15 @@ const MAX_SHIFT: f64 = 8.0;
 const MAX_SHIFT_OF_ORDERS: f64 = 8.0;
 /// Failed runs after which the search ends.
 const MAX_FAILURES: usize = 10;
-/// Refinement of mesh or step from one trial run to the next, and the larger one where the target is far.
+/// Refinement of mesh or step from one trial run to the next.
 const SMALL_RATIO: usize = 2;
+/// The refinement where the target is far.
 const LARGE_RATIO: usize = 4;
 /// Expected refinement over the large ratio from which on the large ratio is used.
 const LARGE_RATIO_MARGIN: f64 = 1.5;
-/// Expected refinement of the step of generalised-alpha from which on `rodas4` is tried, and the refinement after which it is
-/// tried again.
+/// Expected refinement of the step of generalised-alpha from which on `rodas4` is tried.
 const MIN_STEP_REFINEMENT: f64 = 4.0;
+/// Refinement of the step after which `rodas4` is tried again.
 const RETRY_REFINEMENT: usize = 3;
 /// Factor on the largest work of the trial runs where the search is expected to reach the target.
 const EXTENDED_SEARCH: f64 = 20.0;
@@ -62,6 +63,7 @@ pub(super) struct MotionSearch<'a> {
 }
 
 impl<'a> MotionSearch<'a> {
+    /// The search for the numerics of the motion of a scene that begins at `guess`.
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let trials = TrialRuns::new(scene, guess)?;
         let tuning = Tuning::of(scene, &trials.guess);
@@ -92,6 +94,7 @@ impl<'a> MotionSearch<'a> {
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
+        // The first run is coarse: half of a given mesh or step, so that there is a difference.
         let mut now = Numerics {
             segments: self.coarsest_segments(),
             steps: self.given_steps.map_or(first_steps, |given| (given / 2).max(1)),
@@ -104,6 +107,7 @@ impl<'a> MotionSearch<'a> {
             // Longer runs are allowed as long as the errors are not estimated at all.
             let factor = if self.is_estimated() { 1.0 } else { WITHOUT_ESTIMATE };
             let is_long = self.trials.expected_work(now) > factor * self.trials.most_work;
+            // The limit of work ends the search, unless both errors fall and the target is near.
             if is_long && !last.as_ref().is_some_and(|last| self.is_promising(last.numerics)) {
                 return self.conclude(last, now, Some(Bound::Work));
             }
@@ -133,6 +137,7 @@ impl<'a> MotionSearch<'a> {
                 continue;
             };
             // The change from the run before estimates the error of the mesh or of the step.
+            // Richardson: the difference of two runs estimates the error of the coarser part.
             if let Some(before) = &last {
                 let then = before.numerics;
                 let ratio = match refined {
@@ -146,6 +151,7 @@ impl<'a> MotionSearch<'a> {
             if let Some(alternative) = self.cheaper_alternative(now)? {
                 let coarse = alternative.trial.numerics;
                 let mut coarser = now.segments as f64 / coarse.segments as f64;
+                // Differences of meshes finer than that of the alternative are dropped.
                 while coarser > 1.0 && self.mesh.count() > 0 {
                     coarser /= self.mesh.pop();
                 }
@@ -182,6 +188,7 @@ impl<'a> MotionSearch<'a> {
             return Ok(None);
         }
         let target = STEP_PART * self.target();
+        // Refinement of the step that its error requires, by the observed order.
         let need = (self.step.error() / target).powf(self.step.order().recip());
         if need < MIN_STEP_REFINEMENT {
             return Ok(None);
@@ -218,6 +225,8 @@ impl<'a> MotionSearch<'a> {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
+    /// Adds the largest distance between the positions of two trial runs, m, to the refinement sequence of the part that was
+    /// refined by `ratio` between them. A sequence starts again where the other part has been refined too much in between.
     fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
@@ -246,6 +255,8 @@ impl<'a> MotionSearch<'a> {
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }
     }
 
+    /// The numerics of the next trial run: those `now` with mesh or step refined by the ratio of the sequence; a given number of
+    /// edges or steps is kept.
     fn refine(&self, now: Numerics, part: RefinedPart) -> Numerics {
         let ratio = self.ratio(now, part);
         match part {
@@ -270,6 +281,7 @@ impl<'a> MotionSearch<'a> {
             RefinedPart::Mesh => finer.mesh,
             RefinedPart::Step => finer.step,
         });
+        // A large ratio skips runs where the target is far and the order is known.
         let is_far =
             own.count() > 1 && other_is_fresh && need > LARGE_RATIO_MARGIN * LARGE_RATIO as f64;
         if is_far && own.last().is_some_and(|last| last < UNRELATED) {
@@ -279,6 +291,7 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
+    /// Whether mesh or step may be refined: it is not given, or still coarser than the given one.
     fn can_refine(&self, now: Numerics, part: RefinedPart) -> bool {
         match part {
             RefinedPart::Mesh => self.given_segments.is_none_or(|given| now.segments < given),
@@ -286,6 +299,7 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
+    /// The parts, mesh and step, that the scene does not give.
     fn free(&self) -> Free {
         Free { mesh: self.given_segments.is_none(), step: self.given_steps.is_none() }
     }
@@ -305,6 +319,7 @@ impl<'a> MotionSearch<'a> {
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
+        // At least one difference of each part first.
         if self.step.count() == 0 && step {
             return Some(RefinedPart::Step);
         }
@@ -314,16 +329,20 @@ impl<'a> MotionSearch<'a> {
         if !mesh && !step {
             return None;
         }
+        // Differences age: those of the mesh change with the step, and those of the step with the
+        // mesh.
         if self.since_mesh > MAX_SHIFT && mesh {
             return Some(RefinedPart::Mesh);
         }
         if self.since_step > MAX_SHIFT && step {
             return Some(RefinedPart::Step);
         }
+        // Runs that differ by much of the length have no order of convergence.
         let unrelated =
             [&self.mesh, &self.step].iter().any(|d| d.last().is_some_and(|d| d > UNRELATED));
         let observed = [(&self.mesh, mesh), (&self.step, step)];
         let observed = observed.iter().all(|(d, can)| !can || d.count() > 1);
+        // An extrapolation may be longer where the order was observed and not assumed.
         let most = if observed { self.tuning.growth_observed } else { self.tuning.growth_assumed };
         let errors = self.errors();
         let cheapest = errors.cheapest(self.target(), now.segments as f64, self.free());
@@ -357,10 +376,12 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
+    /// The error that a trial run may have, m.
     fn target(&self) -> f64 {
         self.tuning.target * self.scene.asked()
     }
 
+    /// Errors of mesh and step after the last refinements, m, and their orders less a margin.
     fn errors(&self) -> ErrorModel {
         ErrorModel {
             mesh: self.mesh.error(),
@@ -378,6 +399,7 @@ impl<'a> MotionSearch<'a> {
         bound: Option<Bound>,
     ) -> Result<ChosenMotion, Error> {
         let end = self.trials.guess.time()?.end;
+        // No run succeeded: the last numerics are returned with no error estimate.
         let Some(trial) = last else {
             let step = end / tried.steps as f64;
             return Ok(ChosenMotion { numerics: tried, step, error: None, bound, basis: None });
@@ -401,11 +423,14 @@ impl<'a> MotionSearch<'a> {
             target: self.target(),
             most_work: EXTENDED_SEARCH * self.trials.most_work,
         };
+        // Cheapest refinement of the last trial run that reaches the target by extrapolation.
         let finer = basis.refinement();
         let (numerics, step) = self.numerics(&basis, finer)?;
         let error = is_known.then(|| errors.after(finer));
         let given = self.given_segments.is_some() || self.given_steps.is_some();
         let too_large = error.is_none_or(|error| error > self.scene.asked());
+        // The reason where the requested error is not reached: given numerics, or the limit of
+        // work.
         let bound = match (too_large, given) {
             (false, _) => None,
             (true, true) if bound.is_none() => Some(Bound::Given),
@@ -430,6 +455,8 @@ impl<'a> MotionSearch<'a> {
         };
         if self.given_steps.is_none() {
             let scene = self.scene.resolved(numerics.segments, step).by(numerics.scheme);
+            // Explicit schemes have a largest step, recorded supports an interval of their
+            // samples.
             if let Some(largest) = largest_stable_step(&scene.build()?)? {
                 step = step.min(largest);
             }

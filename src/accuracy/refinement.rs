@@ -24,9 +24,11 @@ pub(crate) struct Free {
     pub step: bool,
 }
 
-/// Smallest and largest refinement of the mesh that is considered, and the number of candidates between them.
+/// Smallest refinement of the mesh that is considered.
 const COARSEST: f64 = 0.5;
+/// Largest refinement of the mesh that is considered.
 const FINEST: f64 = 64.0;
+/// Number of candidates between both, in equal ratios.
 const CANDIDATES: i32 = 140;
 
 /// Refinement up to which the observed order is used; beyond it the error falls with half the order.
@@ -187,6 +189,7 @@ mod tests {
             let finer = model.finer_for(1.0, 30);
             let left = model.after(finer);
             assert!(finer.mesh >= 1.0 && finer.step >= 1.0);
+            // The error after the refinement is below the target of 1, and not far below it.
             assert!(left <= 1.0 && left > 0.6, "{errors:?}: {finer:?}, {left}");
         }
     }
@@ -206,6 +209,7 @@ mod tests {
     fn given_part_is_not_refined() {
         let free = Free { mesh: false, step: true };
         assert!(model(2e-3, 1e-3).cheapest(1e-3, 10.0, free).is_none());
+        // Second order: 5e-4 of the mesh remain, so that 1e-3/2 is left for the step: sqrt(2).
         let (finer, _) = model(5e-4, 1e-3).cheapest(1e-3, 10.0, free).unwrap();
         assert_eq!(finer.mesh, 1.0);
         assert!((finer.step - 2f64.sqrt()).abs() < 1e-6);
@@ -216,6 +220,7 @@ mod tests {
         let model = model(1e-2, 1e-2);
         let finer = model.best_within(6.0, 50.0, BOTH);
         let cost = work(50.0 * finer.mesh, finer.step) / work(50.0, 1.0);
+        // The allowed work is 6; candidates are a few per cent apart.
         assert!(cost <= 6.0 && cost > 5.0, "{cost}");
         assert!(model.after(finer) < model.after(RefinementFactors { mesh: 2.0, step: 2.0 }));
     }

@@ -11,8 +11,9 @@ use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Number of times at which runs are compared, and of parts of the rod between the compared points.
+/// Number of times at which runs are compared.
 const TIMES: usize = 100;
+/// Number of equal parts of the rod between the compared points.
 const PARTS: usize = 8;
 /// Largest work of a trial run, steps times edges, in the plane and in space: about a second.
 const MAX_TRIAL_WORK: [f64; 2] = [2e6, 5e5];
@@ -59,6 +60,10 @@ pub(super) struct TrialRuns<'a> {
 }
 
 impl<'a> TrialRuns<'a> {
+    /// Trial runs of a scene, with the number of edges and the step of `guess` where the scene leaves them open.
+    ///
+    /// # Errors
+    /// Those of [`Scene::build`].
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let guess = guess.build()?;
         let dimension = usize::from(guess.planar().is_none());
@@ -93,6 +98,8 @@ impl<'a> TrialRuns<'a> {
         Ok(trial)
     }
 
+    /// Simulates the scene with these numerics; none for a run that fails or takes too much work. Larger steps than an explicit
+    /// scheme allows are reduced to the largest stable one.
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,
@@ -159,6 +166,7 @@ pub(super) struct RunCost {
 }
 
 impl RunCost {
+    /// The cost model of the runs of a problem, with its number of edges and the iterations that a step of its scheme counts for.
     pub fn of(problem: &Problem) -> Self {
         let iterations_per_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
             Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
@@ -216,6 +224,7 @@ pub(super) fn free_ends_or_middle(problem: &Problem) -> Vec<Point> {
     if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
 }
 
+/// The ends of the rod without a support.
 fn free_ends(problem: &Problem) -> impl Iterator<Item = Point> {
     let supports = &problem.scene().supports;
     let ends = [(End::Start, Point::Node(0)), (End::End, Point::Tip)];

@@ -169,6 +169,7 @@ mod tests {
                 &format!("{scene}[camera]\nclamp_position = [0.0, 0.1, 0.0]"),
             ),
         ];
+        // Expected: the scene with the value at the path, written out by hand.
         for (name, value, expected) in cases {
             assert_eq!(changed(scene, name, value).unwrap(), expected.parse().unwrap(), "{name}");
         }

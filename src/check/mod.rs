@@ -196,6 +196,7 @@ impl CheckReport {
         element: &str,
         dof: impl Fn(usize) -> String,
     ) {
+        // Routes of any size share one comparison: the number of unknowns is not a type there.
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
         let terms = energy.energy(&Terms::rounded_unknowns(q).map(OutOfLine)).0;
         let routes = Routes {
@@ -217,6 +218,8 @@ impl CheckReport {
         dof: &dyn Fn(usize) -> String,
     ) {
         let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
+        // Entry by entry: hand-derived against dual numbers, relative to the sum of absolute
+        // terms.
         for i in 0..q.len() {
             let name = || dof(i);
             let entry = DerivativeEntry { quantity: "gradient", element, dof: &name };
@@ -239,6 +242,7 @@ impl CheckReport {
             derivative: hand.hessian[i][j],
             size: terms.hessian[i][j] + h / scale * stiffest,
         });
+        // Errors by step size: truncation at large steps, rounding at small ones.
         for (k, point) in self.valley.iter_mut().enumerate() {
             point.gradient = point.gradient.max(gradients.worst_per_step[k]);
             point.hessian = point.hessian.max(hessians.worst_per_step[k]);
@@ -267,6 +271,7 @@ impl CheckReport {
             "gradient" => (&mut self.max_relative_error.gradient, self.tolerance.gradient),
             _ => (&mut self.max_relative_error.hessian, self.tolerance.hessian),
         };
+        // The largest error counts, whether it is above the limit or not.
         *largest = largest.max(relative_error);
         if relative_error > allowed {
             self.verdicts.hand_dual = Verdict::Disagree;
@@ -424,6 +429,7 @@ pub fn check_hessian<const N: usize>(
     q: &[f64; N],
     hessian: &[[f64; N]; N],
 ) -> CheckReport {
+    /// An energy with a Hessian from elsewhere.
     struct Foreign<'a, E, const N: usize>(&'a E, &'a [[f64; N]; N]);
     impl<E: Energy<N>, const N: usize> Energy<N> for Foreign<'_, E, N> {
         fn energy<D: crate::Scalar>(&self, q: &[D; N]) -> D {

@@ -137,6 +137,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<M>
     for IndependentInputs<'_, E, N, P>
 {
+    /// The energy in J at the unknowns `q`.
     fn energy<D: Scalar>(&self, inputs: &[D; M]) -> D {
         self.with(inputs, |place, p, nodes, edges| self.energy.energy(place, p, nodes, edges))
     }
@@ -145,6 +146,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analytic<M>
     for IndependentInputs<'_, E, N, P>
 {
+    /// The gradient dE/dq, J over the units of `q`.
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
@@ -153,6 +155,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
 
+    /// d2E/dq2, all of the symmetric matrix.
     fn hessian(&self, inputs: &[f64; M]) -> [[f64; M]; M] {
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));

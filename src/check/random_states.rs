@@ -16,6 +16,8 @@ pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Ve
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
     for edge in &rod.stretch {
+        // Strains and turning angles beyond those of simulations, within which every formula must
+        // hold.
         let length = edge.rest_length * random.random_range(0.7..1.3);
         let [x, y] = [q[q.len() - 2], q[q.len() - 1]];
         q.extend([x + length * angle.cos(), y + length * angle.sin()]);
@@ -26,6 +28,7 @@ pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Ve
 
 /// Random unit vector, uniform over the sphere.
 fn random_unit(random: &mut ChaCha8Rng) -> Vector<f64> {
+    // Rejection from the cube; the center is left out, where the direction is ill-conditioned.
     loop {
         let v = [0; 3].map(|_| random.random_range(-1.0..1.0));
         if (0.01..1.0).contains(&dot(v, v)) {
@@ -60,6 +63,7 @@ pub(super) fn random_spatial(
         x = add(x, scale(t, length));
         q.push(random.random_range(-6.0..6.0));
         q.extend(x);
+        // Reference directions differ from the edges, so that parallel transport is tested too.
         let rotation = random.random_range(0.0..LARGEST_ROTATION).to_radians();
         references.push(rotated_randomly(t, rotation, random));
         let turn = random.random_range(0.0..LARGEST_TURN).to_radians();
@@ -176,6 +180,8 @@ mod tests {
         let rod = discretized.rod();
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let states: Vec<Vec<f64>> = (0..STATES).map(|_| random_planar(&rod, &mut random)).collect();
+        // An edge has 4 unknowns, a joint 6: so many entries of the gradient, and their square of
+        // the Hessian.
         let stretch: Vec<_> =
             states.iter().map(|q| (AsEnergy(rod.stretch[2]), local::<4>(q, 4))).collect();
         assert_eq!(count_found_errors("stretch", &stretch), 4 + 16);
@@ -212,6 +218,7 @@ mod tests {
             let scaled = Scaled { energy: AsEnergy(rod.stretch[2]), units };
             stretch.push((scaled, scaled.scaled(&edge)));
         }
+        // 6 unknowns of an edge: 6 entries of the gradient, 36 of the Hessian.
         assert_eq!(count_found_errors("stretch", &stretch), 6 + 36);
         assert_eq!(count_found_errors("bend and twist", &joints), 11 + 121);
     }

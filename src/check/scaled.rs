@@ -25,16 +25,19 @@ impl<E, const N: usize> Scaled<E, N> {
 }
 
 impl<E: Energy<N>, const N: usize> Energy<N> for Scaled<E, N> {
+    /// The energy in J at the unknowns `q`.
     fn energy<D: Scalar>(&self, x: &[D; N]) -> D {
         self.energy.energy(&std::array::from_fn(|i| x[i] * self.units[i]))
     }
 }
 
 impl<E: Analytic<N>, const N: usize> Analytic<N> for Scaled<E, N> {
+    /// The gradient dE/dq, J over the units of `q`.
     fn gradient(&self, x: &[f64; N]) -> [f64; N] {
         let gradient = self.energy.gradient(&self.unscaled(x));
         std::array::from_fn(|i| gradient[i] * self.units[i])
     }
+    /// d2E/dq2, all of the symmetric matrix.
     fn hessian(&self, x: &[f64; N]) -> [[f64; N]; N] {
         let hessian = self.energy.hessian(&self.unscaled(x));
         std::array::from_fn(|i| {

@@ -37,6 +37,7 @@ const RANDOM_STATES: usize = 20;
 /// A scene whose derivatives cannot be evaluated in its rest shape.
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
+    // A fixed seed: the same states in every run.
     let mut random = ChaCha8Rng::seed_from_u64(1);
     match problem.discretized() {
         AnyProblem::Planar(discretized) => {
@@ -56,6 +57,8 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
         AnyProblem::Spatial(discretized) => {
             let rod = discretized.rod();
             visit_states(problem, &discretized, |state, before| {
+                // With the frames at the state, and with those of the step before, which have
+                // rotated.
                 compare_spatial(&mut report, &rod, &state.q, &state.frames);
                 compare_spatial(&mut report, &rod, &state.q, &before.frames);
             })?;
@@ -132,6 +135,7 @@ fn visit_states<M: Model>(
     let Ok(time) = problem.time() else { return Ok(()) };
     let steps = time.steps().min(OWN_STEPS);
     for k in 1..=steps {
+        // A step that fails ends the visit: the states so far are enough.
         if simulation.step_to(time.at(k)).is_err() {
             break;
         }
@@ -212,6 +216,7 @@ fn compare_spatial(
     let dof = |i: usize, k: usize| format!("{}{}", ["x", "y", "z", "theta"][k % 4], i + k / 4);
     for i in some(rod.stretch.len()) {
         let own: &[f64; 7] = q[4 * i..].first_chunk().expect("the edge's nodes");
+        // Coordinates relative to the first node, in units of the edge length.
         let local = std::array::from_fn(|k| if k < 3 { 0.0 } else { own[k + 1] - own[k - 3] });
         let units = [rod.stretch[i].rest_length; 6];
         let scaled = Scaled { energy: AsEnergy(rod.stretch[i]), units };

@@ -71,6 +71,7 @@ mod tests {
     #[test]
     fn width_stays_between_80_and_120_columns() {
         let width = |columns| style(true, columns, |_| None).width;
+        // 80 without a terminal, and the limits on both sides.
         assert_eq!([None, Some(40), Some(100), Some(300)].map(width), [80, 80, 100, 120]);
     }
 }

@@ -152,12 +152,14 @@ impl<D: Scalar> StepCoefficients<D> {
                 }
             }
             Scheme::GeneralisedAlpha if knows_acceleration => Self::generalised_alpha(parameter, h),
+            // Implicit Euler needs no acceleration at the start.
             Scheme::GeneralisedAlpha => Self::newmark(D::from(1.0), h),
-            // Schemes that solve no equations never ask.
+            // Schemes that solve no equations do not use the coefficients.
             _ => Self::newmark(parameter, h),
         }
     }
 
+    /// The coefficients of the Newmark-beta scheme with parameter `beta` and step size `h`, s.
     #[inline]
     fn newmark(beta: D, h: f64) -> Self {
         let rest = -beta + 1.0;
@@ -175,13 +177,17 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
+    /// The coefficients of the generalised-alpha scheme with the spectral radius `rho` and step size `h`, s.
     fn generalised_alpha(rho: D, h: f64) -> Self {
+        // am and af of Chung and Hulbert, then gamma and beta for second order.
         let part = (rho + 1.0).recip();
         let (masses, forces) = ((rho * 2.0 - 1.0) * part, rho * part);
         let gamma = forces - masses + 0.5;
         let beta = (forces - masses + 1.0).powi(2) * 0.25;
         let inverse = beta.recip();
+        // Weight b/(1 - am), and 1 - af, the part of the forces at the end.
         let (now, weight) = (-forces + 1.0, beta / (-masses + 1.0));
+        // Strain rate where the forces are taken, over the part of the forces at the end.
         let strain_rate = [-forces + 1.5, D::from(0.5)].map(|factor| factor / now);
         Self {
             h,
@@ -249,6 +255,7 @@ impl<D: Scalar> StepCoefficients<D> {
 
     /// The same in the [velocity that mass damping acts on](Self::damped_velocity).
     pub fn damped_velocity_factors(&self) -> [D; 3] {
+        // An averaging scheme damps the mean velocity, which keeps the energy balance exact.
         let [mean, zero] = [D::from(1.0 / self.h), D::from(0.0)];
         if self.averages() { [mean, zero, zero] } else { self.velocity_factors() }
     }
@@ -287,6 +294,7 @@ impl<D: Scalar> StepCoefficients<D> {
     /// Residual of one degree of freedom, N s^2: the corrected Eq. (6a).
     #[inline]
     pub fn residual(&self, mass: D, change: D, [v0, a0]: [D; 2], n1: D, n0: D) -> D {
+        // Change over the step less that at constant velocity.
         let mut inertial = change - v0 * self.h;
         if let Some(acceleration) = &self.acceleration {
             inertial += acceleration.inertia * a0;
@@ -305,6 +313,7 @@ impl<D: Scalar> StepCoefficients<D> {
         a0: impl Fn(usize) -> D,
         minus: &mut [D],
     ) {
+        // Slices of one length: the compiler removes the bounds checks and vectorizes.
         let (count, mass) = (minus.len(), &mass[..minus.len()]);
         let (q1, q0, v0) = (&q1[..count], &q0[..count], &v0[..count]);
         let (n1, n0) = (&n1[..count], &n0[..count]);

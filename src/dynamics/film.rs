@@ -5,8 +5,9 @@ use crate::problem::Problem;
 use crate::rod::Energies;
 use crate::scene::Stencil;
 
-/// Largest numbers of shapes, beside the first, and of samples of tip and energies.
+/// Largest number of shapes of a film, beside the first.
 const FRAMES: usize = 200;
+/// Largest number of samples of tip and energies.
 const SAMPLES: usize = 1000;
 /// Largest number of edges of a shape.
 const EDGES: usize = 100;
@@ -53,6 +54,7 @@ impl Film {
         let between = last.div_ceil(EDGES).max(1);
         let mut nodes: Vec<usize> = (0..last).step_by(between).collect();
         nodes.push(last);
+        // Frames are samples too, so that the animation and the plots have common times.
         let frame = steps.div_ceil(sample).div_ceil(FRAMES).max(1);
         let every = [sample, frame];
         let (frames, samples) = (Vec::new(), Vec::new());
@@ -65,6 +67,7 @@ impl Film {
         let step = self.seen;
         self.seen += 1;
         let is_last = step == self.steps;
+        // The last state is always shown.
         if !step.is_multiple_of(sample) && !is_last {
             return;
         }

@@ -25,6 +25,7 @@ impl<M: Model> Discretized<'_, M> {
         let rod = simulation.rod();
         let (mut gradient, mut tangent) = (vec![0.0; n], rod.zero_tangent());
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        // Limit of stability h omega < limit of the scheme, with the highest frequency omega.
         Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
     }
 

@@ -137,10 +137,12 @@ pub struct SimulationReport {
     has_series: bool,
 }
 
+/// `true`, the default of the key `has_series` in reports without it.
 fn yes() -> bool {
     true
 }
 
+/// Whether the key `has_series` has its default, so that the report omits it.
 fn is_yes(has_series: &bool) -> bool {
     *has_series
 }
@@ -299,6 +301,7 @@ fn negligible_energy(problem: &Problem) -> f64 {
     0.5 * mass * (1e-9 * problem.length() / end).powi(2)
 }
 
+/// A number of percent as text: with one decimal, below 0.1 % in scientific notation.
 fn percent(x: f64) -> String {
     if x.abs() < 0.1 { format!("{x:.1e} %") } else { format!("{x:.1} %") }
 }

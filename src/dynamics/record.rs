@@ -171,6 +171,7 @@ enum RecordedMotions<'a, D> {
 }
 
 impl<D: Scalar> RecordView<'_, D> {
+    /// The recorded position, m, and velocity, m/s, at `index` in the list of all records and nodes.
     #[inline]
     fn at(&self, index: usize) -> Motion<D> {
         match self.motions {
@@ -237,6 +238,7 @@ impl<D: Scalar> RecordView<'_, D> {
     pub fn weights(&self, stencil: &Stencil, time: f64) -> Result<Vec<(usize, [f64; 2])>, Error> {
         let (k, hermite) = self.around(time)?;
         let width = self.width();
+        // At rest there is one record: both ends of the interval are the same.
         let after = if k < self.times.len() { k } else { k - 1 };
         let ends = [(k - 1, [hermite.x0, hermite.v0]), (after, [hermite.x1, hermite.v1])];
         let columns = self.columns(stencil)?;
@@ -260,6 +262,7 @@ impl<D: Scalar> RecordView<'_, D> {
         let Some(&last) = self.times.last() else {
             return Err(Error::invalid("trajectory", "no record", "a trajectory that has run"));
         };
+        // Sums of steps and unit conversions have rounding errors of some 1e-16.
         match time >= 0.0 && time <= last * (1.0 + 1e-9) {
             true => Ok(()),
             false => Err(Error::OutOfRange { what: "time", found: time, low: 0.0, high: last }),
@@ -268,12 +271,14 @@ impl<D: Scalar> RecordView<'_, D> {
 
     /// The step a time lies in, by its end.
     fn step_at(&self, time: f64) -> usize {
+        // By bisection; a time at the end of the last step belongs to that step.
         let k = self.times.partition_point(|end| *end <= time);
         k.clamp(1, self.times.len().max(2) - 1)
     }
 
     /// The same, searched from a step on.
     fn step_from(&self, mut k: usize, time: f64) -> usize {
+        // Ascending times find the next step by going forward, without a bisection for each.
         if self.times[k - 1] > time {
             return self.step_at(time);
         }
@@ -368,6 +373,7 @@ mod tests {
             record.push(t, std::iter::once([[t.sin(), t, -t], [t.cos(), 1.0, -1.0]]));
         }
         let (read, stencil) = (record.read(), Stencil { nodes: vec![(3, 1.0)] });
+        // Steps of unequal length end at k^2, the last one at 64.
         let ascending = (0..=640).map(|k| 0.1 * f64::from(k));
         let times: Vec<f64> = ascending.chain([63.0, 0.5, 64.0, 0.0, 1.0]).collect();
         let places = read.places(&stencil, times.iter().copied()).unwrap();

@@ -42,15 +42,19 @@ struct SimulationSnapshot<'a, M: Model> {
 }
 
 impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
+    /// Time, s.
     fn time(&self) -> f64 {
         self.simulation.state().time
     }
+    /// Position of node `i` in world coordinates, m.
     fn position(&self, i: usize) -> [f64; 3] {
         self.model.position(&self.simulation.state().q, i)
     }
+    /// Energies by term, J.
     fn energies(&self) -> Energies {
         self.simulation.energies()
     }
+    /// Counts of the numerical work so far.
     fn work(&self) -> Work {
         self.simulation.work()
     }
@@ -103,6 +107,7 @@ fn run_with<M: Model>(
 where
     M::Rod<f64>: Sensitive,
 {
+    // Explicit schemes reject a step above their limit of stability before the run.
     task.discretized.check_step()?;
     let mut simulation = task.discretized.simulation()?;
     let sensitivities = task.discretized.sensitivities(task.parameters)?;
@@ -123,6 +128,8 @@ where
     if has_parameters && !relinearizes {
         simulation.keep_tangent();
     }
+    // A copy of the simulation has the factors of the linearized steps; the simulation keeps its
+    // own.
     let relinearized = relinearizes.then(|| Box::new(simulation.linear()));
     let mut carrier = SensitivityCarrier::Synchronous { sensitivities, relinearized };
     let result = take_steps(task, &mut simulation, &mut carrier, axes.as_ref(), record, observers);
@@ -202,6 +209,7 @@ where
     let (time, model) = (task.problem.time()?, task.discretized.model);
     let mut control = StepControl::new(task.problem.scene(), simulation);
     if let SensitivityCarrier::Synchronous { .. } = carrier {
+        // The derivatives of another thread grow in lists of their own.
         record.make_room(task.steps + 1);
     }
     // Initial state.
@@ -287,6 +295,7 @@ fn record_state<M: Model>(
 ) where
     M::Rod<f64>: Sensitive,
 {
+    // A run that is only observed has no record; its list of accepted steps would grow for ever.
     if !record.keeps {
         record.taken.clear();
         return;
@@ -301,6 +310,7 @@ fn record_state<M: Model>(
         reactions.push(discretized.reactions(simulation.rod(), resistances, state));
     }
     let tracked = record.tracked();
+    // Positions and velocities of tracked nodes, then three axes of every recorded edge.
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
     let director_motions = axes.into_iter().flat_map(|axes| axes.motions(discretized, state));
     record.push(state.time, tracked.iter().map(motion).chain(director_motions));
@@ -359,11 +369,14 @@ pub(super) fn repeat_over<D: Nestable, M: Model>(
         (!edges.is_empty()).then(|| discretized.directors(&discretized.setup_over(&seed)));
     let mut simulation = discretized.simulation_over(seed)?;
     let mut ends = plain.times().iter().peekable();
+    // No step for the initial state, then the accepted steps of the plain run: bisection decided
+    // on plain numbers, and a decision has no derivative.
     for time in std::iter::once(None).chain(plain.taken.iter().map(Some)) {
         if let Some(time) = time {
             simulation.step_to(*time)?;
         }
         let state = simulation.state();
+        // Only ends of steps of the scene are recorded, not those of halves.
         if ends.next_if_eq(&&state.time).is_some() {
             let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
             let axes = directors.into_iter().flat_map(|directors| {

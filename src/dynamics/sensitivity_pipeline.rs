@@ -13,8 +13,9 @@ use crate::rod::{Rod, Sensitive, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
-/// Steps in a batch, and batches that may wait for the consumer.
+/// Steps in a batch.
 const BATCH: usize = 32;
+/// Batches that may wait for the consumer.
 const MAX_WAITING_BATCHES: usize = 2;
 /// Smallest product of steps and nodes of a run for which a second thread is started.
 const MIN_STEPS_TIMES_NODES: usize = 8000;
@@ -35,6 +36,7 @@ impl ActiveRun {
     /// Whether a processor is idle, and the product of steps and nodes is large enough for a second thread.
     pub fn has_room(&self, steps_times_nodes: usize) -> bool {
         let runs = RUNS.load(Ordering::Relaxed);
+        // Two threads for each run: other runs of the process have theirs.
         steps_times_nodes >= MIN_STEPS_TIMES_NODES && 2 * runs <= rayon::current_num_threads()
     }
 }
@@ -71,6 +73,7 @@ impl<R: Sensitive> StepProducer<R> {
     /// # Errors
     /// [`Error::Interrupted`] where the consumer has ended; its own error has the reason.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
+        // Steps are sent in batches: one synchronization of the threads for all of them.
         if self.batch.filled == BATCH {
             self.send()?;
         }
@@ -78,6 +81,7 @@ impl<R: Sensitive> StepProducer<R> {
         let Batch { steps, filled } = &mut self.batch;
         match steps.get_mut(*filled) {
             Some(step) => {
+                // Used batches come back, so that their states need no allocation.
                 step.state.restore(state);
                 (step.work, step.is_recorded) = (work, false);
             }
@@ -94,6 +98,10 @@ impl<R: Sensitive> StepProducer<R> {
         }
     }
 
+    /// Sends the filled batch to the consumer, and continues with an empty one.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if the consumer has ended.
     fn send(&mut self) -> Result<(), Error> {
         let empty = || Batch { steps: Vec::new(), filled: 0 };
         let mut next = self.empty.try_recv().unwrap_or_else(|_| empty());
@@ -140,6 +148,8 @@ pub(super) fn new<R: Sensitive>(
     simulation: &Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
 ) -> (StepProducer<R>, SensitivityConsumer<R>) {
+    // A bounded channel: the simulation waits where derivatives are slower, instead of storing
+    // the whole run.
     let (full_sender, full) = sync_channel(MAX_WAITING_BATCHES);
     let (empty, empty_receiver) = channel();
     let batch = Batch { steps: Vec::new(), filled: 0 };

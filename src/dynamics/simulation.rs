@@ -25,8 +25,7 @@ pub struct Simulation<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
-    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. The length, m,
-    /// is the scale of the tolerance.
+    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move.
     pub fn new(
         rod: R,
         (q, frames): (Vec<D>, R::Frames),

@@ -49,6 +49,7 @@ impl<M: Model> Discretized<'_, M> {
         self.simulation_of(&self.setup_over(seed))
     }
 
+    /// The simulation of a setup at its start: state, velocities, supports, drag and scheme over the scalar `D`.
     fn simulation_of<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -56,6 +57,7 @@ impl<M: Model> Discretized<'_, M> {
         let scene = &setup.scene;
         let rod = setup.rod(self.model);
         let recorded = self.scene().initial.state == InitialState::Recorded;
+        // Initial places and velocities: recorded, or of the scene (rest shape or equilibrium).
         let (start, velocity, change) = match recorded {
             true => {
                 let RecordedStart { start, change, interval } = self.recorded_start(setup)?;
@@ -67,6 +69,7 @@ impl<M: Model> Discretized<'_, M> {
                 (start, velocity, None)
             }
         };
+        // Supports, scheme and tolerance; 0.5 replaces the parameter of a scene without [time].
         let boundary_motion = self.boundary_motion(setup);
         let mut simulation = Simulation::new(
             rod,
@@ -77,6 +80,7 @@ impl<M: Model> Discretized<'_, M> {
             (scene.tolerance(), self.problem.length()),
             self.problem.derivatives(),
         );
+        // Supports before the velocities: they prescribe the velocities of some unknowns.
         if let Some(drag) = setup.drag(self.model) {
             simulation.immerse(drag);
         }
@@ -86,6 +90,7 @@ impl<M: Model> Discretized<'_, M> {
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
         }
+        // A recorded start has a change over its first interval instead of a velocity.
         if let Some((change, h)) = change {
             simulation.begin_changing(&change, h)?;
         }
@@ -137,6 +142,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, frames))
     }
 
+    /// The unknowns and frames at the start, without the perturbation of the scene: the rest shape, or the equilibrium with its
+    /// derivatives.
     fn unperturbed_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -154,6 +161,7 @@ impl<M: Model> Discretized<'_, M> {
             return Ok((q, frames));
         }
         self.hold(setup, MotionTime::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
+        // Derivatives of an equilibrium: one linear system with the tangent, over dual numbers.
         let held = setup.rod_with_release_forces(self.model, rod);
         let mut plain_frames = self.begin(self.setup).1;
         M::Rod::<f64>::rebase(&mut plain_frames, found);
@@ -163,6 +171,7 @@ impl<M: Model> Discretized<'_, M> {
         let differentiate = |q: &mut [D], neutral: bool| {
             self.differentiate(&held, &frames, &plain, &plain_frames, q, neutral)
         };
+        // A tangent that is singular belongs to a rod that can move without a force.
         let mut followed = q.clone();
         if neutral || differentiate(&mut followed, false).is_err() {
             followed = q;
@@ -196,6 +205,7 @@ impl<M: Model> Discretized<'_, M> {
         };
         let nodes = self.nodes();
         let mass = |i: usize| rod.mass()[M::STRIDE * i];
+        // Velocity of the center of mass, plus the rotation about it.
         let total = (0..nodes).map(mass).fold(zero, |sum, mass| sum + mass);
         let centre =
             (0..nodes).fold([zero; 3], |sum, i| add(sum, scale(place(i), mass(i) / total)));
@@ -203,6 +213,7 @@ impl<M: Model> Discretized<'_, M> {
         for i in 0..nodes {
             let own = add(velocity, cross(spin, sub(place(i), centre)));
             v[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);
+            // Spatial rods also spin about their own axis.
             if M::STRIDE > axes && i + 1 < nodes {
                 v[M::STRIDE * i + axes] = dot(spin, unit(sub(place(i + 1), place(i))));
             }

@@ -107,13 +107,17 @@ impl Limits {
     }
 }
 
-/// Remedies of growing energy.
+/// Remedy of growing energy that every scheme has.
 const SMALLER: &str = "take a smaller time.step";
+/// For scenes where a scheme that keeps energy helps.
 const SMALLER_OR_KEEPING: &str = "take a smaller time.step, or scheme = \"average-vector-field\"";
+/// For Newmark-beta without dissipation.
 const SMALLER_OR_DISSIPATION: &str =
     "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"";
+/// For generalised-alpha.
 const SMALLER_OR_SMALLER_RHO: &str =
     "take a smaller time.step, a smaller rho_inf, or scheme = \"average-vector-field\"";
+/// For Newmark-beta with dissipation.
 const SMALLER_OR_LARGER_BETA: &str =
     "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"";
 

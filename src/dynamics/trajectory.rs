@@ -64,10 +64,12 @@ impl Trajectory {
         tracked: &[usize],
         parameters: &[Parameter],
     ) -> Result<Self, Error> {
+        // An unknown parameter is an error before any step is made.
         for parameter in parameters {
             problem.check_parameter(*parameter)?;
         }
         let mut tracked = tracked.to_vec();
+        // Ascending and without duplicates: nodes are found by bisection.
         tracked.sort_unstable();
         tracked.dedup();
         if let Some(found) = tracked.last().filter(|node| **node >= problem.nodes()) {
@@ -163,6 +165,8 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         self.check_run(problem, steps)?;
+        // A damping of zero has a derivative only beside a trace of viscosity, with which the run
+        // is made then.
         let felt = problem.with_trace_viscosity(&self.parameters)?;
         let problem = felt.as_ref().unwrap_or(problem);
         let (parameters, record) = (&self.parameters[..], &mut self.record);
@@ -180,6 +184,10 @@ impl Trajectory {
         }
     }
 
+    /// Rejects a run of `problem` over so many steps: into a record that is not empty, of another scene, or beyond its end.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`].
     pub(super) fn check_run(&self, problem: &Problem, steps: usize) -> Result<(), Error> {
         let times = self.times().len();
         if times > 0 {
@@ -240,6 +248,8 @@ impl Trajectory {
         })
     }
 
+    /// The recorded motion over the scalar `D`: the run is repeated, or the equilibrium differentiated, with the numbers of the
+    /// scene that `seed` returns.
     fn record_over<D: Nestable, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -366,6 +376,7 @@ impl<D: Scalar> Trajectory<D> {
         self.motion(node, k)[1]
     }
 
+    /// The position, m, and velocity, m/s, of a tracked node in record `k`.
     fn motion(&self, node: usize, k: usize) -> &Motion<D> {
         self.record.motion_of(node, k).expect("the node is tracked, and the step recorded")
     }

@@ -27,8 +27,9 @@ const HELD: f64 = 1e-8;
 const PERSISTENT: f64 = 0.05;
 /// Most modes that are examined, the fastest.
 const MODES: usize = 4;
-/// Times that are examined, beside the end: at most so many, and one in so many steps.
+/// Largest number of times that are examined, beside the end.
 const MOST_TIMES: usize = 8;
+/// Smallest number of steps between times that are examined.
 const STEPS_PER_TIME: usize = 50;
 
 /// An unstable state at which symmetry holds the rod.
@@ -75,6 +76,7 @@ pub(crate) struct StabilityChecks {
 impl StabilityChecks {
     /// Whether the state after `step` of so many is examined.
     pub fn includes(step: usize, steps: usize) -> bool {
+        // Evenly spaced over the run.
         let times = (steps / STEPS_PER_TIME).min(MOST_TIMES) + 1;
         step == steps || step > 0 && (step * times) / steps != ((step - 1) * times) / steps
     }
@@ -98,6 +100,8 @@ struct HeldMode {
     out_of_plane: bool,
 }
 
+/// The mode of fastest growth at the state of a simulation, if it grows noticeably before the end of the run: the lowest eigenvalue of
+/// tangent and masses is below zero.
 fn unstable_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -107,6 +111,8 @@ fn unstable_state<M: Model>(
     let end = problem.time()?.end;
     let damping = discretized.scene().loads.damping.mass;
     // A disturbance grows by sigma with sigma^2 + c sigma = -lambda.
+    // Squared rate of the slowest instability that matters, and not below the rounding of the
+    // tangent.
     let slowest = MIN_GROWTH / end;
     let scale = discretized.bending_frequency_squared();
     let rounding = discretized.zero_squared_frequency() + scale * discretized.tangent_rounding();
@@ -116,17 +122,21 @@ fn unstable_state<M: Model>(
     let mut forces = vec![0.0; state.q.len()];
     rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut forces);
     let mut held: Option<HeldMode> = None;
+    // Sylvester: the negative pivots of K + least M count the eigenvalues below -least.
     let growing = pencil.inertia(-least)?;
     for PencilMode { squared, vector: x } in pencil.lowest(growing.min(MODES), scale)? {
         let product =
             |f: &dyn Fn(usize) -> f64| pencil.free.clone().map(|i| x[i] * f(i)).sum::<f64>();
         let largest = largest_displacement::<M>(&x);
+        // Distance from the saddle: static displacement by the forces, and drift by the velocity
+        // in the time 1/sigma.
         let offset = product(&|i| forces[i]).abs() / -squared * largest;
         let drift = product(&|i| pencil.mass[i] * state.v[i]).abs() / (-squared).sqrt() * largest;
         if offset.max(drift) <= HELD * length && held.is_none() {
             held = Some(HeldMode { squared_rate: -squared, out_of_plane: false });
         }
     }
+    // A planar scene may buckle out of its plane, where its own model has no unknowns.
     if M::STRIDE < 3 && problem.can_twist() {
         let squared = out_of_plane(discretized, &q, least, scale)?;
         if let Some(squared_rate) = squared
@@ -146,6 +156,7 @@ fn unstable_state<M: Model>(
         factors.solve(&mut x);
         largest_displacement::<M>(&x)
     };
+    // Property 3: forces and velocities displace the rod little in the time of growth.
     let slow =
         displaced(&|i| forces[i]).max(displaced(&|i| shift.sqrt() * pencil.mass[i] * state.v[i]));
     let persists = factors.negative_pivots() == 0 && slow <= PERSISTENT * length;
@@ -169,6 +180,7 @@ fn relaxed<M: Model>(
             *change = 0.0;
         }
     }
+    // Static response, in which vibrations faster than the rate are relaxed.
     pencil.factors(-squared)?.solve(&mut change);
     let far = largest_displacement::<M>(&change) > PERSISTENT * discretized.problem.length();
     let moved = state.q.iter().zip(&change).map(|(q, change)| q - change);
@@ -189,6 +201,7 @@ fn out_of_plane<M: Model>(
         (0..discretized.nodes()).map(|i| discretized.model.position(q, i)).collect();
     let (q, frames) = spatial.placed_still(&nodes);
     let normal = spatial.model.components(spatial.normal());
+    // The same shape in the spatial model, restricted to motion along the normal.
     let pencil = Pencil::at(&spatial, &spatial.rod(), &q, &frames).out_of_plane(normal);
     if pencil.inertia(-least)? == 0 {
         return Ok(None);
@@ -205,6 +218,7 @@ fn largest_displacement<M: Model>(x: &[f64]) -> f64 {
     lengths.map(|(_, x)| x.abs()).fold(0.0, f64::max)
 }
 
+/// The largest component of a displacement of nodes, m, among four unknowns of a node, of which the last is an angle.
 fn largest_displacement_in_space(x: &[f64]) -> f64 {
     x.chunks(4).flat_map(|node| node.iter().take(3)).map(|x| x.abs()).fold(0.0, f64::max)
 }

@@ -107,6 +107,8 @@ impl<B: Scalar> Chart<B> {
                     let place = along(&[*x, *y], [q[2 * i], q[2 * i + 1]]);
                     nodes[i] = components(|c| place[c] + origin[c]);
                 }
+                // Directors in the plane: tangent, and both components across it, which no motion
+                // in the plane changes.
                 let normal = map_components(&cross(*x, *y), D::from);
                 for j in 0..N - 1 {
                     let e = [q[2 * j + 2] - q[2 * j], q[2 * j + 3] - q[2 * j + 1]];
@@ -131,6 +133,8 @@ impl<B: Scalar> Chart<B> {
                     nodes[i] = to_world(node(i));
                 }
                 for (j, frame) in frames.iter().enumerate().take(N - 1) {
+                    // Directors in space: the reference director, transported to the tangent and
+                    // turned by the angle.
                     let tangent = unit(sub(node(j + 1), node(j)));
                     let [first, second] = frame.map(&over).material(tangent, q[4 * j + 3]);
                     edges[j] = [to_world(tangent), to_world(first), to_world(second)];
@@ -157,8 +161,11 @@ pub struct Site<'a, D> {
 
 /// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
 pub trait Over<D> {
+    /// The energy at the unknowns `q` of the element at `site`, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
+    /// Writes the derivatives by `q`, N (N m for angles).
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
+    /// Writes first and second derivatives by `q`.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
 }
 
@@ -178,15 +185,19 @@ pub trait AnyEnergy:
 
 impl ForEachScalar for dyn AnyEnergy {
     type Instance<D: Scalar> = dyn Over<D>;
+    /// The instance without derivatives.
     fn plain(&self) -> &Self::Instance<f64> {
         self
     }
+    /// The instance with one first derivative.
     fn dual(&self) -> &Self::Instance<Dual64> {
         self
     }
+    /// The instance with two first derivatives and the mixed second one.
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64> {
         self
     }
+    /// The instance with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>> {
         self
     }
@@ -253,10 +264,13 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         q: &[B; Q],
     ) -> Option<[B; Q]> {
         let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
+        // Slopes by positions and directors, by the user's formulas.
         let slopes =
             self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, &edges[..N - 1]))?;
         let mut gradient = [B::from(0.0); Q];
         self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
+        // The directors depend on the unknowns nonlinearly: their part of the chain rule in dual
+        // numbers.
         if slopes.of_edges {
             let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
             for (sum, slope) in gradient.iter_mut().zip(by_unknowns::gradient(&pull, q)) {
@@ -269,6 +283,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         Some(gradient)
     }
 
+    /// Gradient and Hessian by `q` (lower triangle) from the hand-derived derivatives by nodes and directors, with the chain rule; none if the
+    /// energy has none.
     fn hand_tangent<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -276,6 +292,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     ) -> Option<([B; Q], [[B; Q]; Q])> {
         let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
         let edges = &edges[..N - 1];
+        // First and second derivatives by the user's formulas.
         let slopes = self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, edges))?;
         let curvatures =
             self.at(site, |b| b, |place, p| self.0.hessian(place, p, &nodes, edges))?;
@@ -302,6 +319,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             };
             of_edges = by_unknowns::jacobian(flat, q);
         }
+        // Row of J: a constant axis for a node, a computed one for a director.
         let row = |input: usize, component: usize| -> [B; Q] {
             if input < N {
                 let mut row = [zero; Q];
@@ -372,6 +390,7 @@ struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
 impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
     for EnergyOfUnknowns<'_, B, E, N, P>
 {
+    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
     #[inline]
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         self.energy.value(self.site, over, q)
@@ -385,6 +404,7 @@ struct DirectorPull<'a, B, S, const N: usize> {
 }
 
 impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
+    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
@@ -400,12 +420,15 @@ impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Director
 }
 
 impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> for Adapter<E, N, P> {
+    /// The energy at the unknowns `q` of the element at `site`, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         self.value(site, |x| x, q)
     }
 
+    /// Writes the derivatives by `q`, N (N m for angles).
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
         by_size!(q, |q| {
+            // An energy without hand-derived derivatives is differentiated by dual numbers.
             let by_hand = match derivatives {
                 Derivatives::Hand => self.hand_gradient(site, q),
                 Derivatives::Dual => None,
@@ -416,6 +439,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
+    /// Writes first and second derivatives by `q`.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
@@ -433,19 +457,23 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E, N, P> {
+    /// The number of nodes it depends on.
     fn nodes(&self) -> usize {
         N
     }
 
+    /// Its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         const { &E::PARAMETERS }
     }
 
+    /// See `OwnEnergy::keeps_plane`.
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
         let parameters = components(|i| values[i]);
         self.0.keeps_plane(&parameters, normal, point)
     }
 
+    /// The sizes of the terms in its derivatives: see `Terms`.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {

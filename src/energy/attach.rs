@@ -12,11 +12,13 @@ use std::sync::Arc;
 struct Kept(Arc<dyn AnyEnergy>);
 
 impl Code for Kept {
+    /// Names and quantities of its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         self.0.parameters()
     }
 }
 
+/// A user-defined energy behind a pointer, over all scalars that the rod needs.
 fn code<E, const N: usize, const P: usize>(energy: E) -> Arc<dyn Code>
 where
     E: OwnEnergy<N, P>,

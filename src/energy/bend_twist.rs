@@ -132,21 +132,25 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
 
     const KINDS: [usize; 3] = [1, 1, 2];
 
+    /// The stiffness `K`: N of an edge, N m of a joint.
     #[inline(always)]
     fn stiffness(&self) -> Stiffness<D> {
         self.stiffness
     }
 
+    /// The strains at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 3] {
         self.natural
     }
 
+    /// The law with other stiffnesses and natural strains.
     #[inline(always)]
     fn with(&self, stiffness: Stiffness<D>, natural: [D; 3]) -> Self {
         Self { stiffness, natural }
     }
 
+    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
     #[inline(always)]
     fn energies(&self, s: &[D; 3]) -> [D; 3] {
         let stress: [D; 3] = self.stiffness.times(s);
@@ -155,6 +159,7 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
     }
 }
 
+/// The positions of the three nodes, m, and the angles of the two edges, rad.
 #[inline]
 fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
@@ -199,6 +204,7 @@ fn hessian_to_nodes<D: Scalar>(
 type Joined<D> = (EdgeState<D>, EdgeState<D>, Joint<D>);
 
 impl<D: Scalar> BendTwist<D> {
+    /// The two edges and the joint between them, at the edge vectors, m, and angles, rad.
     #[inline(always)]
     fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> Joined<D> {
         let e = EdgeState::new(&self.frames[0], [*e0, *e1, *e2], *te);
@@ -303,6 +309,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     const NAME: &'static str = "bend and twist";
     type Over<E: Scalar> = BendTwist<E>;
 
+    /// Converts every parameter.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
         BendTwist {
             stiffness: self.stiffness.map(&convert),
@@ -312,16 +319,19 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         }
     }
 
+    /// The energy, J: the definition of the element.
     #[inline]
     fn energy(&self, q: &[D; UNKNOWNS]) -> D {
         self.energy_of_edges(&to_edges(q))
     }
 
+    /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joined = self.joined(&to_edges(q));
         to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.2.strains)))
     }
 
+    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
         spread(self.tangent_of(&self.joined(&to_edges(q))))
     }
@@ -362,15 +372,18 @@ impl Published {
 }
 
 impl Energy<UNKNOWNS> for Published {
+    /// The energy in J at the unknowns `q`.
     fn energy<D: Scalar>(&self, q: &[D; UNKNOWNS]) -> D {
         AsEnergy(self.0).energy(q)
     }
 }
 
 impl Analytic<UNKNOWNS> for Published {
+    /// The gradient dE/dq, J over the units of `q`.
     fn gradient(&self, q: &[f64; UNKNOWNS]) -> [f64; UNKNOWNS] {
         self.tangent(q).gradient
     }
+    /// d2E/dq2, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; UNKNOWNS]) -> [[f64; UNKNOWNS]; UNKNOWNS] {
         self.tangent(q).hessian
     }

@@ -14,9 +14,11 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
     const NAME: &'static str = "dead load";
     type Over<E: Scalar> = DeadLoad<E, M>;
 
+    /// Converts every parameter.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadLoad<E, M> {
         DeadLoad { force: self.force.map(convert) }
     }
+    /// The energy, J: the definition of the element.
     #[inline]
     fn energy(&self, q: &[D; M]) -> D {
         let mut energy = -(self.force[0] * q[0]);
@@ -25,10 +27,12 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
         }
         energy
     }
+    /// dE/dq, derived by hand.
     #[inline]
     fn gradient(&self, _: &[D; M]) -> [D; M] {
         self.force.map(|f| -f)
     }
+    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     #[inline]
     fn tangent(&self, q: &[D; M]) -> Local<D, M> {
         Local {

@@ -32,18 +32,22 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
     const NAME: &'static str = "dead moment";
     type Over<E: Scalar> = DeadMoment<E>;
 
+    /// Converts every parameter.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadMoment<E> {
         DeadMoment { moment: convert(self.moment), rest: self.rest.map(&convert) }
     }
+    /// The energy, J: the definition of the element.
     fn energy(&self, q: &[D; 4]) -> D {
         let ([a, b], [x, y]) = (self.rest, [q[2] - q[0], q[3] - q[1]]);
         -(self.moment * (a * y - b * x).atan2(a * x + b * y))
     }
+    /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; 4]) -> [D; 4] {
         let (_, n) = reciprocal(q);
         let g = n.map(|c| c * self.moment);
         [g[0], g[1], -g[0], -g[1]]
     }
+    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
         let (u, n) = reciprocal(q);
         let entry = |r: usize, c: usize| self.moment * (u[r] * n[c] + n[r] * u[c]);

@@ -111,6 +111,7 @@ impl<D: Scalar> EdgeSum<D> {
         sum
     }
 
+    /// The sum of the derivatives of two energies.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
@@ -132,9 +133,11 @@ impl<D: Scalar> EdgeState<D> {
         let length = squared.sqrt();
         let inverse_length = length.recip();
         let tangent = scale(e, inverse_length);
+        // t + t_ref: half its square is 1 + t.t_ref.
         let both = add(frame.tangent, tangent);
         // 1/(1 + t.t_ref), to full accuracy when they nearly oppose each other.
         let inverse = (dot(both, both) * 0.5).recip();
+        // Parallel transport of the reference director to the tangent.
         let director = sub(frame.director, scale(both, dot(tangent, frame.director) * inverse));
         let m = EdgeFrame { tangent, director }.turned(angle);
         let turn = [-(dot(frame.tangent, m[1]) * inverse), dot(frame.tangent, m[0]) * inverse];
@@ -189,6 +192,7 @@ impl<D: Scalar> EdgeState<D> {
         stiffness: D,
     ) -> ByEdge<D> {
         let DirectedEdge { inverse_length, tangent, m } = &self.edge;
+        // g = the turn per p and q, torque = dE/dh.
         let ([g1, g2], torque) = (self.turn, sum.gradient[2]);
         let [pp, qp, qq, hp, hq, hh] = sum.hessian;
         let (t1, t2) = (torque * g1, torque * g2);
@@ -199,6 +203,7 @@ impl<D: Scalar> EdgeState<D> {
         let qq = qq + g2 * (hq + uq) + bow;
         let qp = qp + g1 * uq + g2 * hp + (t1 * g1 - t2 * g2) * 0.5;
 
+        // Derivatives by p and q are those by displacements across the edge over its length.
         let by_square = *inverse_length * *inverse_length;
         let across = tension * *inverse_length;
         let (pp, qq, qp) = (pp * by_square + across, qq * by_square + across, qp * by_square);
@@ -236,10 +241,12 @@ pub(crate) fn between<D: Scalar>(
     f: &EdgeState<D>,
     mut fe: [[D; 3]; 3],
 ) -> Between<D> {
+    // Columns of e: h follows p and q by the turn of its director.
     for row in &mut fe {
         row[0] += row[2] * e.turn[0];
         row[1] += row[2] * e.turn[1];
     }
+    // Rows of f likewise.
     for c in 0..3 {
         fe[0][c] += f.turn[0] * fe[2][c];
         fe[1][c] += f.turn[1] * fe[2][c];
@@ -372,6 +379,8 @@ impl<D: Scalar> Joint<D> {
         let (w11, w12, w21, w22) = (w1 * a1, w1 * a2, w2 * a1, w2 * a2);
         let (x11, x12, x21, x22) = (w1 * b1, w1 * b2, w2 * b1, w2 * b2);
 
+        // Block of e twice: by' K by, plus the stresses times the second derivatives of the
+        // strains.
         let k = [stiffness.times(&by_e[0]), stiffness.times(&by_e[1]), stiffness.times(&by_e[2])];
         let twisted = w3 * aa[1];
         let ee = [
@@ -383,6 +392,7 @@ impl<D: Scalar> Joint<D> {
             dot(by_e[2], k[2]) - (w11 + w22),
         ];
 
+        // Block between the edges: rows of f, columns of e.
         let (r1, r2) = (p_e - kw * a1, q_e - kw * a2);
         let (kc, kv, wc, wv) = (kw * c, kw * v, w3 * c, w3 * v);
         let (c1, c2, v1, v2) = (w1 * c, w2 * c, w1 * v, w2 * v);
@@ -400,6 +410,7 @@ impl<D: Scalar> Joint<D> {
             [dot(by_f[2], k[0]) + v1 + c2, dot(by_f[2], k[1]) + v2 - c1, dot(by_f[2], k[2])],
         ];
 
+        // Block of f twice.
         let k = [stiffness.times(&by_f[0]), stiffness.times(&by_f[1]), stiffness.times(&by_f[2])];
         let twisted = w3 * bb[1];
         let ff = [

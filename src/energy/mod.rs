@@ -119,15 +119,18 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
 pub struct AsEnergy<E>(pub E);
 
 impl<E: Element<f64, N>, const N: usize> Energy<N> for AsEnergy<E> {
+    /// The energy in J at the unknowns `q`.
     fn energy<D: Scalar>(&self, q: &[D; N]) -> D {
         self.0.map(D::from).energy(q)
     }
 }
 
 impl<E: Element<f64, N>, const N: usize> Analytic<N> for AsEnergy<E> {
+    /// The gradient dE/dq, J over the units of `q`.
     fn gradient(&self, q: &[f64; N]) -> [f64; N] {
         self.0.gradient(q)
     }
+    /// d2E/dq2, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
         self.0.tangent(q).hessian
     }

@@ -35,6 +35,7 @@ struct BentJoint<D> {
     curvature: D,
 }
 
+/// The edge vectors, m, their squared lengths, and the curvature `2 tan(phi/2)` of a joint at its three nodes.
 #[inline]
 fn bent<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
@@ -125,21 +126,25 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
 
     const KINDS: [usize; 1] = [1];
 
+    /// The stiffness `K`: N of an edge, N m of a joint.
     #[inline(always)]
     fn stiffness(&self) -> [D; 1] {
         [self.stiffness]
     }
 
+    /// The strains at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 1] {
         [self.natural_curvature]
     }
 
+    /// The law with other stiffnesses and natural strains.
     #[inline(always)]
     fn with(&self, [stiffness]: [D; 1], [natural_curvature]: [D; 1]) -> Self {
         Self { stiffness, natural_curvature }
     }
 
+    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
     #[inline(always)]
     fn energies(&self, [k]: &[D; 1]) -> [D; 3] {
         let zero = k.like(0.0);
@@ -166,6 +171,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     const NAME: &'static str = "bend";
     type Over<E: Scalar> = PlanarBend<E>;
 
+    /// Converts every parameter.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> PlanarBend<E> {
         PlanarBend {
             stiffness: convert(self.stiffness),
@@ -173,11 +179,13 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         }
     }
 
+    /// The energy, J: the definition of the element.
     #[inline]
     fn energy(&self, q: &[D; 6]) -> D {
         self.energy_at(self.strain(q))
     }
 
+    /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent(q);
         let (n_e, n_f) = bent.angle_gradients();

@@ -101,12 +101,14 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.energies(&self.difference(&[self.strain_of(squared, length)]))[0]
     }
 
+    /// The strain `(l - l0)/l0` of an edge with length `l` and squared length, without the cancellation of `l - l0`.
     #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
     }
 
+    /// The energy of an edge vector `e`, m, in J.
     #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
         let squared = squared(&e);
@@ -153,21 +155,25 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
 
     const KINDS: [usize; 1] = [0];
 
+    /// The stiffness `K`: N of an edge, N m of a joint.
     #[inline(always)]
     fn stiffness(&self) -> [D; 1] {
         [self.stiffness]
     }
 
+    /// The strains at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 1] {
         [self.natural_strain]
     }
 
+    /// The law with other stiffnesses and natural strains.
     #[inline(always)]
     fn with(&self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) -> Self {
         Self { stiffness, natural_strain, ..*self }
     }
 
+    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
     #[inline(always)]
     fn energies(&self, [strain]: &[D; 1]) -> [D; 3] {
         let zero = strain.like(0.0);
@@ -175,6 +181,7 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
     }
 }
 
+/// The squared length of a vector, m^2.
 #[inline]
 fn squared<D: Scalar, const M: usize>(e: &[D; M]) -> D {
     let mut sum = e[0] * e[0];

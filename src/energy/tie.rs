@@ -21,11 +21,13 @@ impl Tie {
 }
 
 impl<D: Scalar> Over<D> for Tie {
+    /// The energy at the unknowns `q` of the element at `site`, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         let way = self.way(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
 
+    /// Writes the derivatives by `q`, N (N m for angles).
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
         let way = self.way(site, q);
         for k in 0..q.len() {
@@ -44,10 +46,12 @@ impl<D: Scalar> Over<D> for Tie {
 }
 
 impl AnyEnergy for Tie {
+    /// The number of nodes it depends on.
     fn nodes(&self) -> usize {
         1
     }
 
+    /// Its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
@@ -57,6 +61,7 @@ impl AnyEnergy for Tie {
         false
     }
 
+    /// The sizes of the terms in its derivatives: see `Terms`.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());

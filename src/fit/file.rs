@@ -173,6 +173,7 @@ impl ExperimentForm {
         if paths.is_empty() {
             return Ok(vec![self.named_after_recording()]);
         }
+        // The three ways to name a recording exclude each other.
         ensure(self.path.is_none(), key("paths"), "both path and paths", "one of the two")?;
         let found = format!("{:?}", self.name.as_deref().unwrap_or_default());
         let allowed = "no name together with paths, as each experiment is named after its file";
@@ -205,6 +206,7 @@ impl ExperimentForm {
         check_scene(&scene)?;
         let mut experiment =
             Experiment::new(self.name.unwrap_or_default(), &scene.problem_for(Aim::Guess)?);
+        // The data come last: their points must be on the rod.
         add_measurements(&mut experiment, self.observation, self.shape, self.frequencies, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })
     }
@@ -230,6 +232,7 @@ fn add_measurements(
         measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
     }
     experiment.measurements.extend(measurements);
+    // Units that do not fit the scene are found before the search.
     experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
 }
 
@@ -257,6 +260,7 @@ impl Fit {
     pub fn add_toml(&self, text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
         let Fit { experiments, unknowns, knowns, analysis, progress, keep_plot_data } =
             self.clone();
+        // Tables are parsed with the same rules as in a file; `scene` is not required here.
         let tables: Tables = parse(text, &REQUIRED[1..])?;
         let analysis = tables.analysis.unwrap_or(analysis);
         let fields = Vec::new();
@@ -340,11 +344,13 @@ impl FitFile {
     fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         let mut form: FitForm =
             parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
+        // Scenes and data of all experiments, in the order of the file.
         let read = |e: ExperimentForm| e.read(path, check_scene);
         let experiments = form.experiments()?.into_iter().map(read).collect::<Result<_, _>>()?;
         let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);
         let mut file = Self { experiments, unknowns, knowns, fields: form.field, analysis };
         file.add(form.parameter, form.known)?;
+        // The checks depend on the kind of fit: a field, validation only, or parameters.
         match file.field_fit()? {
             Some(fit) => fit.check()?,
             None if file.is_validation_only() => check_predicted(&file.experiments)?,
@@ -382,6 +388,7 @@ impl FitFile {
                        identified";
         ensure(is_alone, format!("{key}.fixed"), value, allowed)?;
         unknown.check(&self.experiments, &key)?;
+        // The value of every scene that has the parameter is replaced.
         for experiment in self.experiments.iter_mut().filter(|e| unknown.is_of(e)) {
             let fixed = experiment.problem.with([(unknown.parameter, value)]);
             experiment.problem = fixed.map_err(|error| match error {

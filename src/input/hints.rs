@@ -84,6 +84,8 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
 /// Replaces the message of a parse error by the likely mistake in a text that was `read_as` a kind of file, if one is found.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
+    // The text is TOML, but not of this kind: the likely mistake is clearer than the parser's
+    // message.
     let hint = text.parse::<Table>().ok().and_then(|table| {
         other_kind(&table, read_as).or_else(|| wrong_brackets(&table, text, read_as))
     });
@@ -93,6 +95,7 @@ pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
 /// Message about a file of another kind; none for a file of the kind itself, or of no known kind.
 fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
+    // A file with a key of its own kind has another error.
     if has_marks(read_as) {
         return None;
     }
@@ -110,6 +113,7 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
         let number = text.lines().position(is_header);
         number.map_or(String::new(), |number| format!("line {}: ", number + 1))
     };
+    // Brackets are the most frequent mistake: [[x]] for [x], and the other way round.
     for path in read_as.single {
         if value_at(table, path).is_some_and(is_list) {
             return Some(format!(

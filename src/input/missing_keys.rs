@@ -45,6 +45,7 @@ pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
     missing
 }
 
+/// The path of a key: `table.key`, or the key alone outside of tables.
 fn join(table: &str, key: &str) -> String {
     if table.is_empty() { key.into() } else { format!("{table}.{key}") }
 }
@@ -107,6 +108,7 @@ struct Placeholder<'a> {
     comment: &'a str,
 }
 
+/// The keys of a TOML file whose value is a placeholder, with their lines and comments.
 fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
     let found = text.lines().enumerate().filter_map(|(k, line)| {
         let (key, rest) = line.split_once('=')?;

@@ -46,6 +46,7 @@ struct SlidingRange {
 impl SlidingRange {
     /// Adds a sample.
     fn push(&mut self, index: usize, x: f64) {
+        // Samples that can never be the extreme any more are dropped: constant time per sample.
         while self.lows.back().is_some_and(|(_, low)| *low >= x) {
             self.lows.pop_back();
         }
@@ -93,6 +94,7 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
         let (rest, end) = samples.rest_before_motion(extent, allowed)?;
         samples.window(rest, end).onset()
     });
+    // The later onset: noise may hide the beginning of a slow motion.
     onsets.reduce(f64::max)
 }
 
@@ -140,6 +142,7 @@ impl MotionSamples {
     /// First and last sample of the first fast motion.
     fn fast(&self, extent: f64) -> Option<[usize; 2]> {
         let count = self.places.len();
+        // The lag doubles until a displacement of a quarter of the extent is found within it.
         let mut lag = 1;
         while lag < count {
             let way = |k: usize| self.distance(k, k + lag);
@@ -160,6 +163,7 @@ impl MotionSamples {
         let mut first = 0;
         let mut window = [(); 3].map(|()| SlidingRange::default());
         for last in 0..=fast {
+            // The longest window that ends here and stays within the allowed range.
             for (range, x) in window.iter_mut().zip(self.places[last]) {
                 range.push(last, x);
             }
@@ -176,6 +180,7 @@ impl MotionSamples {
         }
         let (first, last) = found?;
         let most = (last..=end).map(|k| self.distance(first, k)).fold(0.0, f64::max);
+        // Only the beginning of the motion is fitted: it follows a power of time.
         let moved = (last..=end).find(|k| self.distance(first, *k) >= FITTED_PART * most)?;
         let end = moved.max(last + FEWEST_MOVING).min(self.times.len() - 1);
         let fitted_rest = FITTED_AT_REST.max(FITTED_REST * (end - last));
@@ -198,11 +203,13 @@ impl MotionSamples {
         if count < FEWEST_AT_REST + FEWEST_MOVING {
             return None;
         }
+        // Models c + a (t - onset)^p with p = 1 to 4; the best of them counts.
         let squares = |onset: f64| {
             (1..=4).map(|power| self.squares_of_power(onset, power)).fold(f64::INFINITY, f64::min)
         };
         let (mut low, mut high) = (first, last);
         let mut best = (f64::INFINITY, first);
+        // Two grids, the second one within the best interval of the first.
         for _ in 0..2 {
             let step = (high - low) / CANDIDATES as f64;
             for k in 0..CANDIDATES {
@@ -216,6 +223,7 @@ impl MotionSamples {
         }
         let (sum, onset) = best;
         let at_rest = self.times.iter().filter(|t| **t <= onset).count();
+        // Models without rest: a power of time from the first sample on, or a cubic.
         let without_rest = squares(first).min(self.squares_of_cubic());
         let variance = sum / (count - FEWEST_AT_REST) as f64;
         (at_rest >= FEWEST_AT_REST && without_rest - sum > SIGNIFICANT * variance).then_some(onset)
@@ -244,6 +252,8 @@ impl MotionSamples {
                 from.iter_mut().zip(direction).for_each(|(x, e)| *x -= part * e);
             }
         };
+        // Gram-Schmidt: orthonormal columns, of which the projections are removed from the
+        // positions.
         for column in columns {
             let mut direction = column.clone();
             remove(&mut direction, &basis);
@@ -263,6 +273,7 @@ impl MotionSamples {
     }
 }
 
+/// The length of a vector, in the unit of its components.
 fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -317,6 +328,7 @@ mod tests {
         ] {
             let (times, places) = recorded(rest, motion);
             let onset = onset_of_motion(&times, &places).unwrap();
+            // The onset lies between two frames.
             assert!((onset - rest).abs() <= 1.0 / RATE, "{name} at {rest} s: {onset} s");
         }
     }
@@ -332,6 +344,7 @@ mod tests {
 
     #[test]
     fn onset_is_found_in_long_recordings() {
+        // 2000 s of rest: the fitted window must not grow with them.
         let (times, places) = recorded(2000.0, released);
         let onset = onset_of_motion(&times, &places).unwrap();
         assert!((onset - 2000.0).abs() <= 1.0 / RATE, "{onset}");

@@ -118,6 +118,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         Ldlt::with_order(self.order())
     }
 
+    /// The entry of row `i`, column `j`; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D {
         let (low, high) = (i.min(j), i.max(j));
         match high - low {
@@ -127,6 +128,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
+    /// `start` on.
     #[inline]
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         for c in 0..size {
@@ -137,6 +140,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// Replaces row and column `i` by those of the identity.
     fn uncouple(&mut self, i: usize) {
         self.diagonal[i] = D::from(1.0);
         self.below[i] = [D::from(0.0); W];
@@ -145,11 +149,13 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// Sets every entry to zero.
     fn clear(&mut self) {
         self.diagonal.fill(D::from(0.0));
         self.below.fill([D::from(0.0); W]);
     }
 
+    /// Adds `factor` times `other`.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (to, from) in self.diagonal.iter_mut().zip(&other.diagonal) {
             *to += *from * factor;
@@ -161,6 +167,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
     #[inline(always)]
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
@@ -200,10 +207,12 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// Adds `A x` to `out`, for `G` vectors.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
     }
 
+    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let n = x.len();
         out[..n].fill(0.0);

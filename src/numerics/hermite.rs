@@ -45,6 +45,7 @@ mod tests {
 
     #[test]
     fn hermite_reproduces_a_cubic() {
+        // Cubics are interpolated exactly, by value and derivative.
         let (x, v) = (|t: f64| t * t * t - 2.0 * t, |t: f64| 3.0 * t * t - 2.0);
         let (t0, t1) = (0.3, 0.7);
         for t in [0.3, 0.41, 0.55, 0.7] {

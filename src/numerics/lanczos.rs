@@ -158,6 +158,7 @@ mod tests {
     #[test]
     fn ritz_values_converge_to_the_largest_eigenvalues() {
         let pairs = basis(12).ritz_pairs();
+        // The largest eigenvalues of the diagonal matrix.
         for expected in [100.0, 7.0, 2.0] {
             let agrees =
                 |pair: &RitzPair| (pair.value - expected).abs() < 1e-9 && pair.error < 1e-6;

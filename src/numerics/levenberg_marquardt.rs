@@ -248,6 +248,7 @@ where
             ));
         }
         let x = clamp(start, &self.bounds);
+        // A start outside of the bounds begins at the nearest bound.
         let start = evaluate(problem, &x)?;
         Ok((state_at(state, x, start), None))
     }
@@ -264,8 +265,10 @@ where
         let jacobian = state.take_jacobian().ok_or_else(missing)?;
         let residuals = state.take_residuals().ok_or_else(missing)?;
         let cost = state.get_cost();
+        // Linear model of the residuals at this iterate.
         let linear = Linearized::new(&jacobian, &residuals, &x, &self.bounds);
         for (scale, norm) in self.scale.iter_mut().zip(&linear.norms) {
+            // The largest column norm decays, so that the scale of a far start is forgotten.
             *scale = (*scale * SCALE_DECAY).max(*norm);
         }
         let here = PointEvaluation { jacobian, residuals, cost };
@@ -276,6 +279,8 @@ where
 
         // The Gauss-Newton step, whose size decides on convergence.
         let freedom = here.residuals.len().saturating_sub(x.len()).max(1) as f64;
+        // Standard deviation of the residuals, sqrt(2 cost/(n - p)): one standard error is a
+        // change of the model by it.
         let noise = (2.0 * cost / freedom).sqrt();
         let bounds = self.step_bounds(&x);
         let Some(BoundedStep { step, change, .. }) =
@@ -286,6 +291,8 @@ where
         };
         let target = clamp(add(&x, &step), &bounds);
         let moved = target.iter().zip(&x).map(|(t, x)| (t - x).abs()).fold(0.0, f64::max);
+        // Converged: the undamped step changes no unknown, or the model by less than the noise
+        // allows.
         if moved <= self.step_tolerance || change <= self.noise_tolerance * noise {
             return end(state, x, here, converged());
         }
@@ -317,6 +324,7 @@ where
             else {
                 break;
             };
+            // The step within the bounds; a step of nothing ends the search.
             let next = clamp(add(&x, &step), &bounds);
             let step = difference(&next, &x);
             if step.iter().zip(&x).all(|(s, x)| s.abs() <= f64::EPSILON * x.abs()) {
@@ -328,6 +336,7 @@ where
                 self.raise_damping();
                 continue;
             }
+            // A step almost like the rejected one would be rejected too.
             if predicted > NEARLY_SAME * rejected {
                 self.damping = self.damping.max(LEAST_RAISED_DAMPING) * SKIP_FACTOR;
                 continue;
@@ -348,10 +357,13 @@ where
             match evaluate(problem, &next) {
                 Ok(there) => {
                     failure = None;
+                    // Gain ratio: achieved over predicted decrease of the cost (Nielsen 1999).
                     let gain = decrease(&here.residuals, &there.residuals) / predicted;
                     let lost = linear.least_kept_effect(&there.jacobian) <= LEAST_EFFECT;
                     if gain > LEAST_GAIN && !lost {
                         self.relax_damping(gain, rejected.is_finite());
+                        // Error of the linear model in this step, which scales with the square of
+                        // the length.
                         let change_made = difference(&there.residuals, &here.residuals);
                         let error = difference(&change_made, &times(&here.jacobian, &step));
                         let norm = (2.0 * half_sum_of_squares(&error)).sqrt();
@@ -370,6 +382,8 @@ where
                         }
                         return Ok((state, Some(damping)));
                     }
+                    // The predicted decrease is below the rounding of the cost: nothing more to
+                    // gain.
                     if at_rounding && !lost {
                         return end(state, x, here, converged());
                     }
@@ -379,6 +393,8 @@ where
             rejected = predicted;
             self.raise_damping();
         }
+        // No damping gave a lower cost: an error of the problem, rounding, or a point that is no
+        // minimum.
         match failure {
             Some(error) => Err(error),
             None if below_resolution => end(state, x, here, converged()),

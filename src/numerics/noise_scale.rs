@@ -21,6 +21,7 @@ use crate::numerics::noise_scale::samples::NoiseSamples;
 /// Orders of differences that are compared. A moving signal leaks little into differences of order two and above; weights of orders
 /// above six select the Nyquist frequency instead of an average over the spectrum.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
+/// The highest of these orders.
 const HIGHEST_ORDER: usize = 6;
 /// Number of differences below which the standard deviation of the estimate exceeds a third of it.
 pub const FEWEST_DIFFERENCES: usize = 20;

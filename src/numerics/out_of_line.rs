@@ -88,17 +88,21 @@ impl<D: Scalar> Scalar for OutOfLine<D> {
 
     functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
+    /// The real part.
     fn value(&self) -> f64 {
         self.0.value()
     }
+    /// x^n.
     #[inline(never)]
     fn powi(self, n: i32) -> Self {
         Self(self.0.powi(n))
     }
+    /// x^n for any n; of positive numbers.
     #[inline(never)]
     fn powf(self, n: f64) -> Self {
         Self(self.0.powf(n))
     }
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
     #[inline(never)]
     fn atan2(self, x: Self) -> Self {
         Self(self.0.atan2(x.0))
@@ -110,18 +114,23 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     type Level = ();
     const LANES: usize = 1;
 
+    /// The vector with `value(lane)` in each lane.
     #[inline(always)]
     fn gather((): (), mut of: impl FnMut(usize) -> D) -> Self {
         Self(of(0))
     }
+    /// The number of one lane.
     #[inline(always)]
     fn lane(&self, _: usize) -> D {
         self.0
     }
+    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
+    /// first.
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
         earlier
     }
+    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
     #[inline(always)]
     fn after(self, later: Self) -> Self {
         later

@@ -160,20 +160,25 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
 
     num_dual_functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
+    /// The real part.
     #[inline]
     fn value(&self) -> f64 {
         self.re()
     }
+    /// x^n.
     #[inline]
     fn powi(self, n: i32) -> Self {
         DualNum::powi(&self, n)
     }
+    /// x^n for any n; of positive numbers.
     #[inline]
     fn powf(self, n: f64) -> Self {
         DualNum::powf(&self, n)
     }
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
     #[inline]
     fn atan2(self, x: Self) -> Self {
+        // |y| <= |x|: the quotient y/x is small, and its derivatives are accurate.
         if T::NDERIV == 0 || self.re().abs() <= x.re().abs() {
             return DualNum::atan2(&self, x);
         }
@@ -220,18 +225,23 @@ impl<D: Scalar> SimdScalar<D> for D {
     type Level = ();
     const LANES: usize = 1;
 
+    /// The vector with `value(lane)` in each lane.
     #[inline(always)]
     fn gather((): (), mut value: impl FnMut(usize) -> D) -> Self {
         value(0)
     }
+    /// The number of one lane.
     #[inline(always)]
     fn lane(&self, _: usize) -> D {
         *self
     }
+    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
+    /// first.
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
         earlier
     }
+    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
     #[inline(always)]
     fn after(self, later: Self) -> Self {
         later
@@ -285,6 +295,7 @@ pub trait ForEachScalar {
 /// terms are.
 #[inline(always)]
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
+    // The order of the sum does not matter: only whether it is finite.
     let (chunks, rest) = x.as_chunks::<4>();
     let mut sums = [0.0; 4];
     for chunk in chunks {

@@ -23,15 +23,19 @@ pub trait Level: Simd {
 
 #[cfg(target_arch = "x86_64")]
 impl Level for pulp::x86::V3 {
+    /// The value, in code that already runs with this instruction set.
     #[inline(always)]
     fn here() -> Self {
         Self::try_new().expect("numbers of this type exist only where the processor supports it")
     }
+    /// `own` shifted by one lane towards higher indices; the first lane receives the last lane of `earlier`.
     #[inline(always)]
     fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s {
+        // A cast of four numbers, which the compiler turns into a permutation of registers.
         let (x, e) = (lanes(&own), lanes(&earlier));
         bytemuck::cast([e[3], x[0], x[1], x[2]])
     }
+    /// `own` shifted by one lane towards lower indices; the last lane receives the first lane of `later`.
     #[inline(always)]
     fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s {
         let (x, l) = (lanes(&own), lanes(&later));
@@ -76,6 +80,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
     type Level = L;
     const LANES: usize = L::F64_LANES;
 
+    /// The vector with `value(lane)` in each lane.
     #[inline(always)]
     fn gather(level: L, mut of: impl FnMut(usize) -> f64) -> Self {
         let mut numbers = level.splat_f64s(0.0);
@@ -86,16 +91,20 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
         Self { level, numbers }
     }
 
+    /// The number of one lane.
     #[inline(always)]
     fn lane(&self, lane: usize) -> f64 {
         self.lanes()[lane]
     }
 
+    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
+    /// first.
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
         Self { numbers: L::before(self.numbers, earlier.numbers), ..self }
     }
 
+    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
     #[inline(always)]
     fn after(self, later: Self) -> Self {
         Self { numbers: L::after(self.numbers, later.numbers), ..self }
@@ -143,6 +152,7 @@ impl<L: Level> Neg for SimdF64<L> {
 impl<L: Level> PartialOrd for SimdF64<L> {
     /// The order that all lanes have; none where lanes differ in it.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        // Comparisons of formulas with SIMD numbers must not branch on one lane only.
         let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
         let first = lanes.next()?;
         if lanes.all(|order| order == first) { first } else { None }
@@ -170,51 +180,65 @@ impl<L: Level> Scalar for SimdF64<L> {
         let [first, rest @ ..] = self.lanes() else { return f64::NAN };
         if rest.iter().all(|x| x == first) { *first } else { f64::NAN }
     }
+    /// 1/x.
     #[inline(always)]
     fn recip(self) -> Self {
         Self::splat(self.level, 1.0) / self
     }
+    /// Square root; its derivatives exist for positive values only.
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self { numbers: self.level.sqrt_f64s(self.numbers), ..self }
     }
+    /// x^n.
     #[inline]
     fn powi(self, n: i32) -> Self {
         self.map_lanes(|x| x.powi(n))
     }
+    /// x^n for any n; of positive numbers.
     #[inline]
     fn powf(self, n: f64) -> Self {
         self.map_lanes(|x| x.powf(n))
     }
+    /// Sine of an angle in rad.
     #[inline(always)]
     fn sin(self) -> Self {
         self.sin_cos()[0]
     }
+    /// Cosine of an angle in rad.
     #[inline(always)]
     fn cos(self) -> Self {
         self.sin_cos()[1]
     }
+    /// Sine and cosine of an angle in rad.
     #[inline(always)]
     fn sin_cos(self) -> [Self; 2] {
+        // Argument reduction in two parts of pi/2 is exact to rounding below this bound.
         if self.abs().all_less(self.like(trigonometry::LARGEST)) {
             return sin_and_cos(self);
         }
         [self.map_lanes(f64::sin), self.map_lanes(f64::cos)]
     }
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
     #[inline]
     fn atan2(self, x: Self) -> Self {
         Self::gather(self.level, |lane| self.lanes()[lane].atan2(x.lanes()[lane]))
     }
+    /// The constant `x` in the type, and on the SIMD level, of this number.
     #[inline(always)]
     fn like(&self, x: f64) -> Self {
         Self::splat(self.level, x)
     }
+    /// `then` where this number is less than `bound`, and `otherwise` elsewhere: a selection without a branch, made
+    /// in every SIMD lane.
     #[inline(always)]
     fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self {
         let level = self.level;
+        // A selection by a mask: no lane branches.
         let less = level.less_than_f64s(self.numbers, bound.numbers);
         Self { level, numbers: level.select_f64s(less, then.numbers, otherwise.numbers) }
     }
+    /// Whether this number, or every SIMD lane of it, is less than `bound`.
     #[inline(always)]
     fn all_less(&self, bound: Self) -> bool {
         let less = self.level.less_than_f64s(self.numbers, bound.numbers);
@@ -227,15 +251,19 @@ impl<L: Level> Scalar for SimdF64<L> {
         const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
         (self + TO_WHOLE) - TO_WHOLE
     }
+    /// Absolute value; at zero with the derivatives of the number itself.
     #[inline(always)]
     fn abs(self) -> Self {
+        // All bits but the sign.
         let all_but_sign = self.level.splat_f64s(f64::from_bits(!(1 << 63)));
         Self { numbers: self.level.and_f64s(self.numbers, all_but_sign), ..self }
     }
+    /// The smaller of two numbers, with its derivatives.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         other.if_less(self, other, self)
     }
+    /// The larger of two numbers, with its derivatives.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.if_less(other, other, self)
@@ -243,13 +271,16 @@ impl<L: Level> Scalar for SimdF64<L> {
 }
 
 impl Nestable for f64 {
+    /// The instance of `all` for this scalar.
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()
     }
 
+    /// Runs a sweep with the SIMD numbers of this processor.
     #[inline]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
+        // Decided at run time: the same program runs on processors without AVX2.
         if let Some(level) = pulp::x86::V3::try_new() {
             return level.vectorize(
                 #[inline(always)]
@@ -259,6 +290,7 @@ impl Nestable for f64 {
         sweep.sweep::<Self>(())
     }
 
+    /// Whether the value and all derivatives are zero.
     fn is_identically_zero(&self) -> bool {
         *self == 0.0
     }
@@ -298,11 +330,13 @@ pub trait PairLevel: Copy {
 impl PairLevel for () {
     const WIDE: bool = false;
 
+    /// `a - x y` of a pair.
     #[inline(always)]
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         [a[0] - x[0] * y[0], a[1] - x[1] * y[1]]
     }
 
+    /// `a - x y` of two pairs with the same `y`.
     #[inline(always)]
     fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         [self.less_product(a[0], x[0], y), self.less_product(a[1], x[1], y)]
@@ -313,12 +347,14 @@ impl PairLevel for () {
 impl PairLevel for pulp::x86::V3 {
     const WIDE: bool = true;
 
+    /// `a - x y` of a pair.
     #[inline(always)]
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast(y)];
         bytemuck::cast(self.sse2._mm_sub_pd(a, self.sse2._mm_mul_pd(x, y)))
     }
 
+    /// `a - x y` of two pairs with the same `y`.
     #[inline(always)]
     fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];

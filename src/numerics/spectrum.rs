@@ -62,6 +62,7 @@ mod tests {
     fn variance_of_a_cosine_is_half_its_squared_amplitude() {
         let value = |x: f64| 0.3 + 2.0 * (3.0 * PI * x).cos() - 0.5 * (11.0 * PI * x).cos();
         let signal: Vec<f64> = (0..=32).map(|k| value(f64::from(k) / 32.0)).collect();
+        // Amplitudes 2 and 0.5: 2^2/2 = 2 and 0.5^2/2 = 0.125.
         let variances = harmonic_variances(&signal);
         for (k, variance) in variances.iter().enumerate() {
             let expected = [(3, 2.0), (11, 0.125)].iter().find(|(n, _)| *n == k + 1);

@@ -66,8 +66,11 @@ impl<const N: usize> Terms<N> {
     /// The chain rule for `f(x)`: its value and the absolute terms of its derivatives. `f` is evaluated with dual
     /// numbers of third order, as the floor of the second derivative needs the third one.
     fn chain(&self, f: impl Fn(Dual3_64) -> Dual3_64) -> Self {
+        // Value and three derivatives of f by one dual number of third order.
         let exact = f(Dual3_64::new(self.value, 1.0, 0.0, 0.0));
         let [plain, curvature, third] = [exact.v1, exact.v2, exact.v3].map(f64::abs);
+        // The argument is known to this error: the derivatives change by it times the next
+        // derivative.
         let error = self.rounding * self.magnitude;
         let slope = plain + error * curvature;
         let curvature = curvature + error * third;
@@ -75,6 +78,7 @@ impl<const N: usize> Terms<N> {
         Self {
             value,
             first: map_components(&self.first, |a| slope * a),
+            // Chain rule of second order with absolute values: |f'| |x_ij| + |f''| |x_i| |x_j|.
             second: table(|i, j| {
                 slope * self.second[i][j] + curvature * self.first[i] * self.first[j]
             }),
@@ -91,6 +95,7 @@ impl<const N: usize> Terms<N> {
         let magnitude = value.abs().max(p * self.magnitude + q * other.magnitude);
         let rounding = self.rounding.max(other.rounding);
         let (x, y) = (self.rounding * self.magnitude, other.rounding * other.magnitude);
+        // Partial derivatives with their change over the rounding errors of both arguments.
         let (p, q) = (p + pp * x + pq * y, q + pq * x + qq * y);
         let (pp, pq, qq) = (pp + ppp * x + ppq * y, pq + ppq * x + pqq * y, qq + pqq * x + qqq * y);
         let (a, b) = (&self.first, &other.first);
@@ -153,6 +158,7 @@ impl<const N: usize> Div for Terms<N> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
+        // Derivatives of a/b by a and b: 1/b, -a/b^2, and so on; signs do not matter for bounds.
         let r = 1.0 / b;
         let partials = Partials {
             first: [r, a * r * r],
@@ -165,6 +171,7 @@ impl<const N: usize> Div for Terms<N> {
 impl<const N: usize> Neg for Terms<N> {
     type Output = Self;
     fn neg(self) -> Self {
+        // Terms are absolute values.
         Self { value: -self.value, ..self }
     }
 }
@@ -212,17 +219,21 @@ macro_rules! functions {
 impl<const N: usize> Scalar for Terms<N> {
     const ORDER: usize = 2;
 
+    /// The real part.
     fn value(&self) -> f64 {
         self.value
     }
     functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
+    /// x^n.
     fn powi(self, n: i32) -> Self {
         self.chain(|x| Scalar::powi(x, n))
     }
+    /// x^n for any n; of positive numbers.
     fn powf(self, n: f64) -> Self {
         self.chain(|x| Scalar::powf(x, n))
     }
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
     fn atan2(self, x: Self) -> Self {
         let (y, x_) = (self.value, x.value);
         let by_rr = 1.0 / (x_ * x_ + y * y);
@@ -253,6 +264,8 @@ mod tests {
         let q = [0.02, 0.1];
         let [x, y] = Terms::unknowns(&q);
         let terms = rising(x * 0.1, y);
+        // All terms are positive, so that the sums of absolute terms are the derivatives by
+        // num-dual.
         let dual = |i: usize| Dual2SVec64::<2>::from_re(q[i]).derivative(i);
         let exact = rising(dual(0) * 0.1, dual(1));
         let first = exact.v1.unwrap_generic(nalgebra::U1, nalgebra::U2);
@@ -273,6 +286,7 @@ mod tests {
     fn terms_of_a_vanishing_difference_remain() {
         let [x] = Terms::unknowns(&[3.0]);
         let zero = x * x - x * x;
+        // x^2 has the derivatives 2x = 6 and 2; both terms count.
         assert_eq!((zero.value, zero.first[0], zero.second[0][0]), (0.0, 12.0, 4.0));
     }
 
@@ -322,6 +336,7 @@ mod tests {
         }
     }
 
+    /// At one function each, no terms cancel: the sums are the absolute derivatives by num-dual.
     #[test]
     fn terms_of_every_function_equal_its_absolute_derivatives() {
         fn all<D: Scalar>(x: D, y: D) -> Vec<D> {

@@ -19,6 +19,7 @@ const SIN: [f64; 6] = [
     8.333_333_333_322_49e-3,
     -1.666_666_666_666_663_2e-1,
 ];
+/// Coefficients of the cosine on [-pi/4, pi/4], highest power first.
 const COS: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
     2.087_572_321_298_175e-9,

@@ -158,6 +158,7 @@ mod tests {
 
     #[test]
     fn digits_follow_the_error_and_prefixes_the_size() {
+        // Two digits of the error; prefixes keep the number between 1 and 1000.
         let mega = Scale::for_size(9.9935e7, "Pa");
         assert_eq!((mega.factor, mega.unit.as_str()), (1e6, "MPa"));
         assert_eq!(mega.format(9.99352e7, Some(3.6e4)), "99.935");

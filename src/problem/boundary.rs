@@ -122,6 +122,7 @@ impl<D: Scalar> MovedEnd<D> {
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
+        // Displacements, rotation vectors and twists of all motions of an end are added.
         for motion in &self.motions {
             let fraction = motion.factor(at);
             let share = |v: [D; 3]| v.map(|c| fraction * c);
@@ -189,6 +190,7 @@ impl<D: Nestable> BoundaryMotion<D> {
         frames: &R::Frames,
     ) {
         let axes = self.stride.min(3);
+        // Recorded nodes are at their markers.
         for end in &self.recorded {
             for (node, place) in end.positions(time(to)) {
                 for c in 0..axes {
@@ -197,6 +199,8 @@ impl<D: Nestable> BoundaryMotion<D> {
             }
         }
         for end in &self.ends {
+            // Held nodes move as a rigid body, and the held edge is rotated about the rod in
+            // addition.
             let pose = end.pose(to.map(D::from));
             for HeldNode { node, position } in &end.nodes {
                 let position = end.moved(&pose, *position);
@@ -205,6 +209,8 @@ impl<D: Nestable> BoundaryMotion<D> {
             if let Some(HeldEdge { edge, tangent, director }) = end.edge {
                 let about = tangent.map(|c| c * pose.twist);
                 let director = rotate(pose.rotation, rotate(about, director));
+                // Frames are aligned on the turn nearest to the change of twist, which may be
+                // above half a turn.
                 let turn = pose.twist - end.pose(from.map(D::from)).twist;
                 frames.align(q, edge, director, turn.value());
             }
@@ -213,6 +219,7 @@ impl<D: Nestable> BoundaryMotion<D> {
 
     /// Writes the velocities of the held nodes, m/s, at a time, s.
     pub fn velocities(&self, time: f64, v: &mut [D]) {
+        // Derivative by time in dual numbers, of the same function as the position.
         let now = Dual::new(D::from(time), D::from(1.0));
         self.write_rates(now, Dual::from_re, |rate| rate.eps, v);
     }
@@ -303,6 +310,7 @@ impl BoundaryMotion {
     /// More than [`MOST_STAGES`].
     pub fn stages(&self, length: f64, settled: bool) -> Result<usize, Error> {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
+        // The number of stages that the largest of displacement, rotation and twist requires.
         let stages = |end: &MovedEnd| {
             let pose = end.pose(MotionTime::Approach { progress: 1.0, settled });
             (size(pose.displacement) / (LARGEST_SHIFT * length))

@@ -128,14 +128,20 @@ impl Problem {
 
     /// [`of`](Self::of) without the file in its errors.
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
+        // The default becomes explicit, so that a saved scene stays the same under another
+        // default.
         scene.rod.discretization = Some(scene.discretization());
         scene.read_shapes()?;
+        // The choice of the soft clamp is discrete, and must not change with parameters that
+        // vary.
         if varying.is_empty() {
             scene.soft_by_itself = soft_clamp::soft_by_itself(&scene);
         }
         scene.soft = soft_clamp::soft(&scene, &varying);
         let mesh = scene.mesh()?;
         check_edges("rod.shape", &mesh.nodes)?;
+        // Natural curvature is a factor on the curvature at rest, which a straight rod does not
+        // have.
         let natural = &scene.rod.natural_curvature;
         if natural.values().iter().any(|factor| *factor != 1.0) && mesh.is_straight() {
             let found = match &natural.values()[..] {
@@ -146,6 +152,8 @@ impl Problem {
             return Err(Error::invalid("rod.natural_curvature", found, allowed));
         }
         natural_turn::check(&scene, &mesh)?;
+        // The model of another problem is kept, so that results stay smooth functions of the
+        // parameters.
         let (model, reason) = match like {
             Some(like) => {
                 check_on_mesh(&scene, &mesh)?;
@@ -196,6 +204,7 @@ impl Problem {
                 )
             }
         };
+        // A fold of 180 degrees has infinite curvature.
         if let Some(i) = natural.iter().position(|k| !k.is_finite()) {
             let found = format!("a fold at node {}", i + 1);
             return Err(Error::invalid("rod.shape", found, "turning angles below 180 degrees"));
@@ -244,6 +253,7 @@ impl Problem {
         let Some(resolution) = &mut self.scene.resolution else { return };
         let Some(error) = error.filter(|error| error.is_finite()) else { return };
         resolution.error = Some(error);
+        // The run decides on the bound: an error above the request is a limit of work.
         let exceeds = error > resolution.accuracy;
         resolution.bound = exceeds.then(|| resolution.bound.unwrap_or(Bound::Work));
     }
@@ -496,6 +506,7 @@ impl<'a, M: Model> Discretized<'a, M> {
             }
             (support, _) => self.model.held(support),
         };
+        // Held unknowns are outermost on both sides: the free ones are one range.
         let start = held(End::Start).min(dof);
         start..dof.saturating_sub(held(End::End)).max(start)
     }
@@ -531,6 +542,7 @@ impl<'a, M: Model> Discretized<'a, M> {
 
     /// The square of the frequency scale of bending, `E I/(rho A L^4)` halfway along the rod, 1/s^2.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
+        // Halfway along the rod, a representative place of tapered rods.
         let (section, material) = self.scene().at(0.5);
         let section = section.moments();
         let [i1, i2] = section.second_moments;

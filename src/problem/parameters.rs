@@ -100,6 +100,7 @@ impl Problem {
         &self,
         parameters: &[Parameter],
     ) -> Result<Option<Self>, Error> {
+        // A rod with any viscosity has the derivative anyway.
         let is_elastic = !self.scene().loads.damping.is_viscous();
         let damping = parameters.iter().find(|p| is_elastic && p.is_of_kelvin_voigt());
         parameters.iter().try_for_each(|parameter| self.check_viscosity(*parameter))?;
@@ -130,12 +131,14 @@ impl Problem {
         if !self.scene().chosen().scheme {
             self.check_viscosity(parameter)?;
         }
+        // A factor on the curvature of a straight rod has no effect.
         let curvature = parameter.path().starts_with(Parameter::NaturalCurvature.path());
         if curvature && self.mesh.is_straight() {
             let found = format!("{parameter} {BESIDE_STRAIGHT}");
             return Err(Error::invalid("parameter", found, "with a curved rest shape"));
         }
         let ends = [("supports.start_", End::Start), ("supports.end_", End::End)];
+        // Compliance belongs to clamps.
         let of_end = |(place, end): &(&str, End)| {
             parameter.path().starts_with(place)
                 && self.scene().supports.at(*end) != Support::Clamped
@@ -147,6 +150,8 @@ impl Problem {
         for (k, motion) in self.scene().supports.motion.iter().enumerate() {
             let place = format!("supports.motion.{k}.");
             let Some(own) = parameter.path().strip_prefix(&*place) else { continue };
+            // A pinned end has no rotation to prescribe; a recording prescribes all but the
+            // twist.
             let rotates = own == "twist" || own.starts_with("rotation.");
             match self.scene().supports.at(motion.end) {
                 Support::Pinned if rotates => {
@@ -167,6 +172,7 @@ impl Problem {
         if turns && self.scene().initial.shape.is_some() {
             return beside("initial.shape", "in planar scenes that start in their rest shape");
         }
+        // Whether the parameter leaves the plane, to first order: its derivative in dual numbers.
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
@@ -222,6 +228,7 @@ impl<M: Model> Discretized<'_, M> {
         let last = self.nodes() - 1;
         let [a, b] = if end == End::Start { [0, 1] } else { [last - 1, last] };
         let edge = unit(sub(self.model.position(&q, b), self.model.position(&q, a)));
+        // The roller follows the last edge: its direction must not depend on the parameter.
         let size = parameter.of(self.scene()).map_or(1.0, |value| value.abs().max(1.0));
         if edge.iter().all(|c| c.eps.abs() * size <= 1e-9) {
             return Ok(());

@@ -55,6 +55,8 @@ impl PlanarModel {
     ) -> Result<Self, String> {
         let nodes = &mesh.nodes[..];
         let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
+        // The vectors of the scene that must lie in the plane, and those that must be normal to
+        // it.
         let PlanarVectors { within: mut vectors, normal } = PlanarVectors::new(scene, nodes, start);
         // A vector normal to the plane determines it by its cross product with the rod.
         let crossed = |v: &KeyedVector| KeyedVector {
@@ -71,6 +73,7 @@ impl PlanarModel {
                 return Err(leaves(key));
             }
         }
+        // Twist and natural bending out of the plane need the spatial model.
         if let Some((key, _)) = rotations_about_rod(scene).into_iter().find(|(_, t)| *t != 0.0) {
             return Err(leaves(&key));
         }
@@ -93,6 +96,7 @@ impl PlanarModel {
                 End::Start => (along.cross(&normal), along),
             };
         }
+        // The section must bend about a principal axis, or it would leave the plane.
         let second_moment = second_moment_in(scene, &plane, &tilted)
             .ok_or("rod.section.up is neither in the plane of the rest shape nor normal to it")?;
         model = Self { plane, second_moment, nodes: nodes.len(), ..model };
@@ -133,6 +137,7 @@ impl Model for PlanarModel {
     type Rod<D: Nestable> = PlanarRod<D>;
     type Rest<D: Nestable> = PlanarRest<D>;
 
+    /// The rest shape of a scene on its mesh.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
         let tilted = tilted(scene, &mesh.nodes, &self.normal());
         let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
@@ -143,6 +148,7 @@ impl Model for PlanarModel {
         PlanarRest { line: RestLine::new(nodes, mesh, &self.correction), curvature }
     }
 
+    /// The rod with the numbers of a scene.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
@@ -151,6 +157,7 @@ impl Model for PlanarModel {
         let bend = joints.map(|(i, (l, k))| {
             let natural = scene.rod.natural_curvature.at(line.places[i + 1]) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
+            // A soft clamp reduces the stiffness of the joints next to the wall.
             let own = profile.joint(i).bending[self.second_moment] * l.recip();
             let mut stiffness = clamps.bending(i, own);
             if self.correction.arcs {
@@ -177,6 +184,7 @@ impl Model for PlanarModel {
         }
     }
 
+    /// Adds moments on nodes to the loads of a rod, in a plane, where a constant moment has a potential.
     fn add_moments<D: Nestable>(
         &self,
         rod: &mut PlanarRod<D>,
@@ -187,6 +195,7 @@ impl Model for PlanarModel {
             let [_, _, moment] = self.components(load.moment);
             if moment.value() != 0.0 || D::ORDER > 0 {
                 let last = rest.line.length.len() - 1;
+                // A moment at a node acts on both of its edges by half.
                 for edge in [load.node.saturating_sub(1), load.node.min(last)] {
                     let rest = rest.line.edge(edge);
                     rod.moments.list.push((edge, DeadMoment { moment: moment * 0.5, rest }));
@@ -195,10 +204,12 @@ impl Model for PlanarModel {
         }
     }
 
+    /// Tributary length of every node, m.
     fn node_lengths<D: Nestable>(rest: &PlanarRest<D>) -> &[D] {
         &rest.line.tributary.node
     }
 
+    /// The map from unknowns to positions and directors in the world.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
         let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
@@ -212,18 +223,23 @@ impl Model for PlanarModel {
         }
     }
 
+    /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize {
         2 * self.nodes
     }
 
+    /// The unknowns at rest, m (rad for angles).
     fn unknowns<D: Nestable>(&self, rest: &PlanarRest<D>) -> Vec<D> {
         rest.line.nodes.iter().flatten().copied().collect()
     }
 
+    /// The frames at rest.
     fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
+    /// Frames over another scalar.
     fn frames_over<D: Nestable>((): &()) {}
 
+    /// Number of unknowns that a support holds, counted from the end of the rod inwards.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -234,16 +250,19 @@ impl Model for PlanarModel {
         }
     }
 
+    /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
         let axes = [self.plane.x, self.plane.y, self.normal()];
         axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
+    /// The position of node `i` in the world, m.
     #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         self.plane.to_world([q[2 * i], q[2 * i + 1]])
     }
 
+    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])

@@ -5,8 +5,9 @@ use crate::code::Code;
 use crate::problem::Problem;
 use crate::scene::{InitialState, Scene, Section, Shape};
 
-/// Densities of solids, kg/m^3: below lies nothing but aerogels, above nothing (osmium has 22590).
+/// Smallest density of a solid, kg/m^3; only aerogels are lighter.
 const LIGHTEST_SOLID: f64 = 10.0;
+/// Largest density of a solid, kg/m^3 (osmium has 22590).
 const HEAVIEST_SOLID: f64 = 23e3;
 /// Young's modulus of the softest gels that hold the shape of a rod, Pa.
 const SOFTEST_SOLID: f64 = 1e3;
@@ -15,8 +16,9 @@ const SOFTEST_SOLID: f64 = 1e3;
 const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
 /// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
 const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
-/// Sizes beyond those of rods, m.
+/// Radius or width beyond those of rods, m.
 const THICKEST: f64 = 1.0;
+/// Length beyond those of rods, m.
 const LONGEST: f64 = 1e3;
 /// Largest length over thickness: a hair of 1 m has 14 000, a length in mm beside a thickness in m a thousand times
 /// that of a usual rod.
@@ -58,6 +60,7 @@ impl Problem {
             Purpose::Rest => false,
             Purpose::Modes => return false,
         };
+        // Anything that moves the rod makes a missing gravity plausible.
         let acts =
             |load: &crate::scene::PointForce| load.force != [0.0; 3] || load.moment != [0.0; 3];
         let driven = starts
@@ -87,6 +90,8 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
         found.push(format!("{key} of {value} {unit} (in {guess}?)"));
     };
     let (density, modulus) = (scene.material.density, scene.material.youngs_modulus);
+    // Each size is compared with a range that no rod exceeds; the guess is the unit that is most
+    // often confused.
     if density < LIGHTEST_SOLID {
         add("material.density", density, "kg/m^3", "g/cm^3");
     } else if density > HEAVIEST_SOLID {
@@ -94,6 +99,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     }
     let softest = SOFTEST_OF_DENSITY.iter().find(|[above, _]| density > *above);
     if modulus < SOFTEST_SOLID {
+        // Moduli of dense materials are given in GPa in data sheets, those of light ones in MPa.
         let gigapascals = density > GIVEN_IN_GIGAPASCALS;
         add("material.youngs_modulus", modulus, "Pa", if gigapascals { "GPa" } else { "MPa" });
     } else if softest.is_some_and(|[_, least]| modulus < *least) {
@@ -136,6 +142,7 @@ mod tests {
 
     #[test]
     fn real_material_is_not_reported() {
+        // Densities in kg/m^3 and moduli in Pa of data sheets.
         let materials = [
             ("silicone", 1100.0, 1e5),
             ("soft silicone", 1070.0, 3e4),
@@ -155,6 +162,7 @@ mod tests {
 
     #[test]
     fn number_in_another_unit_is_reported() {
+        // Nylon, steel and aluminium in g/cm^3, mm, GPa or MPa.
         let cases = [
             (
                 scene_of(1.1, 1.5, 10.0),

@@ -31,11 +31,13 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// The rod with its masses, loads and user-defined energies.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
+        // Point masses have weight too.
         let gravity = model.components(self.scene.loads.gravity);
         for NodalMass { node, mass } in self.masses() {
             rod.add_mass(node, mass, gravity);
         }
         self.add_loads(model, &mut rod, &self.loads());
+        // User-defined energies are attached last: they refer to the rest state.
         if !self.scene.energies.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
             let (q, frames) = (model.unknowns(&self.rest), model.frames(&self.rest));
@@ -125,6 +127,7 @@ pub(crate) fn between_markers<D: Scalar>(
     segments: usize,
 ) -> Vec<Vector<D>> {
     let markers = track.markers();
+    // Markers divide the rod into equally many edges.
     let edges = segments / (markers.len() - 1);
     let place = |i: usize| {
         let (marker, part) = (i / edges, (i % edges) as f64 / edges as f64);

@@ -82,6 +82,7 @@ impl Model for SpatialModel {
     type Rod<D: Nestable> = SpatialRod<D>;
     type Rest<D: Nestable> = SpatialRest<D>;
 
+    /// The rest shape of a scene on its mesh.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
@@ -109,6 +110,7 @@ impl Model for SpatialModel {
         SpatialRest { line, slants, curvature, frames }
     }
 
+    /// The rod with the numbers of a scene.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
@@ -151,20 +153,24 @@ impl Model for SpatialModel {
         }
     }
 
+    /// Tributary length of every node, m.
     fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
         &rest.line.tributary.node
     }
 
+    /// The map from unknowns to positions and directors in the world.
     fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
         Chart::Space { axes: (axes != world).then_some(axes) }
     }
 
+    /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize {
         4 * self.nodes - 1
     }
 
+    /// The unknowns at rest, m (rad for angles).
     fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
         let mut q: Vec<D> =
@@ -173,10 +179,12 @@ impl Model for SpatialModel {
         q
     }
 
+    /// The frames at rest.
     fn frames<D: Nestable>(&self, rest: &SpatialRest<D>) -> Frames<D> {
         rest.frames.clone()
     }
 
+    /// Frames over another scalar.
     fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
@@ -200,16 +208,19 @@ impl Model for SpatialModel {
         }
     }
 
+    /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
         self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
+    /// The position of node `i` in the world, m.
     #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         let [x, y, z] = self.axes;
         components(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
+    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)

@@ -28,6 +28,7 @@ impl SpatialProblem<'_> {
         for (i, x) in nodes.iter().enumerate() {
             q[4 * i..4 * i + 3].copy_from_slice(&self.model.components(*x));
         }
+        // Transport over nearly half a turn is ill-conditioned: then by way of a state halfway.
         let mut frames = self.model.frames(&setup.rest);
         let rest = self.model.unknowns(&setup.rest);
         if let Some(halfway) = self.halfway(&rest, &q) {
@@ -54,6 +55,7 @@ impl SpatialProblem<'_> {
         let mut side = 1.0;
         for j in 0..edges {
             let (a, b) = (edge(from, j), edge(to, j));
+            // Direction in the plane to which the edge rotates.
             let across = cross(normal, a);
             let sine = dot(across, b).value();
             if sine.abs() > 1e-3 {
@@ -95,6 +97,7 @@ impl<M: Model> Discretized<'_, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
         let Some(nodes) = &setup.start else { return (q, frames) };
+        // Nodes of the initial shape; its twist is the smallest one.
         for (i, x) in nodes.iter().enumerate() {
             let own = self.model.components(*x);
             let axes = M::STRIDE.min(3);
@@ -129,6 +132,7 @@ impl<M: Model> Discretized<'_, M> {
             x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
             x
         };
+        // Rollers move freely along one axis, and free ends are not held.
         let holds = |end: &End| matches!(supports.at(*end), Support::Clamped | Support::Pinned);
         let ends = [End::Start, End::End].into_iter().filter(holds);
         let ends = ends.map(|end| {
@@ -138,6 +142,7 @@ impl<M: Model> Discretized<'_, M> {
             };
             let clamped = supports.at(end) == Support::Clamped;
             let held = if clamped { vec![outer, inner] } else { vec![outer] };
+            // The point about which a rotation of the end takes place: the wall.
             let centre = match supports.clamp {
                 Clamp::MidEdge if clamped => scale(add(place(outer), place(inner)), D::from(0.5)),
                 _ => place(outer),
@@ -210,6 +215,8 @@ impl<M: Model> Discretized<'_, M> {
             let is_held = matches!(supports.at(other), Support::Recorded | Support::Clamped)
                 && !supports.turns_freely(other);
             for (edge, i) in angles.iter().enumerate() {
+                // Twist between two held ends is linear; with one held end it is the same
+                // everywhere.
                 let along = ((edge as f64 + 1.0 - before) / (between + 1.0)).clamp(0.0, 1.0);
                 let part = match end {
                     _ if !is_held => 1.0,

@@ -76,6 +76,7 @@ impl StrainGauge {
             }
         };
         let nodes = lengths.len() as f64;
+        // Strain on the surface is half the thickness times the change of curvature.
         let slope = |(i, pair): (usize, &[f64])| {
             let (section, _) = problem.scene().at((i as f64 + 1.0) / nodes);
             half_thickness(problem, &section, normal) / (0.5 * (pair[0] + pair[1]))
@@ -97,6 +98,7 @@ impl StrainGauge {
                 largest = LargestStrain { strain, by_bending, place: self.places[i], time };
             }
         };
+        // One pass over the edges: stretch of each, and bending of the joint before it.
         let mut before: Option<[f64; 3]> = None;
         let mut last = position(0);
         for (i, rest) in self.lengths.iter().enumerate() {

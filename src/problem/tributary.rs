@@ -73,17 +73,22 @@ impl<D: Scalar> TributaryLengths<D> {
             let [outermost, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
             // Length between wall and first joint: half of the edge if the wall is at its middle.
             let rod = outermost * (1.0 - behind);
+            // The part of the edge that is behind the wall does not bend, weigh or stretch.
             let hidden = outermost * 0.5 - rod;
             line.joint[at(0, edges - 1)] -= hidden;
             line.node[at(1, edges + 1)] -= hidden;
+            // The part of the outermost edge outside of the wall stretches with the next edge.
             line.stretch[at(1, edges)] += rod;
             if !arcs.joints {
                 continue;
             }
+            // Second order: mass between wall and first node is moved so that its first moment is
+            // right.
             line.node[at(1, edges + 1)] -= rod * 0.5;
             line.node[at(2, edges + 1)] += rod * 0.5;
             if edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
+                // Second order of bending next to a clamp: see the module of the model.
                 let shift = (rod * rod * 0.5 - next * next * (1.0 / 12.0)) / next;
                 // A mesh with a neighbor of twice the length or more is not smooth.
                 let most = line.joint[second] * 0.5;
@@ -119,6 +124,8 @@ mod tests {
             behind: [0.5, 0.0],
             joints: true,
         });
+        // Equal edges of 24: the second-order shift of a joint is (1/8 - 1/12) 24 = 1, that of a
+        // node 6.
         assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
         assert_eq!(line.stretch, [24.0, 36.0, 24.0, 24.0, 24.0]);
         assert_eq!(line.node, [12.0, 18.0, 30.0, 24.0, 24.0, 12.0]);

@@ -28,6 +28,7 @@ pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     }
 }
 
+/// Overwrites the first numbers of a block with those that are left.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
@@ -71,6 +72,7 @@ pub(super) fn window<'a, D: Scalar>(
     }
 }
 
+/// Fills a window with the unknowns `q`, and the rest with nodes that continue the last edge.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]

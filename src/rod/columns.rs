@@ -24,6 +24,7 @@ pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
 }
 
 impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
+    /// Columns of the nodes of a gradient and of a band matrix, to be written.
     #[inline(always)]
     pub fn new(gradient: &'a mut [D], tangent: &'a mut BandMatrix<D, W>) -> Self {
         let (gradient, rest) = gradient.as_chunks_mut();
@@ -47,6 +48,7 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         }
     }
 
+    /// Writes gradient and columns of a range of nodes from SIMD lanes, one node in each.
     #[inline(always)]
     fn write_nodes<V: SimdScalar<D>>(
         &mut self,

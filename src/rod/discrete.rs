@@ -68,6 +68,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         Elements { stretch, joint, load, springs, tensions: None }
     }
 
+    /// The elements of the rod at the unknowns `q` and frames.
     pub(super) fn at<'a>(&'a self, q: &'a [D], frames: &'a L::Frames<D>) -> At<'a, D, L, N, S> {
         At { elements: self.elements(), q, frames }
     }
@@ -103,6 +104,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         (gradient, tangent): (&mut [D], &mut L::Tangent<D>),
         geometry: Option<&mut L::Geometry>,
     ) {
+        // Derivatives by num-dual on request, for checks: one element after the other.
         if D::PLAIN && derivatives == Derivatives::Dual {
             let mut nodes = L::node_sink::<D, D>((), &self.load, gradient, tangent);
             L::derive_by_duals(at, &mut nodes);
@@ -114,6 +116,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
             let (gradient, tangent) = (&mut *gradient, &mut *tangent);
             D::run_sweep(TangentSweep { at, gradient, tangent, geometry });
         }
+        // Constant moments and user-defined energies are few, and come after the sweep.
         self.moments.add_tangent(at.q, gradient, tangent);
         self.own.add_tangent(at.q, at.frames.edge_frames(), derivatives, gradient, tangent);
     }
@@ -129,6 +132,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     const HAS_FRAMES: bool = L::STRIDE > N;
 
+    /// Whether unknown `i` is an angle in rad, and not a length in m.
     fn is_angle(i: usize) -> bool {
         i % L::STRIDE >= N
     }
@@ -141,6 +145,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         &self.mass
     }
 
+    /// Writes the gradient by the hand-derived formulas.
     fn gradient(
         &self,
         q: &[D],
@@ -165,6 +170,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
+    /// Writes the gradient as `gradient` does, and its tangent, N/m.
     fn tangent(
         &self,
         q: &[D],
@@ -176,6 +182,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.assemble(self.at(q, frames), derivatives, (gradient, tangent), None);
     }
 
+    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
+    /// stretches.
     fn tangent_under(
         &self,
         q: &[D],
@@ -188,6 +196,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.assemble(at, derivatives, forces, None);
     }
 
+    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
         for (i, stretch) in self.stretch.iter().enumerate() {
@@ -196,10 +205,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
+    /// Writes the geometry of the rod at `q`.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
         D::run_sweep(GeometrySweep { at: self.at(q, frames), geometry });
     }
 
+    /// Writes gradient, tangent and geometry. The geometry is written for plain numbers only.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -208,10 +219,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         forces: (&mut [D], &mut Self::Tangent),
         geometry: &mut Self::Geometry,
     ) {
+        // Dual numbers have their derivatives themselves.
         let geometry = D::PLAIN.then_some(geometry);
         self.assemble(self.at(q, frames), derivatives, forces, geometry);
     }
 
+    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions:
+    /// edge `j` has the rows and columns of node `j + 1`, and those of the first node are zero.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -230,6 +244,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_edge_tangent(q, tangent);
     }
 
+    /// Moves the frames to `q` and writes the gradient there, by the hand-derived formulas.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -280,18 +295,21 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.not_finite(q, frames.edge_frames())
     }
 
+    /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
         let mut sums = D::run_sweep(Elastic { at });
         for (i, load) in self.load.iter().enumerate() {
             sums.potential += load.energy(L::node(q, i)).value();
         }
+        // A moment follows the angle beyond half a turn: the sum of all turning angles.
         let turning = |i: usize| 2.0 * (0.5 * L::joint_strains(&at, q, i)[0].value()).atan();
         sums.potential += self.moments.potential(q, turning);
         sums.own = self.own.energy(q, frames.edge_frames());
         sums
     }
 
+    /// Writes the strains of all elements, in the order `set_viscous` expects.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>) {
         let edges = self.stretch.len();
         strains.resize(edges + S * self.joint.len(), D::from(0.0));
@@ -300,9 +318,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         D::run_sweep(Strains { at: self.at(q, frames), edges, joints });
     }
 
+    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
     fn dashpots(&self) -> Self {
         let mut rod = self.clone();
         let zero = D::from(0.0);
+        // Dashpots: the strains of the elements stand for rates, whose natural values are zero.
         rod.stretch.iter_mut().for_each(|edge| *edge = edge.with(edge.stiffness(), [zero]));
         rod.joint.iter_mut().for_each(|joint| *joint = joint.with(joint.stiffness(), [zero; S]));
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
@@ -311,6 +331,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod
     }
 
+    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let (stretch, joints) = strains.split_at(self.stretch.len());
         let mut energies = [D::from(0.0); 3];
@@ -322,10 +343,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         energies
     }
 
+    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         self.set_viscous_from(elastic, viscosity, 0);
     }
 
+    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         self.set_dashpots_from(dashpots, viscosity, 0);
     }
@@ -334,6 +357,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         if self.sliders.is_some() { S * self.joint.len() } else { 0 }
     }
 
+    /// Activates the springs of internal friction for a step that began with these internal variables; `None`
+    /// deactivates them.
     fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
         let Some(springs) = &mut self.sliders else { return };
         springs.acting.clear();
@@ -341,10 +366,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let strains = strain[elastic.stretch.len()..].as_chunks::<S>().0;
         let starts = strains.iter().zip(slid.as_chunks::<S>().0);
         springs.acting.extend(elastic.joint.iter().zip(starts).map(|(joint, (strain, slid))| {
+            // z = s - s0 + z0: the offset is the stretch less the strain at the start of the
+            // step.
             Spring { elastic: joint.stiffness(), offset: components(|c| slid[c] - strain[c]) }
         }));
     }
 
+    /// Reduces stretches of springs beyond their limit to the limit.
     fn slip(&self, z: &mut [D]) {
         let Some(springs) = &self.sliders else { return };
         for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
@@ -352,6 +380,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
+    /// The smallest distance of a spring's stretch from the limit at which it begins or ceases to slip.
     fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return f64::INFINITY };
         let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint).enumerate();
@@ -360,6 +389,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Energy of the springs of internal friction at the stretches `z`, J.
     fn slider_energy(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return 0.0 };
         let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint);
@@ -370,6 +400,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
     for DiscreteRod<D, L, N, S>
 {
+    /// Adds a mass, kg, to a node, with its weight under the gravity in the rod's axes, m/s^2.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]) {
         for c in 0..N {
             self.mass[L::STRIDE * node + c] += mass;
@@ -377,16 +408,19 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
         }
     }
 
+    /// Adds a dead force, N, in the rod's axes to a node.
     fn add_force(&mut self, node: usize, force: [D; 3]) {
         for c in 0..N {
             self.load[node].force[c] += force[c];
         }
     }
 
+    /// Multiplies the axial stiffness of every edge by its factor.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
         self.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
     }
 
+    /// Replaces the user-defined energies.
     fn set_own(&mut self, own: Extra<D>) {
         self.own = own;
     }

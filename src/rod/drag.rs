@@ -90,6 +90,8 @@ impl<D: Scalar> NodalDrag<D> {
         }
     }
 
+    /// The velocity of node `i` against the fluid along the tangent `t` and across it, m/s, with the coefficients of both drags at
+    /// these speeds.
     fn parts(&self, t: &Vector<D>, v: &[D], i: usize) -> Parts<D> {
         let relative = sub(self.of_node(v, i), self.fluid);
         let along = dot(relative, *t);

@@ -27,6 +27,7 @@ pub(super) struct SpatialNodes<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
+    /// The consumer that writes gradient and tangent by nodes, before the first edge.
     #[inline(always)]
     pub fn new(
         level: V::Level,
@@ -42,8 +43,11 @@ impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
+        // A node is the end of one edge and the start of the next: differences of edge
+        // derivatives.
         let (x, t) = (&own.vector, &own.angle_vector);
         let [gx, gy, gz, torque] = own.gradient;
         let load = loads::<D, V, 3>(self.load, self.level, first);
@@ -89,6 +93,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, 
             below[3][4 + c] = after[c][3];
         }
         below[3][3] = after[3][3];
+        // Four columns per node: three coordinates, and the angle of the edge after it.
         let diagonal = [here[0][0], here[1][1], here[2][2], own.angle];
         let columns = NodeEntries { gradient, diagonal, below };
         self.nodes.write(first, self.load.len() - 1 - first, &columns);
@@ -97,9 +102,11 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, 
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
+    /// Writes the last node.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        // The last node belongs to the last edge only.
         let lane = (i - 1) % V::LANES;
         let force = V::extract_lane(&self.force, lane);
         for c in 0..3 {
@@ -122,7 +129,9 @@ pub(super) struct SpatialEdges<'a, D> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialEdges<'_, D> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
+        // The angle of an edge is stored before its vector: column 4i + 3.
         const ORDER: [usize; 4] = [3, 0, 1, 2];
         for lane in 0..V::LANES.min(self.last + 1 - first) {
             let i = first + lane;

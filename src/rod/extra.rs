@@ -71,6 +71,7 @@ impl<D> Extra<D> {
 }
 
 impl<D: Nestable> Extra<D> {
+    /// User-defined energies at their places on a rod.
     pub(crate) fn new(placed: Vec<Placed<D>>) -> Self {
         Self(placed)
     }
@@ -114,6 +115,7 @@ impl<D: Nestable> Extra<D> {
         if self.0.is_empty() {
             return;
         }
+        // One array on the stack for all places.
         let mut local = [D::from(0.0); MOST];
         for at in self.sites(q, frames) {
             at.energy.gradient(&at.site, at.q, derivatives, &mut local);

@@ -51,6 +51,7 @@ pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
 }
 
 impl<D: Scalar> ReferenceFrames<D> for () {
+    /// Frames from those of all edges and the reference twists of all joints, rad.
     fn from_parts(_: Vec<EdgeFrame<D>>, _: Vec<D>) {}
 }
 

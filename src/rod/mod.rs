@@ -65,6 +65,7 @@ pub struct Energies {
     pub own: f64,
 }
 
+/// Whether an energy is zero, so that a report omits it.
 fn is_zero(energy: &f64) -> bool {
     *energy == 0.0
 }

@@ -43,16 +43,19 @@ impl Layout<2, 1> for Plane {
     type Between<V: Scalar> = [[V; 2]; 2];
     type Blocks<'a, D: Nestable, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
 
+    /// The vector of edge `i`, m.
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
         let [x0, y0, x1, y1] = *unknowns(q, i);
         [x1 - x0, y1 - y0]
     }
 
+    /// Writes the gradient by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(PlanarGradient { at, gradient });
     }
 
+    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
     fn dual_gradients<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -65,10 +68,12 @@ impl Layout<2, 1> for Plane {
         }
     }
 
+    /// The strains of joint `i`.
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
         [at.elements.joint[i].strain(unknowns(q, i))]
     }
 
+    /// A consumer that writes gradient and tangent by nodes.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 2>],
@@ -78,6 +83,7 @@ impl Layout<2, 1> for Plane {
         PlanarNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
+    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -85,6 +91,7 @@ impl Layout<2, 1> for Plane {
         PlanarEdges { tangent, last }
     }
 
+    /// Passes all derivatives by num-dual to a consumer.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 2, 1>,

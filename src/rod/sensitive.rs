@@ -30,7 +30,7 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
 
     /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
-    /// numbers that have `changed`: dual rods with their rates.
+    /// numbers that have `changed`.
     fn gradient_rate<const G: usize>(
         changed: (&[Self::Dual; G], &Self::Rates<G>),
         geometry: &Self::Geometry,

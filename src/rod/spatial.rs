@@ -86,16 +86,19 @@ impl Layout<3, 3> for Space {
     type Between<V: Scalar> = Between<V>;
     type Blocks<'a, D: Nestable, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
 
+    /// The vector of edge `i`, m.
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
         let [x0, y0, z0, x1, y1, z1] = ends(q, i);
         [x1 - x0, y1 - y0, z1 - z0]
     }
 
+    /// Writes the gradient by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
+    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
     fn dual_gradients<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -112,6 +115,7 @@ impl Layout<3, 3> for Space {
         }
     }
 
+    /// The strains of joint `i`.
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
         with_reference(&at.elements.joint[i], i, at.frames).strains(around(q, i))
     }
@@ -126,6 +130,7 @@ impl Layout<3, 3> for Space {
         D::run_sweep(MovedGradient { elements, q, frames, gradient });
     }
 
+    /// A consumer that writes gradient and tangent by nodes.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
@@ -135,6 +140,7 @@ impl Layout<3, 3> for Space {
         SpatialNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
+    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -142,6 +148,7 @@ impl Layout<3, 3> for Space {
         SpatialEdges { tangent, last }
     }
 
+    /// Passes all derivatives by num-dual to a consumer.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 3, 3>,

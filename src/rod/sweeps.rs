@@ -18,6 +18,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
@@ -41,6 +42,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut edges = L::edge_sink::<D, V>(self.tangent, self.at.elements.joint.len());
@@ -59,6 +61,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         self.geometry.resize(self.at.elements.stretch.len());
@@ -79,6 +82,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = Energies;
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
@@ -108,6 +112,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);

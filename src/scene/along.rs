@@ -124,6 +124,7 @@ impl NumberTree for Along {
     type Kind = [Quantity; 2];
     type Over<D> = Along<D>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -145,6 +146,8 @@ impl NumberTree for Along {
         }
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, _: [Quantity; 2]) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {

@@ -175,6 +175,7 @@ impl NumberTree for Attached {
     type Kind = TableKind;
     type Over<D> = Attached<D>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -197,6 +198,7 @@ impl NumberTree for Attached {
         Ok(())
     }
 
+    /// Key of the part as entry `index` of a list.
     fn entry_key(&self, _: usize) -> String {
         self.name.to_string()
     }

@@ -153,6 +153,7 @@ impl Parameter {
         if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
             return Some(*parameter);
         }
+        // natural_curvature.1 is the first entry, rod.natural_curvature.0 in the file.
         for list in LISTS {
             let part =
                 name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
@@ -161,6 +162,7 @@ impl Parameter {
                 return Some(Self { path, name: intern(name) });
             }
         }
+        // A name that no scene could have is rejected before it is interned for ever.
         let known =
             |name: &str| quantities().contains_key(&general_path(name)) || is_of_user_energy(name);
         (name.len() <= LONGEST_NAME && known(name)).then(|| Self::at(name))
@@ -205,6 +207,7 @@ impl Parameter {
 
     /// Unit, limits and search range.
     pub fn quantity(self) -> Quantity {
+        // The quantities of user-defined energies are known once a program has attached them.
         let own = || {
             let own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
             own.get(self.path).copied()
@@ -267,6 +270,7 @@ impl Parameter {
         scene: &Scene,
         values: impl IntoIterator<Item = (Self, f64)>,
     ) -> Result<Scene, Error> {
+        // One walk over the scene sets all values; those that were not found are errors.
         let mut values: BTreeMap<&str, (Self, f64, bool)> =
             values.into_iter().map(|(p, value)| (p.path, (p, value, false))).collect();
         let changed = scene.map_numbers(|path, old, _| match values.get_mut(path) {
@@ -289,6 +293,7 @@ impl Parameter {
     /// [`Error::Invalid`] for names that are not lists of the scene.
     pub fn list(scene: &Scene, name: &str) -> Result<Vec<Self>, Error> {
         let place = if LISTS.contains(&name) { format!("rod.{name}") } else { name.to_string() };
+        // Pairs of natural bending are lists of one component each.
         let (list, component) = match place.rsplit_once('.') {
             Some((list, component @ ("d1" | "d2"))) => (list, Some(component)),
             _ => (&place[..], None),
@@ -317,6 +322,7 @@ impl Parameter {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
         let place = self.path.rsplit_once('.').map_or("", |(table, _)| table);
+        // The condition under which a scene would have the parameter, for the message.
         let needs = match self.path {
             "rod.section.radius" => "with a circular section or a tube",
             "rod.section.width" | "rod.section.height" => "with a rectangular section",
@@ -425,6 +431,7 @@ fn intern(name: &str) -> &'static str {
     if let Some(name) = names.get(name) {
         return name;
     }
+    // Leaked once for each name: parameters are copied and compared as pointers to text.
     let name: &'static str = Box::leak(name.into());
     names.insert(name);
     name
@@ -456,6 +463,7 @@ fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
 /// Quantities of all built-in parameters by their general path.
 fn quantities() -> &'static BTreeMap<String, Quantity> {
     static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
+    // The scenes below have every kind of table, so that their numbers are all parameters.
     QUANTITIES.get_or_init(|| {
         let mut quantities = BTreeMap::new();
         for scene in catalog_scenes() {

@@ -104,6 +104,7 @@ impl Recorded {
 
     /// Reads the recording, and examines it for defects, unless that has been done.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
+        // A scene made in code has its track; a file is read once.
         let track = match self.track.take() {
             Some(track) => track,
             None => {
@@ -113,6 +114,7 @@ impl Recorded {
         };
         self.track = Some(track.clone());
         if !track.is_examined() {
+            // Only markers that drive a support are corrected; the others are observations.
             let free = self.free_markers(ends);
             let held: Vec<usize> =
                 (0..track.markers().len()).filter(|j| !free.contains(j)).collect();
@@ -156,6 +158,7 @@ impl Recorded {
     pub(crate) fn nodes(&self, segments: usize) -> Result<Vec<usize>, Error> {
         let markers = self.track()?.markers().len();
         let spans = markers.saturating_sub(1);
+        // Markers must be at nodes: an interpolated marker would prescribe two nodes at once.
         if spans == 0 || !segments.is_multiple_of(spans) {
             let found = format!("{segments} segments with {markers} markers along the rod");
             let allowed = format!("a multiple of {spans}, so that all markers are at nodes");
@@ -173,6 +176,7 @@ impl Recorded {
     /// Indices of the markers that neither end holds.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
+        // Held markers are outermost at each recorded end.
         let held = |end| if end == Support::Recorded { self.held.min(markers) } else { 0 };
         held(start)..markers.saturating_sub(held(end))
     }
@@ -216,6 +220,7 @@ impl Recorded {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
         let held = ends.saturating_mul(self.held_nodes(segments));
+        // At least one node must remain free, or there is nothing to simulate.
         if held > segments {
             let found = format!("{} at {ends} ends, {held} of {} nodes", self.held, segments + 1);
             let allowed = "fewer markers, so that at least one node is free";
@@ -268,6 +273,7 @@ impl Recorded {
         let last = track.markers().len() - 1;
         let edges = segments / last;
         let node = |k: usize| {
+            // Nodes between two held markers lie on the chord between them.
             let (marker, part) = (k / edges, (k % edges) as f64 / edges as f64);
             let markers = [marker, (marker + 1).min(last)];
             match end {

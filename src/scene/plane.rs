@@ -126,6 +126,7 @@ mod tests {
         let plane = plane([1.0, 2.0, -0.5], [0.3, 0.0, -9.0]).unwrap();
         for v in [[2.0, 4.0, -1.0], [0.3, 0.0, -9.0]] {
             let world = plane.to_world(plane.project(v.into()));
+            // Coordinates of order ten: a few roundings.
             assert!((Vector3::from(world) - Vector3::from(v)).norm() < 1e-14);
         }
     }
@@ -143,6 +144,7 @@ mod tests {
     fn plane_of_a_straight_rod_contains_the_hint() {
         let nodes = [[0.0; 3], [1.0, 0.0, 0.0]];
         let plane = Plane::through(&nodes, &[], Some(Vector3::z())).unwrap();
+        // The hint z is in the plane: normal to its normal.
         assert!(plane.x.cross(&plane.y).dot(&Vector3::z()).abs() < 1e-15);
     }
 }

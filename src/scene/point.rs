@@ -92,6 +92,7 @@ impl NumberTree for Point {
     type Kind = TableKind;
     type Over<D> = Point<D>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -109,6 +110,8 @@ impl NumberTree for Point {
         }
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
@@ -258,6 +261,7 @@ mod tests {
     #[test]
     fn stencil_reproduces_a_cubic_and_equals_a_node_at_nodes() {
         let s: Vec<f64> = (0..8).map(|i| (i as f64 - 0.5) * 0.1).collect();
+        // A cubic is interpolated exactly through four nodes.
         let f = |s: f64| 1.0 + s * (2.0 + s * (3.0 + 4.0 * s));
         for at in [0.0, 0.02, 0.05, 0.33, 0.61, 0.649] {
             let sum: f64 = Stencil::between(&s, at).nodes.iter().map(|(i, w)| w * f(s[*i])).sum();

@@ -57,6 +57,7 @@ impl Polyline {
             let column = table.require(name)?;
             Ok::<_, Error>((column, table.factor(column, &LENGTHS, "")?))
         };
+        // Positions in m, whatever the unit of their header.
         let columns = [column("x")?, column("y")?, column("z")?];
         let place = table.find("s").map(|_| column("s")).transpose()?;
         if place.is_some() && !on_a_rod {
@@ -75,6 +76,8 @@ impl Polyline {
                 point[c] = value(*column).ok_or_else(blank)?;
             }
             points.push(point);
+            // Arc lengths of an initial shape must increase, because nodes are found by
+            // bisection.
             if let Some(place) = place {
                 let s = value(place).ok_or_else(blank)?;
                 if let Some(before) = arc_length.last().filter(|before| **before >= s) {
@@ -124,6 +127,7 @@ impl Polyline {
                 PointSource::Scene(key) => Error::invalid(*key, found, "at least 3"),
             });
         }
+        // Without given arc lengths those of the curve, estimated from circles through neighbors.
         let given = !arc_length.is_empty();
         if !given {
             arc_length.push(0.0);
@@ -149,6 +153,7 @@ impl Polyline {
         }
         let mut points = vec![self.points[0]];
         for (pair, length) in self.points.windows(2).zip(lengths) {
+            // Directions of the points, lengths of the list: laid end to end.
             points.push(points[points.len() - 1] + (pair[1] - pair[0]).normalize() * *length);
         }
         let line = Self::new(points, Vec::new(), self.source)?;
@@ -183,6 +188,7 @@ impl Polyline {
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
+        // Lagrange interpolation through the four nearest points.
         let right = own.partition_point(|x| *x <= s.value());
         let first = right.saturating_sub(2).min(own.len() - count);
         let near = first..first + count;
@@ -226,6 +232,7 @@ impl Polyline {
     pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
         let (spans, length) = (self.points.len() - 1, self.length());
         let segments = segments.unwrap_or(spans);
+        // Edges behind a wall count in part only: nodes are shifted along the curve.
         let stride = spans as f64 / (segments as f64 - before - after);
         // Places are counted in points; those beyond an end mirror those before it.
         let place = |i: usize| {
@@ -254,6 +261,7 @@ impl Polyline {
     /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape: at their arc lengths, if the file gives
     /// those of the points, or at the same fractions of the length as at rest.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
+        // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {
             let stretch = rest.length.recip() * self.length();
             let places: Vec<D> = rest.arc_length.iter().map(|s| *s * stretch).collect();

@@ -200,12 +200,14 @@ mod tests {
     fn second_moments_of_a_rectangle_follow_up() {
         let section = Section::Rectangle { width: 0.01, height: 0.002, up: [0.0, 1.0, 0.0] };
         let [in_plane, across] = section.moments().second_moments;
+        // w h^3/12 along `up`, and (w/h)^2 = 25 times as much across it.
         assert_relative_eq!(in_plane, 0.01 * 0.002_f64.powi(3) / 12.0);
         assert_relative_eq!(across / in_plane, 25.0, max_relative = 1e-14);
     }
 
     #[test]
     fn a_tube_is_the_difference_of_two_circles() {
+        // A usual tube, one without a hole, and a foil.
         for (outer, wall) in [(0.005, 0.001), (0.005, 0.005), (0.02, 1e-5)] {
             let (tube, whole, hole) = (tube(outer, wall), circle(outer), circle(outer - wall));
             let differences = [

@@ -202,6 +202,7 @@ impl<D: Scalar> Shape<D> {
             }
         };
         let segments = segments.ok_or_else(no_segments)?;
+        // Edges behind walls are longer than their part of the rod: equal edges in all.
         let edge = length / D::from(segments as f64 - behind[0] - behind[1]);
         let arc_length: Vec<D> = (0..=segments).map(|i| edge * (i as f64 - behind[0])).collect();
         let nodes = arc_length.iter().map(|s| point(*s)).collect();
@@ -314,6 +315,7 @@ mod tests {
             handedness: Handedness::Left,
         };
         let mesh = helix.mesh(Some(50), [0.0, 0.0]).unwrap();
+        // (R cos p, R sin p, -c p), as the schema has it.
         let c = pitch / TAU;
         for (node, s) in mesh.nodes.iter().zip(&mesh.arc_length) {
             let p = s / radius.hypot(c);
@@ -327,6 +329,8 @@ mod tests {
     fn wall_is_at_the_middle_of_the_outermost_edge() {
         let shape = Shape::Arc { length: 1.0, angle: 1.0 };
         let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
+        // Half an edge is behind the wall: 9.5 edges for the length of 1. The arc ends at (sin 1,
+        // 1 - cos 1).
         let edge = 1.0 / 9.5;
         assert_relative_eq!(mesh.arc_length[0], -0.5 * edge);
         assert_relative_eq!(mesh.arc_length[10], 1.0, epsilon = 1e-15);

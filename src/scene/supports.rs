@@ -141,6 +141,7 @@ impl Supports {
 
     /// Rejects motions that displace an end from the beginning, with which only an equilibrium can start.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
+        // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
         match self.motion.iter().position(away) {
             Some(i) => {
@@ -185,6 +186,7 @@ impl Supports {
 
     /// Rejects invalid values and supports that contradict each other.
     pub(crate) fn check(&self) -> Result<(), Error> {
+        // Two rollers do not determine the position along their lines.
         if (self.start, self.end) == (Support::Roller, Support::Roller) {
             let allowed = "one roller, as a rod on two rollers can slide without resistance";
             return Err(Error::invalid("supports.end", "a second roller", allowed));
@@ -197,6 +199,7 @@ impl Supports {
                 return Err(Error::invalid("supports.roller", "no end that rolls", allowed));
             }
         }
+        // A compliance without a clamp would be ignored: it is an error.
         for (key, end) in [("start_compliance", End::Start), ("end_compliance", End::End)] {
             let give = self.compliance(end);
             for (own, value) in [("rotation", give.rotation), ("axial", give.axial)] {
@@ -206,6 +209,7 @@ impl Supports {
                 }
             }
         }
+        // A recording needs a recorded end, and a recorded end a recording.
         let ends = [self.start, self.end];
         match &self.path {
             Some(path) => path.check(ends)?,
@@ -219,6 +223,7 @@ impl Supports {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
             let held = self.path.as_ref().map_or(0, |path| path.held);
+            // A free twist cannot be prescribed as well.
             if self.turns_freely(motion.end) {
                 let found = "a twist of an end with free twist";
                 let allowed = "ends that are not in supports.path.free_twist";

@@ -43,6 +43,7 @@ impl NumberTree for f64 {
     type Kind = Quantity;
     type Over<D> = D;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -52,6 +53,8 @@ impl NumberTree for f64 {
         visitor.number(key, *self, quantity)
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, quantity: Quantity) -> Result<(), Error> {
         quantity.check(key, *self)
     }
@@ -62,6 +65,7 @@ impl<const N: usize> NumberTree for [f64; N] {
     type Kind = Quantity;
     type Over<D> = [D; N];
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -76,6 +80,8 @@ impl<const N: usize> NumberTree for [f64; N] {
         vector
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, _: Quantity) -> Result<(), Error> {
         match self.iter().all(|component| component.is_finite()) {
             true => Ok(()),
@@ -88,6 +94,7 @@ impl<T: NumberTree> NumberTree for Option<T> {
     type Kind = T::Kind;
     type Over<D> = Option<T::Over<D>>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -97,6 +104,8 @@ impl<T: NumberTree> NumberTree for Option<T> {
         self.as_ref().map(|part| part.map_numbers(key, kind, visitor))
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         self.as_ref().map_or(Ok(()), |part| part.check_numbers(key, kind))
     }
@@ -106,6 +115,7 @@ impl<T: NumberTree> NumberTree for Vec<T> {
     type Kind = T::Kind;
     type Over<D> = Vec<T::Over<D>>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -121,6 +131,8 @@ impl<T: NumberTree> NumberTree for Vec<T> {
         mapped
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         let mut entries = self.iter().enumerate();
         entries.try_for_each(|(i, entry)| entry.check_numbers(&format!("{key}[{i}]"), kind))

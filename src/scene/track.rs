@@ -71,6 +71,7 @@ impl Track {
     /// Those of [`read`](Self::read), an unknown marker, and settings that contradict the file.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
         let (format, bytes) = marker_files::open(path, recording.format)?;
+        // The format is given or recognized by the first bytes of the file.
         let file = marker_files::parse(path, format, &bytes)?;
         let named = |name: &String| {
             Recording { marker: Some(name.clone()), ..Recording::default() }.select_marker(&file)
@@ -91,9 +92,11 @@ impl Track {
             }
             let along = recording.observed_axes(marker.axes);
             let converted = recording.convert(&file, marker)?;
+            // Frames before the zero of time are left out, if there is one.
             let before = converted.times.partition_point(|(_, t)| *t < -CLOCK_TOLERANCE);
             let before = if recording.time_zero.is_some() { before } else { 0 };
             let place = |place: &[Option<f64>; 3]| {
+                // A position is known only with all coordinates that the file has.
                 let whole = (0..3).all(|c| place[c].is_some() == along[c]);
                 whole.then(|| place.map(Option::unwrap_or_default))
             };
@@ -166,6 +169,7 @@ impl Track {
     /// The examined recording, with the defects and the bandwidth of the motion of the markers `driven`, which drive a
     /// support.
     pub(super) fn guarded(self, driven: &[usize]) -> Self {
+        // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());
         let motion = detrended.as_ref().unwrap_or(&self);
         let (mut faults, bandwidth) = (motion.motion_faults(driven), motion.bandwidth_of(driven));
@@ -238,6 +242,7 @@ impl Marker {
     /// motion is continued with constant velocity.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
         let next = self.path.partition_point(|point| point.time <= time.value());
+        // Outside of the frames the velocity at the end continues.
         let (Some(a), Some(b)) = (next.checked_sub(1), self.path.get(next)) else {
             let end = &self.path[next.saturating_sub(1)];
             return std::array::from_fn(|c| (time - end.time) * end.velocity[c] + end.position[c]);
@@ -331,6 +336,7 @@ mod tests {
         let track = read("t,x0[mm],y0[mm],xtip,ytip\n0,1,2,3,4\n0.5,2,,3,5\n1,3,4,3,6\n").unwrap();
         let names: Vec<&str> = track.markers().iter().map(|m| m.name.as_str()).collect();
         assert_eq!((names, track.times()), (vec!["0", "tip"], &[0.0, 0.5, 1.0][..]));
+        // A blank is missing; mm become m; between frames the line through equal velocities.
         assert_eq!(track.markers()[0].seen[1], None);
         assert_eq!(track.markers()[0].seen[2], Some([3e-3, 4e-3, 0.0]));
         assert_eq!(track.markers()[1].at(0.75), [3.0, 5.5, 0.0]);

@@ -141,6 +141,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
         let derivatives = settings.derivatives;
+        // Edge coordinates have the tangent by edge vectors, and forces by nodes.
         if settings.edges.is_some() {
             self.rod.gradient(q, frames, derivatives, &mut self.gradient);
             self.rod.edge_tangent(q, frames, derivatives, tangent);
@@ -179,6 +180,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             if R::is_angle(i) { acceleration * length } else { acceleration }
         };
         let first = self.free().map(acceleration).fold(0.0, f64::max) / (FIRST_STEP * length);
+        // An implicit gradient descent with a step of about 1/lambda.
         let mut lambda = first;
         let mut decrease = DECREASE;
         let mut saddles = 0;
@@ -206,6 +208,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 }
                 DescentStep::Moved | DescentStep::Still => {
                     R::rebase(&mut frames, &self.q);
+                    // A good step: lambda decreases, and the descent comes closer to Newton's
+                    // method.
                     lambda *= decrease;
                     decrease = DECREASE;
                     if lambda < SMALLEST * first {
@@ -213,8 +217,10 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                     }
                 }
                 DescentStep::Failed | DescentStep::Saddle => {
+                    // A bad step is repeated from its start, with a larger lambda.
                     self.q.copy_from_slice(&self.step_start);
                     saddles += usize::from(matches!(step, DescentStep::Saddle));
+                    // Many attempts that end at a saddle: symmetry holds the rod there.
                     if saddles == SADDLES {
                         self.leave_saddle();
                     }
@@ -252,6 +258,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             if !factored || iteration == 0 && !downhill {
                 return if factored { DescentStep::Saddle } else { DescentStep::Failed };
             }
+            // Right-hand side -(dE/dq + lambda M (q - q0)).
             self.correction.copy_from_slice(&self.gradient);
             if let Some(edges) = edges {
                 edges.edge_forces::<f64, R>(&mut self.correction);
@@ -267,6 +274,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             if let Some(edges) = edges {
                 edges.node_changes::<f64, R>(&mut self.correction);
             }
+            // The size of the correction over the length of the rod, angles in rad.
             let mut largest = 0.0_f64;
             for i in self.free() {
                 self.q[i] += self.correction[i];
@@ -276,12 +284,14 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                     largest = size;
                 }
             }
+            // A correction of twice the length is no approximation of anything.
             if largest.is_nan() || largest > 2.0 {
                 return DescentStep::Failed;
             }
             if iteration == 0 && largest < STEP_TOLERANCE {
                 return DescentStep::Still;
             }
+            // Corrections that are small and no longer decrease are rounding errors.
             let stalled = largest < STALLED && largest > 0.3 * previous;
             match lambda > 0.0 {
                 _ if !(stalled || largest < INTERMEDIATE_TOLERANCE) => {}
@@ -301,6 +311,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         for (i, x) in self.correction.iter_mut().enumerate() {
             *x = (1.618_033_988_749_895 * i as f64).fract() - 0.5;
         }
+        // Two inverse iterations: enough to dominate by the softest motion.
         for _ in 0..2 {
             self.settings.prescribed.fill(&mut self.correction, 0.0);
             self.factors.solve(&mut self.correction);
@@ -329,6 +340,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         if self.factors.negative_pivots() == 0 {
             return true;
         }
+        // A second factorization with the negligible stiffness, for rods with motions without
+        // resistance.
         let added: Vec<f64> = self
             .metric
             .iter()

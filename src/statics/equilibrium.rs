@@ -140,10 +140,12 @@ impl Problem {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 let mut found = model_equilibrium(self, &discretized)?;
+                // The planar model examines its own motions only.
                 found.stable_in_plane = Some(found.is_stable());
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
+                    // Stability out of the plane: the same shape in the spatial model.
                     let (q, frames) = spatial.placed_still(&found.nodes);
                     let normal = spatial.model.components(spatial.normal());
                     let pencil = Pencil::resting(&spatial, &spatial.rod(), &q, &frames);
@@ -170,6 +172,7 @@ fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
 ) -> Result<Equilibrium, Error> {
+    // Equilibrium, then all that follows from it: energies, reactions, strains, stability.
     let rest = discretized.equilibrium()?;
     let rod = discretized.rod();
     let energies = rod.energies(&rest.q, &rest.frames);
@@ -177,6 +180,7 @@ fn model_equilibrium<M: Model>(
     let reactions = discretized.reactions_at_rest(&rod, &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
+    // Large strains are outside of the linear law of the material.
     let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
     let pencil = Pencil::resting(discretized, &rod, &rest.q, &rest.frames);

@@ -60,9 +60,11 @@ impl<M: Model> Discretized<'_, M> {
         setup: &Setup<D, M>,
     ) -> Result<RecordedStart<D, M>, Error> {
         let track = self.track()?;
+        // Shapes of least energy in the first two frames.
         let [mut q, next] = self.relaxed_over(setup, track)?;
         let (_, frames) = self.begin(setup);
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
+        // The stated twist of the ends, and the places that supports prescribe at t = 0.
         self.turn_ends(setup, &mut q);
         if let Some(boundary_motion) = self.boundary_motion(setup) {
             let moment = MotionTime::Time(0.0);
@@ -139,6 +141,7 @@ impl<M: Model> Discretized<'_, M> {
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.sprung_rod(self.setup, track, 0)?;
+        // The rotation about the center line is determined by curvature only.
         if !self.problem.mesh.is_straight() || !self.scene().rod.natural_bending.is_empty() {
             minimize_rotation_energy::<M>(&rod, &mut q, &frames);
         }
@@ -155,6 +158,7 @@ impl<M: Model> Discretized<'_, M> {
             };
             Descent::new(rod, settings, q).descend(frames)
         };
+        // Both descents hold the ends by springs, not by supports.
         let first = descend(&rod, q, frames)?;
         let rod = self.sprung_rod(self.setup, track, 1)?;
         // The second frame starts from the first one, displaced by the motion of the markers.
@@ -187,6 +191,7 @@ impl<M: Model> Discretized<'_, M> {
         let (_, frames) = self.begin(setup);
         let found = self.relaxed(track)?;
         let mut both = [0, 1].map(|k| found[k].iter().map(|x| D::from(*x)).collect::<Vec<D>>());
+        // Derivatives of both equilibria, by the implicit function theorem.
         if D::ORDER > 0 {
             for (frame, q) in both.iter_mut().enumerate() {
                 let rod = self.sprung_rod(setup, track, frame)?;
@@ -228,6 +233,8 @@ impl<M: Model> Discretized<'_, M> {
         let mut factors = tangent.new_factors();
         factors.factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)?;
         let mut change = vec![D::from(0.0); n];
+        // Each Newton step with the plain tangent doubles no digits, but adds one order of
+        // derivatives exactly.
         for _ in 0..1 + D::ORDER {
             rod.gradient(q, frames, Derivatives::Hand, &mut change);
             for i in 0..n {

@@ -199,6 +199,7 @@ impl Summary {
         match block {
             SummaryBlock::Fact { label, text } => {
                 let label = if repeats_label { "" } else { label };
+                // The label and its text share a line; long texts are wrapped behind the label.
                 let head = format!("{:INDENT$}{label:<width$}", "", width = LABEL_WIDTH - INDENT);
                 let indent = layout::columns(&head).clamp(LABEL_WIDTH, LABEL_WIDTH + INDENT);
                 layout::wrapped_behind(&head, &printable(text), style.width, indent)
@@ -207,6 +208,7 @@ impl Summary {
                 layout::wrapped_behind("  ", &printable(text), style.width, INDENT)
             }
             SummaryBlock::Table { title, table } => {
+                // A table that does not fit is indented less.
                 let is_wide = table.min_width() + 2 * INDENT > style.width;
                 let indent = if title.is_empty() || is_wide { INDENT } else { 2 * INDENT };
                 let mut lines = match title.is_empty() {
@@ -235,6 +237,7 @@ impl Summary {
         let mut lines = Vec::new();
         for (k, block) in blocks.iter().enumerate() {
             let last = k.checked_sub(1).map(|last| &blocks[last]);
+            // Facts and notes follow each other without an empty line.
             let follows = match last {
                 None | Some(Fact { .. } | Note(_)) => matches!(block, Fact { .. } | Note(_)),
                 Some(Table { title, .. }) => title.is_empty() && matches!(block, Note(_)),
@@ -259,6 +262,7 @@ impl Summary {
             wrap_message(&format!("warning: {text}"), style)
         };
         let details = self.details.as_deref().unwrap_or_default();
+        // Status, result, warnings, details: each part is set off by an empty line.
         let mut sections = vec![
             self.headline(style),
             Self::section_lines(&self.result, style),

@@ -76,11 +76,13 @@ mod tests {
 
     #[test]
     fn p_value_below_rounding_errors_is_a_bound() {
+        // Zero is below any double.
         assert_eq!([p_value(0.0), p_value(3.2e-7)], ["p < 1e-99", "p = 3e-7"]);
     }
 
     #[test]
     fn small_values_have_prefixes() {
+        // Plain units have prefixes, compound ones stay.
         assert_eq!(quantity(1.014e-3, "m", 4), "1.014 mm");
         assert_eq!(quantity(-5.6e-4, "kg", 2), "-0.56 g");
         assert_eq!(quantity(2.5, "kg", 2), "2.5 kg");
@@ -94,6 +96,7 @@ mod tests {
 
     #[test]
     fn numbers_have_the_digits_that_are_given() {
+        // Exponents from 1e4 on and below 1e-3.
         assert_eq!([number(1234.5, 2), number(0.01, 2)], ["1200", "0.010"]);
         assert_eq!([number(1e4, 3), number(9.4e-4, 2)], ["1.00e4", "9.4e-4"]);
         assert_eq!([number(f64::NAN, 2), number(f64::INFINITY, 2)], ["NaN", "inf"]);
@@ -106,6 +109,7 @@ mod tests {
 
     #[test]
     fn durations_are_in_seconds_minutes_or_hours() {
+        // Minutes from 100 s on, hours from 100 min on.
         assert_eq!([duration(0.03), duration(45.0)], ["0.030 s", "45 s"]);
         assert_eq!([duration(190.0), duration(5400.0)], ["3.2 min", "90 min"]);
         assert_eq!(duration(36000.0), "10 h");

@@ -51,6 +51,7 @@ fn lines_are_as_wide_as_the_terminal_at_most() {
         assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
     }
     let text = sample().render(TextStyle { width: 200, is_colored: false });
+    // At 200 columns no line of the sample is wrapped.
     assert_eq!(text.lines().count(), 10, "{text}");
 }
 
@@ -82,6 +83,7 @@ fn quoted_lines_of_a_message_stay_whole() {
     let style = TextStyle { width: 80, is_colored: false };
     let text = wrap_message(&message, style);
     assert!(text.ends_with(&quoted), "{text}");
+    // Prose is wrapped at 80 columns, a quoted line of a file is not.
     assert!(text.lines().take(2).all(|line| line.len() <= 80), "{text}");
     assert!(text.lines().nth(1).unwrap().starts_with("  word"), "{text}");
 }
@@ -105,6 +107,7 @@ fn table_with_a_long_path_fits_into_80_columns() {
         .wrapped("relative RMS", |row| row[5].to_string());
     let text = Summary::new("done", Tone::Good).table("", table).to_string();
     let lines: Vec<&str> = text.lines().collect();
+    // 80 columns without a terminal; the path itself stays whole.
     assert!(lines.iter().all(|line| line.len() <= 80), "{lines:#?}");
     assert!(lines.iter().any(|line| line.contains("./data/cantilever-tip.csv ")), "{lines:#?}");
 }

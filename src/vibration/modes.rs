@@ -147,6 +147,7 @@ impl Problem {
         let (mut modes, mut all) = (Vec::new(), Stability::default());
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
+                // Vibrations in the plane are those of the planar model.
                 let q = linearization_state(&discretized, about)?.0;
                 all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
                 // Out of the plane the rod vibrates only if a torsional stiffness is given.
@@ -298,6 +299,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 
     /// The mass of every node, kg.
     pub fn node_masses(&self) -> Vec<f64> {
+        // The mass of a node is that of any of its coordinates.
         let rod = self.discretized.rod();
         (0..self.discretized.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
     }
@@ -325,6 +327,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     /// Recomputes squared frequencies near zero, whose signs are hidden by the `rounding` error, 1/s^2, from the second
     /// variation of the energy. Returns the range of their indices.
     fn refine(&self, found: &mut [PencilMode], rounding: f64) -> Range<usize> {
+        // Only eigenvalues within the uncertainty of their sign, if they are few.
         let level = UNCERTAIN_LEVELS * rounding;
         let is_uncertain = |mode: &PencilMode| mode.squared.abs() <= level;
         let first = found.iter().position(is_uncertain).unwrap_or(0);
@@ -362,6 +365,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 
     /// Kind of a mode: rigid without strains, else by the largest of the three energies.
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
+        // Strains of the motion: none of a rigid one, twist only of a spin.
         let motion = self.discretized.measure_motion(self.q, self.frames, rates);
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
             return ModeKind::Rigid;
@@ -382,6 +386,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         let place = |i: usize| self.discretized.model.position(self.q, i);
         let mut sums = [0.0; 2];
         for (i, (x, mass)) in shape.iter().zip(masses).enumerate() {
+            // Central difference of the nodes, one-sided at the ends.
             let tangent = unit(sub(place(last.min(i + 1)), place(i.saturating_sub(1))));
             sums[0] += mass * dot(*x, tangent).powi(2);
             sums[1] += mass * dot(*x, *x);
@@ -404,6 +409,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         let pairs = self.lowest(count.max(self.stability.unstable.min(MAX_UNSTABLE)))?;
         let mut number = 0;
         for pair in pairs {
+            // Free motions have no number: experiments do not measure them.
             number += usize::from(!pair.is_free());
             modes.push(Mode {
                 frequency_rad_s: pair.frequency(),

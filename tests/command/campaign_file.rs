@@ -150,6 +150,7 @@ fn random_starts_are_reproducible_and_within_bounds() {
     let all: Vec<(f64, f64)> = lines(&results).iter().map(of).collect();
     let starts: BTreeSet<u64> = all.iter().map(|(start, _)| start.to_bits()).collect();
     assert_eq!(starts.len(), 5);
+    // Within the bounds; every start leads to the same minimum, to a tolerance of the fit.
     for (start, found) in &all {
         assert!(
             (1e7..=1e9).contains(start) && (found / all[0].1 - 1.0).abs() < 1e-4,

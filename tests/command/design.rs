@@ -34,6 +34,7 @@ fn design_is_printed_and_written_as_json() {
     succeeds(&output);
     let design = folder.json("d.json");
     let parameter = &design["parameters"][0];
+    // The modulus of the scene.
     assert_eq!(parameter["value"], 2e8);
     assert!(parameter["combined_std"].as_f64() > parameter["std_error"].as_f64());
     let variables: Vec<&str> = design["advice"]

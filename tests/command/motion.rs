@@ -64,6 +64,7 @@ fn page_of_a_long_run_stays_small() {
     succeeds(&output);
     let (data, text, length) = page(&folder);
     let count = |name: &str| data[name].as_array().unwrap().len();
+    // Up to 200 shapes and 1000 samples beside the first ones, of up to 100 edges: `Film`.
     assert!((100..=202).contains(&count("frames")) && count("tips") <= 1002, "{}", count("tips"));
     assert!(data["frames"][0].as_array().unwrap().len() <= 2 * 102);
     assert!(text.contains("Stored on this page: every") && text.contains("of 251 nodes"));

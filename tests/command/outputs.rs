@@ -87,6 +87,7 @@ fn dash_is_standard_output_for_every_option() {
         stdout(&output)
     };
     let table = printed(&["simulate", "scene.toml", "--out", "-"]);
+    // A header, the start and 150 steps; below a header and 21 nodes.
     assert!(table.starts_with("t,x_0,y_0") && table.lines().count() == 152, "{table}");
     assert_eq!(printed(&["static", "scene.toml", "--out", "-"]).lines().count(), 22);
     let saved = printed(&["fit", "fit.toml", "--save", "-", "--json", "fit.json"]);

@@ -110,6 +110,7 @@ fn downloaded_data_are_the_plotted_data() {
     assert_eq!(rows[0], ["series", "time (ms)", "y (mm)"]);
     let observed: Vec<&Vec<String>> = rows.iter().filter(|row| row[0] == "observed").collect();
     assert_eq!(observed.len(), circles(&page, "tip, y: data and model"));
+    // The tables have six digits or more, in ms and mm.
     let near = |text: &str, value: f64| (text.parse::<f64>().unwrap() - value).abs() < 1e-6;
     for (row, (at, y)) in observed.iter().zip(series.abscissa_values.iter().zip(&series.observed)) {
         assert!(near(&row[1], 1e3 * at) && near(&row[2], 1e3 * y), "{row:?}, {at} {y}");
@@ -156,6 +157,7 @@ fn comparison_has_every_fit_with_escaped_names_and_links() {
     assert_eq!(circles(&page, figure), 3);
     let e = &report.parameters[0];
     let ends = e.interval95.unwrap();
+    // The table is in MPa, the report in Pa.
     for (cell, value) in rows[1][1..].iter().zip([e.value.unwrap(), ends[0], ends[1]]) {
         assert!((cell.parse::<f64>().unwrap() * 1e6 / value - 1.0).abs() < 1e-8, "{cell} {value}");
     }

@@ -151,6 +151,7 @@ fn faults_of_a_recording_are_reported() {
     succeeds(&output);
     assert!(words(&stdout(&output)).contains("They were exchanged"), "{}", stdout(&output));
     let errors = folder.json("fit.json")["recordings"]["fitted"]["worst"].as_f64().unwrap();
+    // The recorded noise is 1e-5 m; swapped labels would be centimeters.
     assert!(errors < 3e-5, "{errors}");
 }
 

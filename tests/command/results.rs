@@ -129,6 +129,7 @@ fn hand_and_dual_derivatives_simulate_equally() {
     assert_eq!(hand["newton_iterations"], dual["newton_iterations"]);
     for c in 1..4 {
         let at = |run: &Value| run["tip"][150][c].as_f64().unwrap();
+        // Both tangents are exact: the tips differ by rounding errors over 150 steps.
         assert!((at(&hand) - at(&dual)).abs() < 1e-11);
     }
 }
@@ -138,6 +139,7 @@ fn check_of_a_shipped_scene_agrees() {
     let folder = Folder::new();
     succeeds(&folder.run(&["check", "scene.toml", "--json", "check.json"]));
     let check = folder.json("check.json");
+    // The default tolerances of the check.
     for (key, limit) in [("gradient", 1e-12), ("hessian", 1e-12), ("finite_difference", 1e-7)] {
         let error = check["max_relative_error"][key].as_f64().unwrap();
         assert!(error > 0.0 && error < limit, "{key}: {error}");
@@ -266,6 +268,7 @@ fn bench_reports_steps_per_second() {
     let report = folder.json("bench.json");
     assert_eq!(report["vector_unit"], unit);
     let rows = report["steps"].as_array().unwrap();
+    // Two scenes with two steps each.
     assert_eq!(rows.len(), 4);
     assert!(rows.iter().all(|row| row["steps_per_second"].as_f64().unwrap() > 0.0));
     assert!(

@@ -176,6 +176,7 @@ fn derivatives_of_planar_rods_are_the_same_in_any_group() {
         Parameter::DampingMass,
     ];
     let together = problem.simulate_with(&all).unwrap();
+    // The oracle: the whole simulation in dual numbers with two derivatives.
     let mut oracle = planar(&problem)
         .simulation_over(|p, value| {
             let seeded = DualSVec64::<2>::from_re(value);

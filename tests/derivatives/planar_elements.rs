@@ -69,6 +69,7 @@ fn bend_agrees_on_random_states() {
 fn stretch_and_load_agree_on_random_states() {
     let mut random = ChaCha8Rng::seed_from_u64(21);
     for k in 0..3_000 {
+        // Lengths and stiffnesses over many decades: errors must be relative to the terms.
         let rest_length = 10f64.powf(random.random_range(-6.0..1.0));
         let length = rest_length * random.random_range(0.3..3.0);
         let angle: f64 = random.random_range(-3.1..3.1);
@@ -180,6 +181,7 @@ fn assembly_adds_every_element_once() {
 #[test]
 fn check_of_a_scene_passes() {
     let report = check_problem(&cantilever().problem().unwrap(), Tolerance::default()).unwrap();
+    // Every element at every state counts as one.
     assert!(report.passed() && report.states > 1000, "{report}");
 }
 

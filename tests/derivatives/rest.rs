@@ -147,6 +147,7 @@ fn derivatives_of_equilibria_equal_differences() {
             let size = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             let off = expected.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             println!("{name}, {parameter}: {:.1e} of {size:.3e}", off / size);
+            // Central differences of the best step have this error.
             assert!(off < 1e-8 * size, "{name}, {parameter}: {exact:?} {expected:?}");
         }
     }

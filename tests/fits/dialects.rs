@@ -134,6 +134,7 @@ fn kinovea_pixels_have_y_up() {
     is_the_tip(&text, &scaled);
     let (inspection, samples) = inspected(&text, &scaled);
     assert!(!inspection.observation.contains("down"), "{}", inspection.observation);
+    // The motion of the test falls by 0.05 m until sample 5.
     assert!((samples[5].position[1].unwrap() + 0.05).abs() < 1e-9);
 }
 
@@ -179,6 +180,7 @@ fn trc_files_are_read_in_their_dialects() {
             fields.join(separator)
         })
     };
+    // Names and labels as four programs write them; the motion is that of the other dialects.
     for (separator, names, labels, blank) in [
         ("\t", "tip\t\t\tbase", "\t\tX1\tY1\tZ1\tX2\tY2\tZ2", "\n"),
         (",", "tip,,,base,,", ",,X5,Y5,Z5,X1,Y1,Z1", ""),

@@ -67,6 +67,7 @@ fn natural_curvature_is_identified_from_zero() {
         let report = fit(&problem, droop(&curved(truth)).sigma(1e-4), unknown).solve().unwrap();
         let found = report.parameters()[0].1;
         println!("{truth}: {found}");
+        // Data without noise: the error is that of the convergence criterion.
         assert!(report.converged && (found - truth).abs() < 1e-8, "{found}: {report}");
     }
 }

@@ -339,6 +339,7 @@ fn fit_file_offsets_are_read_and_checked() {
     };
     let file = fit("[0, 0.004, 0]").unwrap();
     let motion = file.experiments[0].measurements[0].motion().unwrap();
+    // The numbers of the file, m.
     assert_eq!(motion.offset, [0.0, 0.004, 0.0]);
     for (wrong, message) in [
         (

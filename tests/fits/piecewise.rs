@@ -120,6 +120,7 @@ fn piecewise_derivatives_equal_differences() {
 #[test]
 fn piecewise_scenes_have_numbers_or_lists() {
     let mut scene = arc();
+    // A single number is a parameter; entries of a list are others.
     assert_eq!(Parameter::NaturalCurvature.of(&scene), Some(1.0));
     assert_eq!(curvature_of(1).of(&scene), None);
     assert!(!scene.to_toml().unwrap().contains("natural_twist"));
@@ -150,6 +151,7 @@ fn piecewise_scenes_have_numbers_or_lists() {
 #[test]
 fn piecewise_parameters_are_written_by_name() {
     let all = Parameter::all(&helix());
+    // A guard against an empty list.
     assert!(all.len() > 25, "{all:?}");
     for parameter in &all {
         let text = serde_json::to_string(parameter).unwrap();

@@ -103,6 +103,7 @@ fn estimate_at_a_bound_is_a_warning() {
     let data = observe(&scene, 100);
     let bounded = Unknown::new(Parameter::YoungsModulus).bounds(1.2e8, 1e10);
     let report = fit(&scene, &data, &[bounded]);
+    // The truth is 1e8 Pa, below the lower bound.
     assert!((value(&report, Parameter::YoungsModulus) / 1.2e8 - 1.0).abs() < 1e-12, "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("bound")), "{report}");
 }

@@ -60,6 +60,7 @@ fn vector_of_another_length_is_rejected() {
         assert!(argmin::core::CostFunction::cost(&residuals, &x).is_err());
         assert!(argmin::core::Gradient::gradient(&residuals, &x).is_err());
     }
+    // Logarithms: 18 is a modulus of 6.6e7 Pa, and 1e5 overflows.
     for x in [[f64::NAN, 7.0], [1e5, 7.0], [f64::NEG_INFINITY, 7.0]] {
         assert!(residuals.residuals(&x).is_err());
         assert!(residuals.hessian_at(&x).is_err());
@@ -94,6 +95,7 @@ fn trajectory_contains_one_run_of_its_problem() {
 #[test]
 fn order_of_tracked_nodes_does_not_change_the_run() {
     let problem = short().problem().unwrap();
+    // 12 edges have the nodes 0 to 12.
     let outside = refused(Trajectory::new(&problem, &[3, 13], &[]).map(|_| ()));
     assert_eq!(outside, ["node", "13", "0 .. 12"]);
     let parameters = [Parameter::YoungsModulus];
@@ -127,6 +129,7 @@ fn invalid_call_is_rejected() {
     assert!(problem.with([(Parameter::YoungsModulus, f64::NAN)]).is_err());
     assert!(problem.with([(Parameter::Radius, -1.0)]).is_err());
     assert!(problem.stencil(Point::Node(usize::MAX)).is_err());
+    // Without nodes there is nothing to interpolate; with one node it is that node.
     assert_eq!(Stencil::<f64>::between(&[], 0.1).nodes, []);
     assert_eq!(Stencil::between(&[0.2], 0.1).nodes, [(0, 1.0)]);
     assert!(problem.modes(0, Default::default()).is_ok_and(|modes| modes.modes.is_empty()));

@@ -76,6 +76,7 @@ fn position(module: &str) -> usize {
 #[test]
 fn modules_import_in_one_direction() {
     let imports = imports();
+    // A guard against a search that finds no imports.
     assert!(imports.len() > 100 && imports["dynamics::trajectory"].contains("problem"));
     for (module, others) in &imports {
         for other in others {

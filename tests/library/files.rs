@@ -35,6 +35,7 @@ fn report_is_equal_after_reading_its_json() {
     let outcome = run.run(&problem, 50, |state| report.push(&problem, state));
     report.finish(&run, &outcome);
     let back = round_trip(&report);
+    // The start and 50 steps.
     assert_eq!((back.tip.len(), back.energy_in_words()), (51, report.energy_in_words()));
     let mut short = rodfit::dynamics::SimulationReport::new(&problem).without_series();
     let outcome = Trajectory::new(&problem, &[12], &[])

@@ -131,6 +131,7 @@ fn user_defined_measurement_is_fitted_with_others() {
         .solve()
         .unwrap();
     let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+    // The data are simulated with 1e8 Pa, without noise.
     assert!((estimate.value.unwrap() / 1e8 - 1.0).abs() < 1e-5, "{report}");
     assert_eq!(report.units, ["rad", "N m"]);
     let prediction = &report.predictions[0];

@@ -34,6 +34,7 @@ fn tip_of_a_clamped_end_is_the_end_on_every_mesh() {
         let mut run = Trajectory::new(&problem, &all, &[]).unwrap();
         run.run(&problem, 100, |now| report.push(&problem, now)).unwrap();
         let [_, x, y, z] = report.last_tip().unwrap();
+        // The place that the motion of the support prescribes at t = 0.1 s.
         assert_at_end([x, y, z], "report");
         assert_at_end(run.tip(100), "trajectory");
         assert_at_end(run.at(Point::Tip, 0.1).unwrap().0, "point");

@@ -44,6 +44,7 @@ fn solve(count: u64, bad: u64) -> FitReport {
 fn one_bad_recording_of_eight_is_reported_as_an_outlier() {
     let report = solve(8, 1);
     println!("{report}");
+    // The modulus of the seven good recordings is 1e8 Pa.
     assert!((value(&report, MODULUS) / 1e8 - 1.0).abs() < 0.01, "{report}");
     assert!(report.warning_codes.contains(&Code::OutlyingExperiment), "{report}");
     assert!(!report.warning_codes.contains(&Code::LargeResiduals), "{report}");

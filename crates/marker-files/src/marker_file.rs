@@ -149,6 +149,7 @@ impl FieldLines {
     /// Binary files, and fields that are not UTF-8 text.
     pub fn new(path: &Path, format: Format, bytes: &[u8], delimiter: u8) -> Result<Self, Error> {
         check_text(path, bytes)?;
+        // Lines may have different numbers of fields: programs write several headers.
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -285,6 +286,7 @@ impl<'a> ColumnLayout<'a> {
     /// # Errors
     /// A second column with the same quantity.
     pub fn add(&mut self, column: usize, name: &str, kind: ColumnKind) -> Result<(), Error> {
+        // A new name begins a new marker; files repeat it for each coordinate.
         let marker = self.indices.get(name).copied().unwrap_or_else(|| {
             self.indices.insert(name.into(), self.markers.len());
             let (axes, positions) = ([false; 3], Vec::new());
@@ -321,6 +323,7 @@ impl<'a> ColumnLayout<'a> {
         clock: impl Fn(usize, &FieldLine) -> Result<f64, Error>,
     ) -> Result<FrameTable, Error> {
         let lines = self.lines;
+        // z may be missing: videos have two coordinates.
         if let Some(marker) = self.markers.iter().find(|m| !m.axes[0] || !m.axes[1]) {
             let name = &marker.name;
             let message = format!(
@@ -337,6 +340,7 @@ impl<'a> ColumnLayout<'a> {
                 return Err(lines.error(line.number, message));
             }
             let now = clock(k, line)?;
+            // Clocks that stand still or go back belong to a spliced file.
             if let Some(before) = frames.last().filter(|before| before.clock >= now) {
                 let message = format!(
                     "found the time or frame {now} after {}, allowed: increasing values",
@@ -345,6 +349,7 @@ impl<'a> ColumnLayout<'a> {
                 return Err(lines.error(line.number, message));
             }
             frames.push(FrameReading { line: line.number, clock: now });
+            // Coordinates without a number stay missing.
             self.markers.iter_mut().for_each(|m| m.positions.push([None; 3]));
             for MarkerColumn { column, marker, kind } in &self.columns {
                 let own = &mut self.markers[*marker];

@@ -164,6 +164,7 @@ mod tests {
 
     #[test]
     fn tokens_are_cut_to_80_characters() {
+        // 80 characters are the limit; one more leaves out its two bytes in UTF-8.
         assert_eq!(token(&"\u{3b8}".repeat(80)), "\u{3b8}".repeat(80));
         assert_eq!(
             token(&"\u{3b8}".repeat(81)),

@@ -96,6 +96,7 @@ pub struct Converted {
 impl Recording {
     /// The position in a row of a table, m.
     pub fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
+        // Origin in the units of the file, then the factor to m, then the axes of the world.
         let origin = self.origin.unwrap_or_default();
         self.to_world(std::array::from_fn(|c| {
             let (column, factor) = axes[c]?;
@@ -120,7 +121,10 @@ impl Recording {
             let Some((column, factor)) = column else { continue };
             *own = row.values[*column].map(|value| (value, *factor, *column));
         }
+        // A blank is reported at the first stated column, because it has none of its own.
         let there = columns.iter().flatten().next().map_or(0, |(column, _)| *column);
+        // The standard deviations follow their coordinates into the axes of the world, without a
+        // sign.
         let turned = match self.axes {
             None => own,
             Some(axes) => axes.select(own),
@@ -164,6 +168,8 @@ impl Recording {
         for ((slot, column), axis) in columns.iter_mut().zip(found).zip(axes) {
             let (Some(column), Some((_, own))) = (column, axis) else { continue };
             let factor = match &table.columns[column].1 {
+                // A column without a unit has that of its coordinate; an axis that points down
+                // has a negative factor.
                 None => own.abs(),
                 Some(_) => self.axis(table, column)?.abs(),
             };
@@ -205,6 +211,7 @@ impl Recording {
     ///
     /// A marker that is not in the file, or several markers without a stated one.
     pub fn select_marker<'a>(&self, file: &'a MarkerFile) -> Result<&'a MarkerData, Error> {
+        // Two markers may differ in the case of their names only: an exact match has priority.
         let exact = |name: &String| file.markers.iter().any(|m| m.name == *name);
         let is_exact = self.marker.as_ref().is_some_and(exact);
         let own = |m: &&MarkerData| match &self.marker {
@@ -250,6 +257,8 @@ impl Recording {
                            and for files of tracking programs";
             return Err(refused(message.into()));
         }
+        // The clock begins at time_zero; without it at the first frame number, or at the zero of
+        // the times.
         let start = self.time_zero.unwrap_or(match file.clock {
             Clock::Time(_) => 0.0,
             Clock::Frames { first, .. } => first,
@@ -257,6 +266,7 @@ impl Recording {
         if !start.is_finite() {
             return Err(refused(format!("found time_zero = {start}, allowed: a finite number")));
         }
+        // Frame numbers need a rate, from the file or from fps, and never from both.
         let rate = match (file.clock, self.fps) {
             (Clock::Time(_), None) => None,
             (Clock::Frames { rate: Some(rate), .. }, None) => Some(rate),
@@ -292,6 +302,7 @@ impl Recording {
             (Clock::Time(unit), None) => (clock - start) * unit,
             (Clock::Frames { .. }, None) => f64::NAN,
         };
+        // Meters per unit: of the file where it names the unit, otherwise of the key scale.
         let factor = match (file.lengths, self.scale) {
             (_, Some(scale)) if !(scale.is_finite() && scale > 0.0) => {
                 return Err(refused(format!("found scale = {scale}, allowed: a number above 0")));
@@ -315,6 +326,7 @@ impl Recording {
             }
             (LengthUnit::Calibrated, scale) => scale.unwrap_or(1.0),
         };
+        // Pixels need a direction of y: images count downward, drawings upward.
         let down = match (self.y, file.lengths) {
             (Some(y), _) => y == Vertical::Down,
             (None, LengthUnit::Pixels { down: Some(down) }) => down,
@@ -333,6 +345,7 @@ impl Recording {
         let origin = self.origin.unwrap_or_default();
         self.check_origin(marker.axes).map_err(refused)?;
         self.check_axes(marker.axes).map_err(refused)?;
+        // A limit of the confidence is an error in files without confidences.
         let least = match (self.likelihood, &marker.likelihood) {
             (None, _) => None,
             (Some(least), Some(confidence)) if (0.0..=1.0).contains(&least) => {
@@ -349,6 +362,7 @@ impl Recording {
                 return Err(refused(message));
             }
         };
+        // The y axis of an image points down: its sign changes.
         let factors = [factor, if down { -factor } else { factor }, factor];
         let position = |(k, position): (usize, &[Option<f64>; 3])| {
             // A position without a confidence is uncertain.
@@ -402,6 +416,8 @@ impl Recording {
     pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
+        // One column is the clock, or two: a time and a frame number, of which fps selects the
+        // second.
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
         let clocks: Vec<usize> = clocks.collect();
         let time = match clocks[..] {
@@ -452,6 +468,7 @@ impl Recording {
                                 a column only. Remove the key",
             ));
         }
+        // An origin along a coordinate that the table does not have is an error.
         let in_table = ["x", "y", "z"].map(|name| table.find(name).is_some());
         self.check_origin(in_table).map_err(|message| table.error(1, &message))?;
         for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
@@ -540,6 +557,7 @@ impl Recording {
             (false, _) => table.factor(column, &LENGTHS, ", px")?,
         };
         match (name.as_str(), self.y) {
+            // Only y changes its sign with the direction of the vertical axis.
             ("y", Some(Vertical::Down)) => Ok(-factor),
             ("y", None) if pixels => {
                 let message = "found `y` in pixels, allowed: pixels with the direction of y. Set \

@@ -49,6 +49,7 @@ fn exports_of_one_motion_are_equal_in_seconds_and_meters() {
         let tip = read(&path, &recording).unwrap();
         assert_eq!(tip, read_several(&path, &recording, ["tip"]).unwrap()[0], "{name}");
         for (k, (time, position)) in tip.times.iter().zip(&tip.positions).enumerate() {
+            // The motion of all exports: frame k at 0.01 k s, x = k mm, y = 5 mm.
             let k = k as f64;
             let [x, y] = [position[0].unwrap(), position[1].unwrap()];
             let error = [time - 0.01 * k, x - 1e-3 * k, y - 5e-3].map(f64::abs);
@@ -65,6 +66,7 @@ fn standard_deviations_are_in_meters_of_observed_coordinates() {
     let path = written(&folder, "tip.csv", text);
     let sigma = Some(marker_files::SigmaColumns::All("s".into()));
     let tip = read(&path, &Recording { sigma, ..Recording::default() }).unwrap();
+    // The column s is in mm: 2 for x of the first row, 3 for x and y of the third.
     assert_eq!(tip.sigmas, [2e-3, 3e-3, 3e-3]);
     assert_eq!((tip.times, tip.dropped.empty), (vec![0.0, 2.0], 1));
 }

@@ -36,6 +36,7 @@ struct Capacity {
 }
 
 impl Capacity {
+    /// The capacity of so many `bytes`: 4/7 for states, 3/7 for simulations, each at least 2.
     fn of<R: Rod<f64>>(simulation: &Simulation<f64, R>, bytes: usize) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
@@ -64,6 +65,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
     /// The first checkpoint of a run of about so many steps, with so many bytes in all.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Capacity::of(simulation, bytes);
+        // All states where they fit; otherwise they are recomputed from checkpoints.
         let states = match steps <= room.states {
             true => vec![simulation.state().clone()],
             false => Vec::new(),
@@ -74,6 +76,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
 
     /// Stores the state after a step.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) {
+        // The times are stored in any case: recomputed steps end at the same times.
         self.times.push(simulation.state().time);
         let count = self.times.len();
         if (1..=self.room.states).contains(&self.states.len()) {
@@ -96,6 +99,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
     /// # Errors
     /// Those of `visit`, and of a step.
     pub fn reverse(&self, visit: &mut StepVisitor<'_, R>) -> Result<(), Error> {
+        // One simulation linearizes all steps, from the states before and after each.
         let mut linear = self.start().clone();
         linear.keep_tangent();
         if !self.states.is_empty() {
@@ -103,6 +107,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
         } else {
             let ends = self.starts[1..].iter().map(|(k, _)| *k).chain([self.times.len()]);
             let stretches: Vec<_> = self.starts.iter().zip(ends).collect();
+            // Stretches between checkpoints, the last one first.
             for ((first, start), end) in stretches.into_iter().rev() {
                 self.reverse_over(start.clone(), *first..end, &mut linear, visit)?;
             }
@@ -122,6 +127,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
             let [before, after] = pair else { continue };
             visit(after, linear.linearized(before, after)?.as_ref())?;
         }
+        // Without stored states the run is repeated once, forward.
         if self.states.is_empty() {
             for time in &self.times {
                 linear.step_to(*time)?;
@@ -141,6 +147,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
         visit: &mut StepVisitor<'_, R>,
     ) -> Result<(), Error> {
         let stretch = self.room.stretch(steps.len());
+        // Short enough: all states of the range are recomputed and visited backwards.
         if steps.len() <= stretch {
             let mut states = vec![simulation.state().clone()];
             for time in &self.times[steps] {
@@ -149,6 +156,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
             }
             return visit_backwards(&states, linear, visit);
         }
+        // Too long: a second level of checkpoints inside the range.
         let mut starts = Vec::new();
         for k in steps.clone() {
             if (k - steps.start).is_multiple_of(stretch) {

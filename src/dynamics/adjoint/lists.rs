@@ -112,6 +112,8 @@ pub fn add_natural_strains<M: Model>(
         }
     });
     let places = discretized.setup.mesh.places();
+    // One rod with a unit derivative along all entries of a list contains the derivative of every
+    // joint.
     for list in lists {
         let in_list = |p| NaturalStrains::of(p).is_some_and(|(own, _)| own == list);
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(in_list(p))));
@@ -121,6 +123,8 @@ pub fn add_natural_strains<M: Model>(
         let joints = <M::Rod<f64> as Transposed>::along_joints(&rates, laws);
         let mut by_place: Vec<f64> = Vec::new();
         for (i, joint) in joints.iter().enumerate() {
+            // A joint between two entries interpolates them: its derivative is shared by their
+            // weights.
             for (place, weight) in list.shares(discretized.scene(), i + 1, &places) {
                 by_place.resize(by_place.len().max(place + 1), 0.0);
                 by_place[place] += weight * joint;

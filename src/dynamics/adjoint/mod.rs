@@ -135,6 +135,7 @@ impl Reversible {
 
     /// The run whose derivatives by these parameters are computed, where it is another one.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
+        // Damping times of zero: derivatives are those of a run with a trace of viscosity.
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
         let ((steps, bytes), tracked) = (self.requested, self.trajectory.record().tracked());
         Self::run_within(&problem, &tracked, steps, bytes).map(Some)
@@ -222,6 +223,8 @@ fn along<M: Model>(
 where
     M::Rod<f64>: Transposed,
 {
+    // All components of the direction in one dual number: one forward derivative, however many
+    // parameters.
     let components: HashMap<Parameter, f64> = direction.iter().copied().collect();
     let seed = |p, value| Dual64::new(value, components.get(&p).copied().unwrap_or(0.0));
     let dual = discretized.simulation_over::<Dual64>(seed)?;
@@ -229,6 +232,7 @@ where
     let (tracked, times) = (record.tracked(), record.times());
     let mut motions = Vec::with_capacity(record.motions().len());
     let mut row = 0;
+    // Forward over the stored states, with the derivative of every step.
     checkpoints.forward(&mut |state, step| {
         step.map_or(Ok(()), |step| sensitivities.advance_over(step))?;
         if times.get(row) == Some(&state.time) {
@@ -325,17 +329,21 @@ where
     M::Rod<f64>: Transposed,
 {
     let start = checkpoints.start();
+    // Strains with times of their own need more terms in the transposed step.
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
     let apart = start.damping().additional_times().iter().any(|time| *time != 0.0)
         || parameters.iter().any(|parameter| own.contains(parameter));
     let moments = parameters.iter().any(|parameter| parameter.is_moment());
     let mut supports = moving_supports(discretized, checkpoints, &requested);
     let frames = frame_count(discretized.model, start.rod());
+    // Derivatives of the misfit by the state, at the end of the run: zero.
     let mut by_state = StateRates::zeros(start, frames);
     let mut by_parameters = ParameterSlopes::zeros(start, moments);
     let mut room = StepWorkspace::new(by_state.q.len(), Vec::new());
     let (tracked, times) = (record.tracked(), record.times());
     let mut row = times.len();
+    // Reverse sweep: the slopes of a record are added where its time is reached, then the
+    // transposed step.
     checkpoints.reverse(&mut |state, step| {
         if row > 0 && times[row - 1] == state.time {
             row -= 1;
@@ -348,6 +356,8 @@ where
         let map = StepMap::transposed(step, frames, apart);
         map.apply_transposed(&mut by_state, &mut by_parameters, &mut supports, &mut room)
     })?;
+    // At the start: derivatives by the initial state and the numbers of the simulation become the
+    // gradient.
     let by_start = start::ByStart { start, state: by_state, parameters: by_parameters, supports };
     start::gradient(discretized, by_start, (requested, parameters))
 }
@@ -381,6 +391,7 @@ where
     let start = checkpoints.start();
     let frames = still_frames(frame_count(discretized.model, start.rod()));
     let mut supports = MovingSupports::new(start.boundary_motion(), frames);
+    // Only parameters that move a support need its motion over dual numbers.
     if supports.have_numbers() {
         for (k, parameter) in &requested.single {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));

@@ -48,6 +48,7 @@ where
             gradient[*k] += by_start.parameters.product(by_start.start.rod(), &rates);
         }
     }
+    // Parameters that move supports have summed their part during the sweep.
     for (k, sum) in by_start.supports.sums() {
         gradient[k] += sum;
     }
@@ -65,6 +66,7 @@ where
 {
     let initial = &discretized.scene().initial;
     let (state, rod, free) = (start.state(), start.rod(), start.free());
+    // An initial equilibrium depends on the laws too; a perturbation would in another way.
     let rests = match initial.state {
         _ if initial.perturbation != 0.0 => return None,
         InitialState::Rest => false,
@@ -72,6 +74,7 @@ where
         _ => return None,
     };
     let mut d = vec![0.0; state.q.len()];
+    // Initial forces n0, and accelerations a0 = -n0/m.
     for i in free.clone() {
         d[i] = by_state.unbalanced[i][0];
         if !state.acceleration.is_empty() {
@@ -91,6 +94,7 @@ where
         rod.add_to_laws(&along, strained, &mut laws);
     };
     add(&d);
+    // Equilibrium n(q, p) = 0: dq = -K^-1 dn, transposed as one more solve with K.
     if rests {
         let n = d.len();
         let (mut gradient, mut tangent) = (vec![0.0; n], rod.zero_tangent());

@@ -41,6 +41,7 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
     fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameters = ParameterRates::new(simulations)?;
         let mut state = StateRates::new::<R>(simulations);
+        // Elastic rods have no internal variables: their derivatives need not be carried.
         if !simulations.iter().any(|simulation| depends_on_history::<R>(simulation)) {
             state.internal = InternalVariables::default();
         }
@@ -63,16 +64,19 @@ trait LaneGroup<R: Sensitive>: Send + Sync {
 }
 
 impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
+    /// dq/dp and dv/dp of the parameter in a lane and unknown `i`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2] {
         [self.state.q[i][lane], self.state.v[i][lane]]
     }
 
+    /// The frames `now` with their derivatives along the parameter in a lane.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64> {
         let mut dual = self.dual_frames[lane].clone();
         set_dual_frames(now, &self.state.frames, lane, &mut dual);
         dual
     }
 
+    /// Moves the derivatives over a step.
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         StepMap::new(step).apply(&self.parameters, &mut self.state, &mut self.room)
     }
@@ -88,6 +92,7 @@ struct LanePlace {
 /// The derivatives of a simulation's state with respect to parameters.
 pub struct Sensitivities<R: Sensitive>(SensitivityMethod<R>);
 
+/// The method by which the derivatives of a state follow from those before a step.
 enum SensitivityMethod<R: Sensitive> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
@@ -107,6 +112,8 @@ fn add_groups<R: Sensitive>(
 ) -> Option<()> {
     while !order.is_empty() {
         let own: Vec<&DualSimulation<R>> = order.iter().map(|k| &simulations[*k]).collect();
+        // As many lanes as possible, because a solve with four right-hand sides costs little more
+        // than with one.
         let (group, count): (Box<dyn LaneGroup<R>>, usize) = match &own[..] {
             [a, b, c, d, ..] => (Box::new(Implicit::new([*a, *b, *c, *d])?), 4),
             [a, b, ..] => (Box::new(Implicit::new([*a, *b])?), 2),
@@ -135,6 +142,7 @@ impl<R: Sensitive> Sensitivities<R> {
     /// The derivatives at the start of simulations, whose numbers contain those along one parameter each. Parameters along
     /// which stresses depend on the history of strains are in groups apart from the others.
     pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
+        // A parameter without history would pay for that of its neighbors in the same group.
         let parts: (Vec<usize>, Vec<usize>) =
             (0..simulations.len()).partition(|k| depends_on_history::<R>(&simulations[*k]));
         let mut places = vec![LanePlace { group: 0, lane: 0 }; simulations.len()];
@@ -143,6 +151,7 @@ impl<R: Sensitive> Sensitivities<R> {
             .and_then(|()| add_groups(&parts.1, &simulations, &mut groups, &mut places));
         match grouped {
             Some(()) => Self(SensitivityMethod::Implicit(groups, places)),
+            // Explicit schemes and Rosenbrock: the same steps in dual numbers.
             None => Self(SensitivityMethod::Direct(simulations)),
         }
     }
@@ -212,6 +221,7 @@ impl<R: Sensitive> Sensitivities<R> {
     /// Those of [`Simulation::step_to`].
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         let SensitivityMethod::Direct(duals) = &mut self.0 else { return simulation.step_to(time) };
+        // The plain state is the real part of the first dual simulation: one step less.
         if let Some(dual) = duals.first_mut() {
             dual.step_to(time).inspect_err(|_| simulation.stay())?;
             simulation.adopt(dual);
@@ -224,6 +234,7 @@ impl<R: Sensitive> Sensitivities<R> {
         simulation.step_back();
         if let SensitivityMethod::Direct(duals) = &mut self.0
             && let Some(dual) = duals.first_mut()
+            // A step that failed has not moved it.
             && dual.state().time > simulation.state().time
         {
             dual.step_back();
@@ -257,6 +268,7 @@ impl<R: Sensitive> Sensitivities<R> {
             }
             SensitivityMethod::Direct(duals) => {
                 let time = simulation.state().time;
+                // The first one is already there.
                 let behind = duals.iter_mut().filter(|dual| dual.state().time < time);
                 behind.into_iter().try_for_each(|dual| dual.step_to(time))
             }

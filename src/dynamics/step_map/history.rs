@@ -50,6 +50,7 @@ fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
 impl<R: Sensitive> StepMap<'_, R> {
     /// The coefficients of the step with the derivative that the scheme's parameter contains.
     pub fn coefficients(&self, parameter: Dual64) -> StepCoefficients<Dual64> {
+        // Coefficients in dual numbers only where the parameter of the scheme has a derivative.
         match parameter.eps == 0.0 {
             true => self.step.coefficients(parameter.re).map(Dual64::from),
             false => self.step.coefficients(parameter),
@@ -66,6 +67,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         of(&self.coefficients(parameter), &damping)
     }
 
+    /// The factors of the effective strains at the end of the step, or at the start of the next.
     fn form(&self, moment: HistoryMoment) -> HistoryForm {
         HistoryForm::new(&self.memory(moment, COUNT), |x| x.re)
     }
@@ -91,6 +93,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         effective: &mut EffectiveStrains<G>,
     ) {
         let history = self.history(moment);
+        // s = f1 s1 + f0 s0 + fr r0 + fz z0, the strain that the elastic stiffness multiplies.
         let (count, [s1, s0, r0, z0], [f1, f0, fr, fz]) = (history[0].len(), history, form.all);
         effective.natural = !self.averages;
         let values = &mut effective.values;
@@ -102,6 +105,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         for (value, z) in values.iter_mut().zip(z0) {
             *value += fz * z;
         }
+        // Stretching, bending and twisting may have damping times beside the common one.
         effective.own.clear();
         if has_own_times {
             effective.own.extend((0..s1.len()).map(|i| {
@@ -119,8 +123,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         internal: &InternalVariables<Lanes<G>>,
         room: &mut HistoryWorkspace<G>,
     ) {
+        // At fixed unknowns strains change with the rest lengths only.
         room.rest.resize(internal.strain.len(), Lanes::ZERO);
         R::rest_strain_rates(&parameters.laws, self.step.end, &mut room.rest);
+        // The springs slip with the strain itself, the stress follows from its multiple f1 s1.
         room.strain.clone_from(&room.rest);
         self.slide(parameters, internal, room);
         let form = self.form(HistoryMoment::End);
@@ -138,6 +144,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         state: &mut StateRates<G>,
         room: &mut HistoryWorkspace<G>,
     ) {
+        // All of the strain now: by rest lengths, and by the unknowns, whose derivatives are
+        // known.
         room.strain.clone_from(&room.rest);
         self.step.rod.add_strain_rates(&state.frames, self.step.end, &state.q, &mut room.strain);
         self.slide(parameters, &state.internal, room);
@@ -146,11 +154,14 @@ impl<R: Sensitive> StepMap<'_, R> {
         let (now, count) = (&room.strain[..], room.strain.len());
         let (then, rate) = (&mut internal.strain[..count], &mut internal.strain_rate[..count]);
         for i in 0..count {
+            // The mean rate over this step is the rate before the next one.
             rate[i] = (now[i] - then[i]) * by_h;
             then[i] = now[i];
         }
         internal.slid.copy_from_slice(&room.slid);
 
+        // The tangent with the elastic stiffness has the strains by unknowns with the factor 1.
+        // Left here are f1 - 1 of them, and f1 of the strains by rest lengths.
         let form = self.form(HistoryMoment::NextStart);
         let beyond = form.all[0] - 1.0;
         for (rate, rest) in room.strain.iter_mut().zip(&room.rest) {
@@ -178,6 +189,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         for (slid, (now, then)) in slid.iter_mut().zip(changes) {
             *slid = *slid + *now - *then;
         }
+        // With slip the stretch stays at its limit, whose derivative replaces that part.
         self.step.rod.slip_rates(&parameters.laws, z, slid);
     }
 
@@ -194,6 +206,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         let by_time = parameters.numbers[RELAXATION];
         for (i, z) in relaxing.iter_mut().enumerate() {
             let change = now.strain[i] - before.strain[i];
+            // z1 = left z0 + taken (s1 - s0), by z0, by the strains, and by the relaxation time
+            // in both factors.
             *z = *z * left.re
                 + by_time * left.eps * before.relaxing[i]
                 + (strain[i] - start[i]) * taken.re
@@ -231,14 +245,17 @@ impl<R: Sensitive> StepMap<'_, R> {
             (&internal.strain[..count], &internal.strain_rate[..count]);
         let (s1, s0, r0) = (&history[0][..count], &history[1][..count], &history[2][..count]);
         let strain = &strain[..];
+        // By s1, s0 and r0, with the factors of the form.
         for i in 0..count {
             rates[i] = strain[i] + own_strains[i] * f0 + own_rates_0[i] * fr;
         }
         own_rates.clear();
+        // The same for the strains with times of their own.
         own_rates.extend((0..own.len()).map(|i| {
             let own = &form.own[self.step.rod.kind(i)];
             rest[i] * own[0] + internal.strain[i] * own[1] + internal.strain_rate[i] * own[2]
         }));
+        // By the damping numbers and the parameter of the scheme, which the factors depend on.
         for (place, along) in parameters.numbers.iter().enumerate() {
             if *along == Lanes::ZERO || place == MASS {
                 continue;
@@ -258,9 +275,12 @@ impl<R: Sensitive> StepMap<'_, R> {
                 *rate += *along * sum;
             }
         }
+        // By the stretch of the Maxwell springs.
         for (i, z) in internal.relaxing.iter().enumerate() {
             rates[i] += by_relaxing * history[3][i] + *z * fz;
         }
+        // Springs of internal friction add g K z: the stretch counts as a strain with the factor
+        // g.
         if let Some(friction) = &self.step.damping.friction {
             let start = count - slid.len();
             for (i, (z, rate)) in self.step.after.internal.slid.iter().zip(&*slid).enumerate() {
@@ -289,16 +309,20 @@ impl<R: Transposed> StepMap<'_, R> {
         let internal = &mut state.internal;
         let has_history = !internal.strain.is_empty();
         let form = has_history.then(|| self.form(moment));
+        // Without a history the stress follows from the strains at the end alone.
         match &form {
             Some(form) => self.set_effective(moment, form, self.has_own_times, effective),
             None => self.step.end.write_strains(&mut effective.values),
         }
         along.resize(effective.values.len(), 0.0);
+        // The force along d is the stress times the strain along d: w . (ds/dq d).
         strained(rod, self.step.end, &self.still, d, along);
         let EffectiveStrains { values, own, .. } = effective;
         let of_strains = Strained { strains: values, own, counted: has_history };
         rod.add_to_laws(along, of_strains, &mut slopes.laws);
         let Some(form) = form else { return };
+        // By the effective strain: K times that strain, and from it by s0, r0, z0 with the
+        // factors of the form.
         rod.stiffened(along, true, by_strain);
         by_own.clear();
         if self.has_own_times {
@@ -313,12 +337,15 @@ impl<R: Transposed> StepMap<'_, R> {
             to.iter_mut().zip(&*by_strain).for_each(|(to, by)| to.0[0] += factor * by);
         }
         let (mut sums, mut own_sums) = ([0.0; 4], [[0.0; 3]; 3]);
+        // By the factors of the form, for the numbers that they depend on.
         for (sum, list) in sums.iter_mut().zip(history) {
             *sum = list.iter().zip(&*by_strain).map(|(x, by)| x * by).sum();
         }
+        // By the rest length l0 of an edge: ds/dl0 = -(1 + s)/l0.
         for (i, rest) in slopes.laws.rest.iter_mut().enumerate() {
             *rest -= (1.0 + history[0][i]) * (form.all[0] * by_strain[i]);
         }
+        // The same through the strains with times of their own.
         for (i, by) in by_own.iter().enumerate() {
             let kind = rod.kind(i);
             let own = &form.own[kind];
@@ -329,6 +356,7 @@ impl<R: Transposed> StepMap<'_, R> {
                 *rest -= (1.0 + history[0][i]) * (own[0] * by);
             }
         }
+        // By the damping numbers: the derivatives of the factors times the sums above.
         for place in 0..COUNT {
             let slope = self.form_slope(moment, place);
             let all = slope.all.iter().zip(sums);
@@ -355,12 +383,14 @@ impl<R: Transposed> StepMap<'_, R> {
         for i in 0..now.strain.len() {
             let change = now.strain[i] - before.strain[i];
             let mut by_change = strain_rate[i].0[0] / self.nodal.h();
+            // z1 = left z0 + taken (s1 - s0), transposed.
             if let Some(Lanes([z])) = relaxing.get_mut(i) {
                 by_change += taken.re * *z;
                 by_relaxation[0] += before.relaxing[i] * *z;
                 by_relaxation[1] += change * *z;
                 *z *= left.re;
             }
+            // The rate (s1 - s0)/h depends on both strains, with opposite signs.
             let by_end = strain[i].0[0] + by_change;
             (strain[i], strain_rate[i]) = (Lanes([-by_change]), Lanes::ZERO);
             by_strain[i] = by_end;

@@ -51,6 +51,7 @@ pub struct NodalEquations {
     by_end: f64,
 }
 
+/// The sum of the products of factors with displacement, velocity and acceleration of an unknown.
 #[inline(always)]
 fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]

@@ -106,6 +106,7 @@ impl StateRates<1> {
     }
 }
 
+/// The inner product `a.b`.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -76,8 +76,7 @@ pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
-    /// The stepper of a scheme with its parameter, for a rod that starts in `state`. The length, m,
-    /// is the scale of the tolerance.
+    /// The stepper of a scheme for a rod that starts in `state`.
     pub fn new(
         (scheme, beta): (Scheme, D),
         system: &System<D, R>,

@@ -17,7 +17,9 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::rod::{FactorsOf, Rod, State};
 
+/// Number of stages of rodas4.
 const STAGES: usize = 6;
+/// Diagonal coefficient of rodas4.
 const GAMMA: f64 = 0.25;
 /// Weights of earlier stages in the place of the forces of a stage; the last row is the end of the step.
 const PLACE: [&[f64]; STAGES + 1] = [
@@ -29,6 +31,7 @@ const PLACE: [&[f64]; STAGES + 1] = [
     &[FIFTH[0], FIFTH[1], FIFTH[2], FIFTH[3], 1.0],
     &[FIFTH[0], FIFTH[1], FIFTH[2], FIFTH[3], 1.0, 1.0],
 ];
+/// Weights of the first four stages at the place of the fifth.
 const FIFTH: [f64; 4] =
     [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895];
 /// Weights of earlier stages, over the step size, in the right-hand side of a stage.
@@ -75,6 +78,11 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
+    /// Advances `state` over a step of rodas4: one factorization of `M (1 + a damping) + a^2 K` with `a = gamma h`, and six solves
+    /// with it.
+    ///
+    /// # Errors
+    /// [`Singular`] if that matrix is.
     pub(crate) fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -84,11 +92,14 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         let System { rod, derivatives, free, damping, .. } = step.system;
         let (mass, a) = (rod.mass(), GAMMA * step.h);
         let damped = damping.mass * a + 1.0;
+        // One tangent and one factorization serve all six stages.
         work.tangents += 1;
         work.factorizations += 1;
         work.gradients += STAGES - 1;
+        // Matrix M (1 + a c) + a^2 K at the start of the step.
         rod.tangent(&state.q, &state.frames, *derivatives, &mut self.gradient, &mut self.tangent);
         self.factors.factor_sum(mass, damped, &self.tangent, D::from(a * a), free.clone())?;
+        // Stages: place from the earlier increments, forces there, increments of this stage.
         for stage in 0..STAGES {
             self.move_to(PLACE[stage], state);
             if stage > 0 {
@@ -96,6 +107,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
             }
             self.solve(stage, step, damped);
         }
+        // End of the step: the scheme is stiffly accurate, so that the last row of places is its
+        // result.
         self.move_to(PLACE[STAGES], state);
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
@@ -126,6 +139,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         // r in w, and s/M in u.
         w.copy_from_slice(&self.v);
         u.fill(D::from(0.0));
+        // Sums of earlier stages over the step size, on the right-hand sides of both equations.
         for ((rate, from_u), from_w) in RATE[stage].iter().zip(earlier_u).zip(earlier_w) {
             let rate = rate / step.h;
             for ((u, w), (from_u, from_w)) in
@@ -136,12 +150,14 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
             }
         }
         let mass = step.system.rod.mass();
+        // The velocities are eliminated: one system of the size of the unknowns.
         for i in step.system.free.clone() {
             let s = mass[i] * (u[i] - step.system.damping.mass * self.v[i]) - self.gradient[i];
             u[i] = s * (a * a) + mass[i] * w[i] * damped * a;
         }
         self.factors.solve(u);
         let by_a = 1.0 / a;
+        // Back substitution: w = u/a - r.
         for i in step.system.free.clone() {
             w[i] = u[i] * by_a - w[i];
         }

@@ -23,6 +23,7 @@ const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
 
 /// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
 const PEFRL: Composition = {
+    // The three numbers of the paper, all of them to 16 digits.
     const XI: f64 = 0.178_617_895_844_809_1;
     const LAMBDA: f64 = -0.212_341_831_062_605_4;
     const CHI: f64 = -0.066_264_582_669_818_5;
@@ -66,9 +67,11 @@ impl<D: Scalar> Splitting<D> {
         self.kick(kicks[0], step, state);
         for (kick, drift) in kicks[1..].iter().zip(*drifts) {
             let State { q, frames, v, unbalanced, .. } = &mut *state;
+            // Drift: constant velocities.
             for (q, v) in q.iter_mut().zip(v) {
                 *q += *v * (drift * step.h);
             }
+            // Without a kick no forces are needed: only the frames move.
             if *kick == 0.0 {
                 R::rebase(frames, q);
             } else {
@@ -85,12 +88,15 @@ impl<D: Scalar> Splitting<D> {
         let (h, free) = (weight * step.h, step.system.free.clone());
         let forces = state.unbalanced[free.clone()].iter().zip(&self.inverse_mass[free.clone()]);
         let all = state.v[free].iter_mut().zip(forces);
+        // Without damping the exponential factors are 1: v -= h g/m.
         if step.system.damping.mass.value() == 0.0 && D::ORDER == 0 {
             for (v, (gradient, by_mass)) in all {
                 *v -= *gradient * *by_mass * h;
             }
         } else {
             let x = step.system.damping.mass * h;
+            // Exact solution of dv/dt = -g/m - c v over the part h: v e^(-ch) - (g/m) (1 -
+            // e^(-ch))/c.
             let (decay, push) = ((-x).exp(), phi1(x) * h);
             for (v, (gradient, by_mass)) in all {
                 *v = *v * decay - *gradient * *by_mass * push;

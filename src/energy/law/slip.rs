@@ -65,6 +65,7 @@ struct Stretched<D, const S: usize> {
 }
 
 impl<D: Scalar, const S: usize> Stretched<D, S> {
+    /// The pull, size and reduction of a stretch `z` without slip, under the elastic stiffness and the limit of the stretch.
     fn new<K: Symmetric<D, S>>(elastic: &K, z: &[D; S], limit: D) -> Self {
         let pull: [D; S] = elastic.times(z);
         let squared = product(z, &pull) / elastic.mean();

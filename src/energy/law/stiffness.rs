@@ -71,6 +71,8 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
     {
         let zero = T::from(0.0);
         let (mut scaled, mut s, mut lower, mut pivots) = ([[zero; S]; S], *w, [[zero; S]; S], *w);
+        // L D L' of a matrix of one or three rows, without pivoting: stiffnesses are positive
+        // definite.
         for (k, [r, c]) in Self::PLACES.iter().copied().enumerate() {
             scaled[c][r] = self.entry(k);
         }
@@ -85,6 +87,7 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
                 s[r] -= lower[r][k] * s[k];
             }
         }
+        // Back substitution with D L'.
         for r in (0..S).rev() {
             s[r] /= pivots[r];
             for c in r + 1..S {
@@ -98,16 +101,19 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
 impl<T: StiffnessEntry> Symmetric<T, 1> for [T; 1] {
     const PLACES: &'static [[usize; 2]] = &[[0, 0]];
 
+    /// Entry `k`, in the order of `PLACES`.
     #[inline(always)]
     fn entry(&self, _: usize) -> T {
         self[0]
     }
 
+    /// The matrix with these entries.
     #[inline(always)]
     fn from_entries(mut entry: impl FnMut(usize) -> T) -> Self {
         [entry(0)]
     }
 
+    /// The product with `s`.
     #[inline(always)]
     fn times<U: Copy, V: Add<Output = V>>(&self, s: &[U; 1]) -> [V; 1]
     where
@@ -132,12 +138,14 @@ pub struct Stiffness<D> {
 impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
     const PLACES: &'static [[usize; 2]] = &[[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
 
+    /// Entry `k`, in the order of `PLACES`.
     #[inline(always)]
     fn entry(&self, k: usize) -> T {
         let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
         [b11, b12, c1, b22, c2, self.twist][k]
     }
 
+    /// The matrix with these entries.
     #[inline(always)]
     fn from_entries(mut entry: impl FnMut(usize) -> T) -> Self {
         Self {
@@ -147,6 +155,7 @@ impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
         }
     }
 
+    /// The product with `s`.
     #[inline(always)]
     fn times<U: Copy, V: Add<Output = V>>(&self, s: &[U; 3]) -> [V; 3]
     where

@@ -93,11 +93,14 @@ impl CandidateDesigns {
                 let rows = first..first + measurement.values();
                 blocks.push(CandidateRows { experiment: e, index, kind, measurement, rows });
             };
+            // The planned measurements come first: the rows of the plan are those that are not
+            // candidates.
             for (index, measurement) in experiment.measurements.iter().enumerate() {
                 add(index, CandidateKind::Planned, measurement.clone());
             }
             for (index, measurement) in experiment.measurements.iter().enumerate() {
                 let Some(observation) = &measurement.observation() else { continue };
+                // Positions are simulated for the first recordings only: each has ten.
                 if moved < MOST_MOVED {
                     moved += 1;
                     for s in marker_positions(experiment, observation)? {
@@ -106,6 +109,8 @@ impl CandidateDesigns {
                         add(index, CandidateKind::MarkerPosition(s), moved.into());
                     }
                 }
+                // Later and intermediate frames are rows of the same run, and cost almost
+                // nothing.
                 for (kind, frames) in additional_frames(experiment, observation) {
                     add(index, kind, frames.into());
                 }

@@ -182,6 +182,7 @@ impl FieldReport {
         if !self.converged {
             warnings.push("no minimum was reached. The values are the best so far".into());
         }
+        // Standard errors assume the stated sigma: residuals far from it make them wrong.
         let ratio = self.normalized_residual_rms;
         if !(USUAL_RMS[0]..USUAL_RMS[1]).contains(&ratio) {
             let fault = match ratio > 1.0 {

@@ -101,6 +101,7 @@ impl FieldSearch<'_> {
 
     /// Simulates the rod with the parameters at `z`, until the last sample.
     fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
+        // Same layout for all values, so that the residuals are smooth.
         let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
         let rows = self.observation_rows(&problem);
         let (time, mut tracked) = (problem.time()?, Vec::new());

@@ -124,6 +124,8 @@ impl Header {
         self.sigma = Some(*first);
         self.sigma_factors.clear();
         if sigmas.iter().any(|sigma| sigma != first) {
+            // Mean information 1/sigma^2: the factors over that sigma keep the sum of the
+            // weights.
             let information = sigmas.iter().map(|s| (s * s).recip()).sum::<f64>();
             let sigma = (information / sigmas.len() as f64).sqrt().recip();
             self.sigma = Some(sigma);
@@ -352,6 +354,8 @@ impl dyn DataKind + '_ {
             let values = values.map(|(index, abscissa)| CoordinateValue { index, abscissa });
             return vec![Coordinate { axis, values: values.collect() }];
         }
+        // Residuals are stored point by point; tests and plots need them coordinate by
+        // coordinate.
         let mut axes = ["x", "y", "z"].map(|axis| Coordinate { axis, values: Vec::new() });
         let mut index = 0;
         for (abscissa, position) in abscissas.zip(self.positions()) {

@@ -90,38 +90,47 @@ impl ModeFrequencies {
 }
 
 impl DataKind for ModeFrequencies {
+    /// Name of the table of a fit file for this kind.
     fn table(&self) -> &'static str {
         "frequencies"
     }
 
+    /// The file, or a name of the data without a file.
     fn label(&self, _header: &Header) -> String {
         format!("the frequencies{}", self.among.words())
     }
 
+    /// Quantity on the abscissa of plots.
     fn abscissa(&self) -> Abscissa {
         Abscissa::Mode
     }
 
+    /// Abscissa of every point.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.values.iter().map(|f| f.mode as f64).collect()
     }
 
+    /// Name of the axis of scalars; none of positions.
     fn axis(&self) -> Option<&'static str> {
         Some("f")
     }
 
+    /// The scalars; empty for positions.
     fn scalars(&self) -> Vec<f64> {
         self.values.iter().map(|f| f.rad_s).collect()
     }
 
+    /// Mutable references to the scalars.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.values.iter_mut().map(|f| &mut f.rad_s).collect()
     }
 
+    /// Typical size of the measured effect: the spread of a motion, the deflection of a shape, a typical frequency.
     fn size(&self, _problem: &Problem) -> f64 {
         self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
     }
 
+    /// Rejects values that cannot be compared with the problem.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
         self.among.check(problem, key)?;
@@ -137,10 +146,12 @@ impl DataKind for ModeFrequencies {
         Ok(())
     }
 
+    /// Adds the outputs of a simulation that the values are compared with.
     fn require(&self, outputs: &mut Requirements) {
         outputs.modes.extend(self.names());
     }
 
+    /// Calls `each` with simulated less measured value, in the order of the values.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

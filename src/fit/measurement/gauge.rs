@@ -70,14 +70,17 @@ impl Gauge {
 }
 
 impl DataKind for GaugeReadings {
+    /// Name of the table of a fit file for this kind.
     fn table(&self) -> &'static str {
         "gauge"
     }
 
+    /// The file, or a name of the data without a file.
     fn label(&self, header: &Header) -> String {
         header.name.clone()
     }
 
+    /// Quantity on the abscissa of plots.
     fn abscissa(&self) -> Abscissa {
         match self.readings.iter().any(|r| r.time.is_some()) {
             true => Abscissa::Time,
@@ -85,23 +88,28 @@ impl DataKind for GaugeReadings {
         }
     }
 
+    /// Abscissa of every point.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
         self.readings.iter().enumerate().map(number).collect()
     }
 
+    /// Name of the axis of scalars; none of positions.
     fn axis(&self) -> Option<&'static str> {
         Some("g")
     }
 
+    /// The scalars; empty for positions.
     fn scalars(&self) -> Vec<f64> {
         self.readings.iter().map(|r| r.value).collect()
     }
 
+    /// Mutable references to the scalars.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.readings.iter_mut().map(|r| &mut r.value).collect()
     }
 
+    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
     fn times(&self) -> Vec<Option<f64>> {
         self.readings.iter().map(|r| r.time).collect()
     }
@@ -116,6 +124,7 @@ impl DataKind for GaugeReadings {
         if spread > 0.0 { spread } else { mean.abs() }
     }
 
+    /// Rejects values that cannot be compared with the problem.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         for point in &self.points {
@@ -136,10 +145,12 @@ impl DataKind for GaugeReadings {
         ensure(are_finite, *label, "other readings", "finite values")
     }
 
+    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
     }
 
+    /// Adds the outputs of a simulation that the values are compared with.
     fn require(&self, outputs: &mut Requirements) {
         if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
             outputs.last_read = outputs.last_read.max(last);
@@ -150,6 +161,7 @@ impl DataKind for GaugeReadings {
         }
     }
 
+    /// Calls `each` with simulated less measured value, in the order of the values.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -246,10 +246,12 @@ impl PointMotion {
 }
 
 impl DataKind for PointMotion {
+    /// Name of the table of a fit file for this kind.
     fn table(&self) -> &'static str {
         "observation"
     }
 
+    /// The file, or a name of the data without a file.
     fn label(&self, header: &Header) -> String {
         let named = header.recording.as_ref().and_then(|r| r.marker.as_ref());
         match (&header.source, &self.marker) {
@@ -270,31 +272,38 @@ impl DataKind for PointMotion {
         }
     }
 
+    /// Quantity on the abscissa of plots.
     fn abscissa(&self) -> Abscissa {
         Abscissa::Time
     }
 
+    /// Abscissa of every point.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.samples.iter().map(|s| s.time).collect()
     }
 
+    /// The observed positions, m; empty for scalars.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.samples.iter().map(|s| s.position).collect()
     }
 
+    /// Mutable references to the observed positions.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.samples.iter_mut().map(|s| &mut s.position).collect()
     }
 
+    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
     fn times(&self) -> Vec<Option<f64>> {
         let values = |s: &Sample| s.position.iter().flatten().count();
         self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
     }
 
+    /// Typical size of the measured effect: the spread of a motion, the deflection of a shape, a typical frequency.
     fn size(&self, _problem: &Problem) -> f64 {
         self.spread()
     }
 
+    /// Rejects values that cannot be compared with the problem.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
         problem
@@ -338,10 +347,12 @@ impl DataKind for PointMotion {
         }
     }
 
+    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.samples.retain(|s| s.time <= horizon);
     }
 
+    /// Adds the outputs of a simulation that the values are compared with.
     fn require(&self, outputs: &mut Requirements) {
         outputs.moving.push(self.point);
         if is_beside(self.offset) {
@@ -351,6 +362,7 @@ impl DataKind for PointMotion {
         outputs.last_recorded = outputs.last_recorded.max(last);
     }
 
+    /// Calls `each` with simulated less measured value, in the order of the values.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

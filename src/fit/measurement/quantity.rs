@@ -82,12 +82,15 @@ pub trait DynQuantity: Debug + Send + Sync {
 }
 
 impl<Q: Quantity> DynQuantity for Q {
+    /// The value in floating-point numbers.
     fn plain(&self, rod: &Sight<f64>) -> f64 {
         self.show(rod)
     }
+    /// The value with a first derivative.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64 {
         self.show(rod)
     }
+    /// The value with second derivatives.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64 {
         self.show(rod)
     }
@@ -100,18 +103,21 @@ pub trait GaugeScalar: Scalar {
 }
 
 impl GaugeScalar for f64 {
+    /// The value of a quantity in this type.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
 impl GaugeScalar for Dual64 {
+    /// The value of a quantity in this type.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
 impl GaugeScalar for HyperDual64 {
+    /// The value of a quantity in this type.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.hyper_dual(rod)
     }

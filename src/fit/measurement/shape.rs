@@ -120,6 +120,7 @@ impl RestShape {
             if !is_finite(sighting.arc_length(), &position) {
                 return Err(table.error(row.line, NOT_FINITE));
             }
+            // A row with too few coordinates determines nothing.
             if position.iter().flatten().count() < fewest {
                 dropped.empty += 1;
                 continue;
@@ -221,6 +222,7 @@ impl EquilibriumShape {
             return self.sightings.clone();
         }
         let wall = problem.wall().map(Some);
+        // Chords from the wall show at which end the list of points begins.
         let from_wall = |s: Option<&Sighting>| s.map_or(0.0, |s| chord(wall, s.position));
         let [first, last] = [self.sightings.first(), self.sightings.last()].map(from_wall);
         let whole = self.sightings.last().map_or(0.0, Sighting::arc_length);
@@ -256,10 +258,12 @@ impl EquilibriumShape {
 }
 
 impl DataKind for EquilibriumShape {
+    /// Name of the table of a fit file for this kind.
     fn table(&self) -> &'static str {
         "shape"
     }
 
+    /// The file, or a name of the data without a file.
     fn label(&self, header: &Header) -> String {
         match &header.source {
             Some(path) => path.display().to_string(),
@@ -267,23 +271,28 @@ impl DataKind for EquilibriumShape {
         }
     }
 
+    /// Quantity on the abscissa of plots.
     fn abscissa(&self) -> Abscissa {
         Abscissa::ArcLength
     }
 
+    /// Abscissa of every point.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
         let arc_length = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
         self.with_approximate_points(problem).into_iter().map(arc_length).collect()
     }
 
+    /// The observed positions, m; empty for scalars.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.sightings.iter().map(|s| s.position).collect()
     }
 
+    /// Mutable references to the observed positions.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.sightings.iter_mut().map(|s| &mut s.position).collect()
     }
 
+    /// Number of arc lengths that are fitted to the values.
     fn fitted_arc_lengths(&self) -> usize {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
@@ -304,6 +313,7 @@ impl DataKind for EquilibriumShape {
         (sum / count.max(1.0)).sqrt()
     }
 
+    /// Rejects values that cannot be compared with the problem.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
@@ -317,10 +327,12 @@ impl DataKind for EquilibriumShape {
         ensure(are_finite, *label, "other positions", "finite positions")
     }
 
+    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
     fn prepare(&mut self, problem: &Problem, _horizon: f64) {
         self.sightings = self.with_approximate_points(problem);
     }
 
+    /// Adds the outputs of a simulation that the values are compared with.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             true => outputs.whole_rest = true,
@@ -328,6 +340,7 @@ impl DataKind for EquilibriumShape {
         }
     }
 
+    /// Calls `each` with simulated less measured value, in the order of the values.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,
@@ -346,6 +359,7 @@ impl DataKind for EquilibriumShape {
         let node = |i: usize| resting.position(&Stencil::node(i), start);
         let nodes = (0..mesh.nodes.len()).map(|i| Ok(simulated.view.recorded(node(i)?)));
         let nodes = nodes.collect::<Result<Vec<_>, Error>>()?;
+        // The nearest point of the polygon of nodes, with its offset.
         let curve = NodeCurve { nodes: &nodes, arc_length: &mesh.arc_length };
         for sighting in &self.sightings {
             let offset = curve.offset(&sighting.position, sighting.arc_length());

@@ -159,6 +159,7 @@ impl Residuals {
     ///
     /// Another count of numbers, or a simulation that fails.
     pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+        // The robust loss as a transformed residual, whose square is the loss.
         let robust = |(r, loss): (&f64, WeightedLoss)| loss.robust(*r)[0];
         self.evaluate(x, false, |e| {
             e.residuals.iter().zip(self.weighted_losses()).map(robust).collect()
@@ -174,6 +175,7 @@ impl Residuals {
         let mut rows = self.plain_jacobian(x)?;
         let residuals = self.plain_residuals(x)?;
         for ((row, r), loss) in rows.iter_mut().zip(residuals).zip(self.weighted_losses()) {
+            // Chain rule: the derivative of the transformed residual by the plain one.
             let [_, slope] = loss.robust(r);
             row.iter_mut().for_each(|d| *d *= slope);
         }
@@ -210,6 +212,7 @@ impl Residuals {
         read: impl FnOnce(&Evaluation) -> T,
     ) -> Result<T, Error> {
         self.check_length(x)?;
+        // Solvers evaluate residuals and Jacobian at one point: one simulation serves both.
         let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
         let known = self.last().take().filter(usable);
         // The lock is released during the simulation: its threads may evaluate other residuals of this fit.
@@ -251,6 +254,8 @@ impl Residuals {
         match &self.experiments[..] {
             [alone] => Ok(vec![map(0, alone)?]),
             several => {
+                // All results are collected before the first error is returned, so that it does
+                // not depend on threads.
                 let all = several.par_iter().enumerate().map(|(k, own)| map(k, own));
                 all.collect::<Vec<_>>().into_iter().collect()
             }
@@ -339,6 +344,7 @@ impl Residuals {
         let weights = self.leverage_weights();
         let counts: Vec<usize> = self.experiments.iter().map(|c| c.counts().sum()).collect();
         let parts = self.map_experiments(|k, experiment| {
+            // Weights are those of the rows of this experiment.
             let first: usize = counts[..k].iter().sum();
             let weights = &weights[first..first + counts[k]];
             experiment.adjoint_gradient(self.point(x), weights, |work| self.work.add(work))

@@ -72,6 +72,7 @@ impl DataPrecheck {
             precheck.suspicions.extend(text.map(|text| Suspicion { code, text }));
         };
         for experiment in fitted {
+            // No search can succeed on data that show no motion.
             if experiment.has_no_motion() {
                 precheck.fatal = Some(experiment.no_motion_message());
             }
@@ -231,6 +232,7 @@ impl<'a> Release<'a> {
         let times: Vec<f64> = samples.iter().map(|s| s.time).collect();
         let positions: Vec<[Option<f64>; 3]> = samples.iter().map(|s| s.position).collect();
         let onset = onset_of_motion(&times, &positions)?;
+        // The sample nearest to the change point is the onset.
         let distance = |t: &f64| (t - onset).abs();
         let onset = times.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let rest = self.view.time(onset);
@@ -259,6 +261,8 @@ impl<'a> Release<'a> {
         let Some(nearest) = first.min_by(|a, b| excess(a).total_cmp(&excess(b))) else {
             return Ok(None);
         };
+        // Within a twentieth of the length the difference may be a measurement error of the
+        // set-up.
         if excess(nearest) <= START_DISTANCE[0] * length {
             return Ok(None);
         }
@@ -283,6 +287,8 @@ impl<'a> Release<'a> {
         let problem = &self.experiment.problem;
         let (wall, length) = (problem.wall(), problem.length());
         let is_start = |x: Vector<f64>| norm(sub(self.start, x)) <= START_DISTANCE[0] * length;
+        // The causes in the order of their probability: y downward, another node, the scale, the
+        // origin.
         let mirrored = [position[0], -position[1], position[2]];
         if is_start(mirrored) {
             return "most likely y points down (y = \"down\")".into();
@@ -329,6 +335,7 @@ impl<'a> Release<'a> {
             [false, false] => (0.25..=0.75).contains(&place),
             [true, true] => false,
         };
+        // Other forces than weight change the relation between way and period.
         let other_drives = !scene.loads.point.is_empty()
             || scene.loads.drag.is_some()
             || scene.supports.move_ends()
@@ -386,12 +393,15 @@ impl<'a> Release<'a> {
                 )
             });
         }
+        // Half the period is the mean time between passes of the mean position.
         let (from, to) = (passes.first()?, passes.last()?);
         let half = (to - from) / (passes.len() as f64 - 1.0);
         let between = (whole.last()?.time - first.time) / (whole.len() as f64 - 1.0);
         if passes.len() < 3 || half < 3.0 * between || mean <= 0.0 {
             return None;
         }
+        // Mean way down times the squared circular frequency, over gravity: 1.3 to 1.55 for a
+        // real rod.
         let found = mean * (std::f64::consts::PI / half).powi(2) / g;
         let (clock, size) = ((found / TYPICAL_TIME_SCALE).sqrt(), TYPICAL_TIME_SCALE / found);
         (!(TIME_SCALE[0]..=TIME_SCALE[1]).contains(&found)).then(|| {

@@ -88,6 +88,7 @@ impl Search<'_> {
     /// `weights`. Two optima are comparable only with the same weights.
     fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
         let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0).min(self.leverage_weight(k));
+        // Residuals of the priors have no leverage weights.
         let mut cost = half_sum_of_squares(&optimum.residuals[optimum.counts.iter().sum()..]);
         for MeasuredResiduals { measurement, residuals, rows, .. } in self.measured(optimum) {
             let loss = measurement.loss();
@@ -109,6 +110,7 @@ impl Search<'_> {
         let cost = |k: Option<usize>| {
             k.and_then(|k| scanned.get(k)).map_or(f64::INFINITY, |candidate| candidate.cost)
         };
+        // Local minima of the scan over the modulus, both neighbors included.
         let is_minimum = |k: &usize| {
             cost(Some(*k)) <= cost(k.checked_sub(1)) && cost(Some(*k)) <= cost(Some(k + 1))
         };

@@ -112,6 +112,7 @@ pub(crate) fn local_minima(
     let is_comparable = |other: &&Minimum| chosen.is_none_or(|own| own.numerics == other.numerics);
     let next_is_comparable = reached.get(1).is_none_or(is_comparable);
     // Minima of the scan near a minimum of the full model were refined to it.
+    // Local minima of the grid, the best one first.
     let scanned = grid.map_or(Vec::new(), ScanGrid::minima);
     let points = grid.map_or(0, |grid| grid.points.len());
     let least = scanned.first().map_or(0.0, |minimum| minimum.misfit);
@@ -131,6 +132,7 @@ pub(crate) fn local_minima(
         chosen: false,
     };
     let unrefined: Vec<LocalMinimum> = scanned.iter().filter(is_unrefined).map(unrefined).collect();
+    // The count has all minima, the list the best ones of the scan only.
     let count = list.len() + unrefined.len();
     let summary = summary(unknowns, &list, next_is_comparable, &unrefined, points);
     list.extend(unrefined.into_iter().take(LISTED));

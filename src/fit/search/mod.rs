@@ -35,8 +35,9 @@ use std::sync::Arc;
 /// Receives the stage of a fit, and its work so far in full simulations.
 pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
-/// Samples that the first horizon of a search has at least: a constant and a part for each unknown.
+/// Least number of samples in the first horizon of a search.
 const FIRST_SAMPLES: usize = 8;
+/// Additional samples for each unknown.
 const FIRST_SAMPLES_PER_UNKNOWN: usize = 4;
 
 /// State of a search that all its stages share.
@@ -79,6 +80,7 @@ impl<'a> Search<'a> {
     ) -> Result<Self, Error> {
         Ok(Self {
             experiments,
+            // Given sigmas, or preliminary ones until the residuals of an optimum estimate them.
             sigmas: first_sigmas(experiments),
             leverage_weights: Vec::new(),
             unknowns,
@@ -118,6 +120,7 @@ impl<'a> Search<'a> {
             experiments,
             full_work: full_work(experiments)?,
             stops_at_first_fit: false,
+            // Objectives on other meshes are not comparable: the journal keeps them apart.
             numerics: self.journal.add_numerics(),
             ..self.clone()
         })
@@ -142,6 +145,7 @@ impl<'a> Search<'a> {
             let least = |part: &dyn Fn(&PointMotion) -> f64| {
                 experiment.records().map(|o| part(&o)).fold(f64::MAX, f64::min)
             };
+            // Twice the rise of the fastest record is about its first period.
             let (rise, sampled) = (least(&PointMotion::rise_time), least(&wait));
             (2.0 * rise * stretch).max(sampled).min(experiment.duration())
         };

@@ -22,8 +22,9 @@ const LAST_STEP: f64 = 0.05;
 /// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable is rough,
 /// whose parts slip on each other.
 const PATIENCE: usize = 3;
-/// Step tolerance and largest number of iterations of a fit of the full model to the whole records.
+/// Relative step at which a fit of the full model to the whole records ends.
 const FULL_STEP: f64 = 1e-10;
+/// Largest number of iterations of that fit.
 const FULL_ITERATIONS: u64 = 60;
 /// The message of a fit none of whose starts led to an optimum.
 pub(crate) const NO_START: &str =
@@ -122,6 +123,7 @@ impl Search<'_> {
         tolerances: Tolerances,
         stage: Option<SearchStage>,
     ) -> Result<Optimum, Error> {
+        // Counts and losses before the optimizer takes the residuals.
         let (counts, losses) = (residuals.counts(), residuals.weighted_losses());
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let longest = |u: &Unknown| match u.parameter.is_positive() {
@@ -134,6 +136,7 @@ impl Search<'_> {
             .step_tolerance(tolerances.step)
             .noise_tolerance(tolerances.noise)
             .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
+            // Objectives of driven rods have corners, at which no step tolerance is reached.
             .patience(match self.is_displacement_driven() || self.ends_crawling {
                 true => PATIENCE,
                 false => usize::MAX,
@@ -150,6 +153,7 @@ impl Search<'_> {
         let executor = Executor::new(residuals, solver)
             .configure(|state| state.param(start.to_vec()).max_iters(tolerances.iterations))
             .add_observer(observer, ObserverMode::Always);
+        // The error of a simulation comes back through argmin as its own type.
         let mut result = executor.run().map_err(|error| match error.downcast::<Error>() {
             Ok(error) => error,
             Err(error) => Error::Fit(error.to_string()),
@@ -174,6 +178,8 @@ impl Search<'_> {
             residuals,
             jacobian,
             counts,
+            // Every other reason is an exhausted number of iterations, an interruption, or no
+            // step that lowers the cost.
             converged: reason == Some(TerminationReason::SolverConverged),
             status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
             halved,

@@ -25,11 +25,13 @@ const MOST_POINTS: usize = 6000;
 const BATCH: usize = 16;
 /// Number of points that a thread takes at a time.
 const SHARE: usize = 2;
-/// Range of the values about a hint: factors to both sides, and values per decade, of Young's modulus and of other positive
-/// parameters.
+/// Range of the values about a hint of Young's modulus: factors to both sides.
 const MODULUS_RANGE: [f64; 2] = [1e-3, 1e3];
+/// Values per decade of Young's modulus in that range.
 const MODULUS_PER_DECADE: f64 = 3.0;
+/// Range of the values about a hint of any other positive parameter: the factor to both sides.
 const HINT_RANGE: f64 = 30.0;
+/// Values per decade in that range.
 const HINT_PER_DECADE: f64 = 1.4;
 /// Number of values of Young's modulus that count as one of another unknown when lists are thinned: the misfit has most
 /// minima over Young's modulus.
@@ -100,6 +102,8 @@ impl Search<'_> {
         first: &[f64],
         refinement: usize,
     ) -> Result<Vec<Candidate>, Error> {
+        // Grid of candidate values, in the order that makes results independent of the number of
+        // threads.
         let (axes, points) = self.grid(first, refinement);
         let model = coarse.search(self);
         let counts = model.residuals(first)?.counts();
@@ -107,6 +111,7 @@ impl Search<'_> {
         let mut grid = ScanGrid { axes, points: Vec::with_capacity(points.len()) };
         let mut least = f64::INFINITY;
         let mut failure = None;
+        // Batches, so that progress is reported and an interruption is noticed.
         for batch in points.chunks(BATCH) {
             let shares = batch.par_chunks(SHARE);
             let scanned: Vec<_> =
@@ -144,6 +149,7 @@ impl Search<'_> {
         }
         let points = grid.points.iter().enumerate();
         let simulated = points.filter(|(_, point)| point.misfit < f64::INFINITY);
+        // Candidates: all simulated points, with the bound of what a descent from them may reach.
         let candidate = |(i, point): (usize, &GridPoint)| Candidate {
             // Descents begin with the coarse model.
             x: match is_full[i] {
@@ -155,6 +161,7 @@ impl Search<'_> {
         };
         let candidates: Vec<Candidate> = simulated.map(candidate).collect();
         self.journal.set_scan(grid);
+        // No candidate at all: the last error is the most informative.
         match failure {
             _ if !candidates.is_empty() => Ok(candidates),
             Some(error) => Err(Error::Fit(format!(
@@ -178,6 +185,8 @@ impl Search<'_> {
                     unknown.from_scale(0.5 * (unknown.to_scale(v[0]) + unknown.to_scale(v[1])))
                 };
                 let middles: Vec<f64> = values.windows(2).map(middle).collect();
+                // Half-way on the scale of the unknown: the middle of a logarithm is the
+                // geometric mean.
                 values.extend(middles);
                 values.sort_by(f64::total_cmp);
             }
@@ -190,6 +199,7 @@ impl Search<'_> {
             values.iter().map(|v| unknown.to_scale(*v)).collect()
         };
         let axes: Vec<Vec<f64>> = self.unknowns.iter().zip(&lists).map(scaled).collect();
+        // Cartesian product of the axes.
         let mut points = vec![Vec::new()];
         for axis in &axes {
             let longer = |point: &Vec<f64>| {
@@ -260,6 +270,7 @@ impl Unknown {
         beside_youngs_modulus: bool,
     ) -> Vec<f64> {
         let log_range = |low: f64, high: f64, per_decade: f64| -> Vec<f64> {
+            // Equal ratios between both ends, at least one value.
             let n = ((high / low).log10() * per_decade).round().max(0.0) as i32;
             (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
         };
@@ -276,6 +287,8 @@ impl Unknown {
                 log_range(value / HINT_RANGE, value * HINT_RANGE, HINT_PER_DECADE)
             }
             (_, Some(value)) => vec![value],
+            // Ranges of the kind of parameter: absolute, per length, of the modulus, of the times
+            // of the motion.
             (Candidates::Decades(low, high, per_decade), None) => log_range(low, high, per_decade),
             (Candidates::Values(values), None) => values.to_vec(),
             (Candidates::PerLength(values), None) => values.iter().map(|v| v / length).collect(),

@@ -150,8 +150,11 @@ pub(crate) fn assess(
     let LocalAnalysis { noise, correlations, adequacy, covariance, .. } = &local;
 
     // Estimates with the intervals of the local analysis and of the jackknife over experiments.
+    // The Gauss-Newton covariance at the optimum, then the differences between experiments where
+    // there are five or more.
     let mut estimates = local_estimates(explained, &local, &correction);
     add_cluster_jackknife(&mut estimates, fitted, &correction);
+    // Warnings about the optimum itself, which need no further simulation.
     let sigma = search.estimated_sigmas(optimum);
     let narrow = match compares_experiments(&estimates) {
         true => "",
@@ -188,6 +191,7 @@ pub(crate) fn assess(
     let statistics = FitStatistics { fitted: explained, estimates: &estimates, local: &local };
     let tests = ScoreTestInputs { statistics, finer: &finer, analysis, knowns };
     let late = || if early.is_none() { Some(sensitivities()) } else { None };
+    // Three independent computations, each of one or a few runs.
     let (bias, (late, (discrepancy, test_warnings))) =
         rayon::join(bias, || rayon::join(late, || tests.assess(spent)));
     let (bias, bias_warnings) = bias?;
@@ -216,6 +220,7 @@ pub(crate) fn assess(
 
     // Intervals of other methods, budgets, and sensitivities to inputs.
     let mut profiles = Vec::new();
+    // Other intervals are expensive, and meaningless where a direction is not determined.
     if optimum.converged && covariance.findings.is_empty() {
         profiles = add_requested_intervals(
             &mut estimates,
@@ -226,6 +231,7 @@ pub(crate) fn assess(
             &mut warnings,
         );
     }
+    // GUM: contributions of noise, inputs and discretization to each estimate.
     let inputs = BudgetInputs {
         known: known.as_ref(),
         analysis,
@@ -256,6 +262,7 @@ pub(crate) fn assess(
              rod.segments and time.step",
         );
     }
+    // Experiments of the validation data are predicted with the final estimates.
     let predictions = predictions(experiments, explained, covariance, &sigma, &mut warnings);
     Ok(FitAssessment {
         estimates,
@@ -283,12 +290,14 @@ fn sensitivities(
     with_unstated: bool,
 ) -> (Option<InputSensitivities>, Warnings) {
     let mut warnings = Warnings::default();
+    // No more runs after an interruption, and none where nothing is identified.
     if fitted.search.is_stopped() || !fit.identified.contains(&true) {
         return (None, warnings);
     }
     let sensitivities_to = |unstated: bool| InputSensitivities::new(fitted, fit, knowns, unstated);
     let mut found = sensitivities_to(with_unstated);
     if let Err(error) = &found
+        // The unstated inputs may have failed: the known ones alone are tried.
         && with_unstated
     {
         let text = format!(
@@ -319,10 +328,12 @@ pub(crate) fn expected(
     let with_unstated = analysis.sensitivity_analysis != Some(false);
     let (inputs, mut warnings) = sensitivities(fitted, &local.linear_fit(), knowns, with_unstated);
     let known = inputs.as_ref().and_then(|found| InputErrors::new(knowns, found).ok());
+    // Planned data have no residuals: covariance, budget and score tests remain.
     let mut estimates = local_estimates(fitted, &local, &DiscretizationBias::default());
     one_sided_bounds(search.unknowns, &estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     let sensitivity_analysis = Some(with_unstated);
+    // Random fits of the plan would be fits of data that do not exist.
     let analysis = &Analysis { monte_carlo: 0, sensitivity_analysis, ..analysis.clone() };
     let budget = BudgetInputs {
         known: known.as_ref(),
@@ -354,11 +365,13 @@ fn add_requested_intervals(
     warnings: &mut Warnings,
 ) -> Vec<Profile> {
     let correlations = &local.correlations;
+    // Exact Hessian of the misfit instead of its Gauss-Newton approximation.
     if analysis.observed_information {
         let found = std_errors(fitted, local, estimates, warnings);
         estimates.iter_mut().zip(found).for_each(|(e, error)| e.observed_std_error = error);
     }
     let mut profiles = Vec::new();
+    // Profile likelihood: the misfit minimized over all other unknowns along each one.
     if analysis.profile {
         let intervals = profile_intervals(fitted, local, warnings).into_iter();
         for (i, (interval, unknown)) in intervals.zip(fitted.search.unknowns).enumerate() {
@@ -367,6 +380,7 @@ fn add_requested_intervals(
             profiles.push(interval.profile(unknown, correlations.coverage_factor(i)));
         }
     }
+    // Parametric bootstrap: fits of simulated data with resampled residuals.
     if analysis.bootstrap > 0 {
         let first = analysis.bootstrap_first.unwrap_or(0);
         let resampling = Resampling {

@@ -158,6 +158,8 @@ pub(crate) fn local_estimates(
     bias: &DiscretizationBias,
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
+        // Value corrected for the estimated discretization error; the rest of it widens the
+        // interval.
         let x = bias.corrected(unknown, i, optimum.x[i]);
         let remaining = bias.remaining(i);
         let deviation = covariance.deviation[i];
@@ -171,6 +173,7 @@ pub(crate) fn local_estimates(
             Some(_) => [1.0 - half(sd), 1.0 + half(sd)].map(|factor| factor * corrected),
             None => [x - half(sd), x + half(sd)].map(|x| unknown.from_scale(x)),
         };
+        // A standard deviation on the scale of the unknown, cut at the limits of the parameter.
         let interval95 = deviation.map(|sd| ends(sd).map(|end| end.clamp(low, high)));
         let own = |value: Option<f64>| Estimate {
             std_error: deviation.map(|sd| sd * unknown.slope(corrected)),

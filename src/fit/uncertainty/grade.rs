@@ -113,6 +113,7 @@ impl Conclusion {
     /// Grades a result with these unidentifiable directions (`findings`) and warnings.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
+        // A likely error of the set-up is named as the cause of a bad result.
         let cause = warnings.first(Severity::Suspicion);
         let cause = cause.map_or(String::new(), |text| format!(". Probable cause: {text}"));
         let worthless = warnings.first(Severity::Worthless);

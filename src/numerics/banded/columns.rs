@@ -52,6 +52,7 @@ pub(super) struct EndColumns<'a, D, const W: usize> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
+    /// Column `k` of the matrices.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 2> {
         let up = self.down.len() - 1 - k;
@@ -71,6 +72,7 @@ impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
+    /// Column `k` of the matrices.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 1> {
         let mut below = [[D::from(0.0)]; W];

@@ -74,11 +74,13 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
+    /// Factors the rows and columns of `range`; allocates nothing.
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;
         self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
     }
 
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -91,11 +93,13 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         self.eliminate(WeightedSum { masses: &diagonal[..end], scale, matrix, factor, start, end })
     }
 
+    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
     fn negative_pivots(&self) -> usize {
         let m = self.end_rows();
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
 
+    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
         x[..start].fill([E::from(0.0); R]);

@@ -42,6 +42,7 @@ const WIDE: [[f64; 2]; 2] = [[-10.0, 10.0], [-10.0, 10.0]];
 
 #[test]
 fn rosenbrock_minimum_is_found_to_1e_10() {
+    // The minimum is at (1, 1); the start is the usual one.
     let (x, converged) = solve(f64::MAX, [-1.2, 1.0], WIDE);
     assert!(converged && (x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10);
 }
@@ -61,6 +62,7 @@ fn failing_trials_are_rejected_and_a_failing_minimum_is_an_error() {
 #[test]
 fn unknown_at_a_bound_stays_and_the_other_converges() {
     let (x, converged) = solve(f64::MAX, [-1.2, 1.0], [[-10.0, 0.5], [-10.0, 10.0]]);
+    // At x = 0.5 the minimum over y is y = x^2.
     assert!(converged);
     assert_eq!(x[0], 0.5);
     assert!((x[1] - 0.25).abs() < 1e-10);

@@ -87,6 +87,7 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     if !with_elements && !duals.iter().any(has_others) {
         return;
     }
+    // Unknowns and frames without derivatives: only the numbers of the rod have some.
     let q: Vec<Dual64> = q.iter().map(|q| Dual64::from(*q)).collect();
     let edges = frames.edge_frames().iter().map(|frame| frame.map(Dual64::from));
     let twists = frames.twists().iter().map(|twist| Dual64::from(*twist));
@@ -122,12 +123,14 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     let changes = &strains.rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
         let rate = rate(i);
+        // d(K s) = K ds + dK s, and the change of the natural part.
         let stiff: [Lanes<G>; S] = laws[i].stiffness().times(&changes[i]);
         let changed: [Lanes<G>; S] = rate.stiffness.times(&values[i]);
         for c in 0..S {
             out[i][c] = stiff[c] + changed[c] + rate.offset[c] * natural;
         }
     }
+    // Strains with times of their own act without the coupling of bending and twisting.
     if strains.own.is_empty() {
         return;
     }
@@ -145,6 +148,7 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
+    /// Writes the derivatives that dual rods contain.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
         let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
@@ -179,6 +183,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
     }
 
+    /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
+    /// numbers that have `changed`.
     #[inline(always)]
     fn gradient_rate<const G: usize>(
         (duals, rates): (&[Dual<L, N, S>; G], &Self::Rates<G>),
@@ -188,6 +194,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         out: &mut [[f64; G]],
     ) {
         let Rates { elastic, stretch, joint, load, .. } = rates;
+        // Only loads change: the derivatives of the gradient are those of the loads.
         if derivatives == Derivatives::Hand && *elastic {
             let axial = |i: usize, strain: f64| stretch[i].stress(&[strain])[0];
             L::pull(geometry, axial, |i, strains| joint[i].stress(strains), |i| load[i], out);
@@ -203,10 +210,12 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         add_others(duals, at, derivatives, with_elements, out);
     }
 
+    /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
     fn kind(&self, strain: usize) -> usize {
         strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % S == 2))
     }
 
+    /// Writes the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
     #[inline(always)]
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
@@ -221,6 +230,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         joints.fill(Lanes::ZERO);
     }
 
+    /// Adds the derivatives of the strains along those of the unknowns and frames.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         &self,
@@ -234,6 +244,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         L::add_strain_rates(&self.stretch, frames, geometry, q, (edges, joints));
     }
 
+    /// Converts the derivatives of the stretches `z` of springs without slip to those with slip.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]) {
         let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
         let (z, out) = (z.as_chunks::<S>().0, out.as_chunks_mut::<S>().0);
@@ -243,6 +254,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         }
     }
 
+    /// Writes the derivatives of the stresses of all elements: N, and N m.
     #[inline(always)]
     fn stress_rates<const G: usize>(
         &self,
@@ -263,6 +275,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         stress_rates(&self.joint, |i| rates.joint[i], strains, edges, joints);
     }
 
+    /// Writes the derivatives of the gradient at fixed unknowns and frames from the derivatives `stress` of the
+    /// stresses, and of the loads and user-defined energies that have `changed`, if any.
     #[inline(always)]
     fn stressed_rate<const G: usize>(
         changed: Option<(&[Dual<L, N, S>; G], &Self::Rates<G>)>,

@@ -20,6 +20,7 @@ pub struct ByEdge<D> {
 }
 
 impl<D: Scalar> ByEdge<D> {
+    /// The derivatives with a gradient and a Hessian (xx, yx, yy) added.
     pub(super) fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
         let ([gx, gy], [xx, yx, yy]) = (self.gradient, self.vector);
         Self {
@@ -40,6 +41,7 @@ pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
+    /// The consumer that writes gradient and tangent by nodes, before the first edge.
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -55,6 +57,7 @@ impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -80,6 +83,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
+    /// Writes the last node.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -101,6 +105,7 @@ pub(super) struct PlanarEdges<'a, D> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarEdges<'_, D> {
+    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

@@ -15,6 +15,7 @@ pub(super) struct PlanarEdge<D> {
 }
 
 impl<D: Scalar> PlanarEdge<D> {
+    /// Length, tangent, and normal over the length, of the edge between two nodes, m.
     #[inline(always)]
     pub fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
         let e = [*x1 - *x0, *y1 - *y0];
@@ -42,6 +43,7 @@ impl<D: Scalar> PlanarEdge<D> {
     }
 }
 
+/// Two numbers of the next edge in every lane: those of this block, shifted by one, and the first of the `later` block.
 #[inline(always)]
 fn pair_after<S, V: SimdScalar<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
     [own[0].after(later[0]), own[1].after(later[1])]
@@ -65,15 +67,18 @@ pub struct Geometry {
 }
 
 impl RodGeometry for Geometry {
+    /// Allocates room for so many edges.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, PlanarEdgeGeometry::default());
         self.joints.resize(edges - 1, [0.0; 2]);
     }
 
+    /// The strains of the edges.
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
         self.edges.iter().map(|edge| edge.strain)
     }
 
+    /// The strains of the joints, one joint after the other.
     fn joint_strains(&self) -> impl Iterator<Item = f64> {
         self.joints.iter().map(|[curvature, _]| *curvature)
     }

@@ -8,6 +8,8 @@ use crate::rod::layout::Plane;
 use crate::rod::planar::geometry::{Geometry, PlanarEdgeGeometry};
 
 impl RateLayout<2, 1> for Plane {
+    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the
+    /// strain of an edge, of the stresses, by those of a joint, and of the loads.
     #[inline(always)]
     fn pull<const G: usize>(
         geometry: &Geometry,
@@ -42,6 +44,7 @@ impl RateLayout<2, 1> for Plane {
         node(i + 1, [Lanes::ZERO; 2]);
     }
 
+    /// Adds the derivatives of the strains along those of the unknowns and frames.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 2>],

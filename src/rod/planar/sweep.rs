@@ -62,11 +62,13 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
 {
     type Block = PlanarEdgePairs<V>;
 
+    /// Before the first block.
     #[inline(always)]
     fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
         Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
     }
 
+    /// The next block.
     #[inline(always)]
     fn next(&mut self) -> Option<PlanarEdgePairs<V>> {
         let (first, e) = (self.first, self.edge);
@@ -82,6 +84,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         Some(PlanarEdgePairs { first, e, f, curvature })
     }
 
+    /// The number of its first edge.
     fn first(block: &PlanarEdgePairs<V>) -> usize {
         block.first
     }
@@ -96,6 +99,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         (self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length), [joint])
     }
 
+    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
     #[inline(always)]
     fn energies(&self, PlanarEdgePairs { first, e, curvature, .. }: &PlanarEdgePairs<V>) -> [V; 3] {
         let bend = self.bends(*first).energy_at(*curvature);
@@ -104,6 +108,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         [stretch, bend, stretch.like(0.0)]
     }
 
+    /// Writes its geometry.
     #[inline(always)]
     fn measure(
         &self,
@@ -216,6 +221,7 @@ pub(super) struct PlanarGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;

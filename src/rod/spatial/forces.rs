@@ -21,6 +21,7 @@ struct GradientWriter<'a, D, V> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
+    /// The writer of the gradient by nodes, before the first edge.
     #[inline(always)]
     fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
@@ -30,6 +31,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
     /// Adds the edges from `first` on with the derivatives of the joints after them and their axial forces, N.
     #[inline(always)]
     fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &JointGradient<V>, axial: V) {
+        // The joint before each edge is that of the previous lane.
         let (open, carried) = (&self.open, &self.carried);
         let before =
             [pull.f[0].before(open[0]), pull.f[1].before(open[1]), pull.f[2].before(open[2])];
@@ -60,6 +62,7 @@ pub(super) struct Gradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
@@ -86,6 +89,7 @@ pub(super) struct MovedGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);

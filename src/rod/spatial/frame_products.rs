@@ -66,19 +66,24 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
 }
 
 impl RodGeometry for Geometry {
+    /// Allocates room for so many edges.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, SpatialEdgeGeometry::default());
         self.joints.resize(edges - 1, SpatialJointGeometry::default());
     }
 
+    /// The strains of the edges.
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
         self.edges.iter().map(|edge| edge.strain)
     }
 
+    /// The strains of the joints, one joint after the other.
     fn joint_strains(&self) -> impl Iterator<Item = f64> {
         self.joints.iter().flat_map(|joint| joint.strains)
     }
 
+    /// Adds the derivatives of the gradient along those of the frames, at fixed unknowns, where gradient and tangent
+    /// are those given.
     fn add_frame_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -89,6 +94,7 @@ impl RodGeometry for Geometry {
         with_simd_if_wide::<_, G>(FrameChange { frames, geometry: self, gradient, tangent, out });
     }
 
+    /// Moves the derivatives of the frames to this geometry, where the unknowns have the derivatives `q`.
     #[inline(always)]
     fn move_frame_rates<const G: usize>(&self, frames: &mut [FrameRate<G>], q: &[[f64; G]]) {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {
@@ -102,6 +108,7 @@ impl RodGeometry for Geometry {
         }
     }
 
+    /// Adds the derivatives of a number by the frames that follow from those by the angles of the edges.
     fn turn_frames(&self, angles: &[f64], frames: &mut [FrameRate<1>]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let turn = angles[STRIDE * j + 3];
@@ -109,6 +116,8 @@ impl RodGeometry for Geometry {
         }
     }
 
+    /// The transpose of `add_frame_rates`: adds the derivatives of a number by the frames, where it has those `d` by
+    /// the forces, and `stiff` is the product of `d` with the tangent.
     fn add_to_frames(
         &self,
         gradient: &[f64],
@@ -126,6 +135,8 @@ impl RodGeometry for Geometry {
         }
     }
 
+    /// The transpose of `move_frame_rates`: replaces the derivatives of a number by the frames after their move by
+    /// those before it, and adds the part by the unknowns to `q`.
     fn move_frames_back(&self, frames: &mut [FrameRate<1>], q: &mut [f64]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;

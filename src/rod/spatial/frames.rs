@@ -10,26 +10,32 @@ use crate::rod::spatial::moving::Rebase;
 use std::f64::consts::TAU;
 
 impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
+    /// Frames from those of all edges and the reference twists of all joints, rad.
     fn from_parts(edges: Vec<EdgeFrame<D>>, twist: Vec<D>) -> Self {
         Self { edges, twist }
     }
 
+    /// The frames of all edges; none in the plane.
     fn edge_frames(&self) -> &[EdgeFrame<D>] {
         &self.edges
     }
 
+    /// The reference twists of all joints, rad; none in the plane.
     fn twists(&self) -> &[D] {
         &self.twist
     }
 
+    /// The frames of all edges and the twists of all joints, to be written.
     fn parts_mut(&mut self) -> (&mut [EdgeFrame<D>], &mut [D]) {
         (&mut self.edges, &mut self.twist)
     }
 
+    /// Moves the frames to the unknowns `q`, without changing any energy there.
     fn move_to(&mut self, q: &[D]) {
         D::run_sweep(Rebase { q, frames: self });
     }
 
+    /// Converts the angles of `q` from these frames to the frames `to`.
     fn convert_angles(&self, q: &mut [D], to: &Self) {
         let count = self.edges.len();
         let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(Space::edge(q, j))).collect();
@@ -58,16 +64,20 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
         }
     }
 
+    /// The first material director of an edge, if edges have one.
     fn director(&self, q: &[D], j: usize) -> Option<[D; 3]> {
         Some(self.edges[j].material(unit(Space::edge(q, j)), q[STRIDE * j + 3])[0])
     }
 
+    /// Turns all edges but the first about themselves until no joint is twisted.
     fn untwist(&self, q: &mut [D]) {
         for (j, twist) in self.twist.iter().enumerate() {
             q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;
         }
     }
 
+    /// Turns an edge so that its first material director is `director`, on the turn nearest to `turn` beyond its
+    /// angle in `q`.
     fn align(&self, q: &mut [D], j: usize, director: [D; 3], turn: f64) {
         let [d1, d2] = self.edges[j].material(unit(Space::edge(q, j)), D::from(0.0));
         let angle = dot(director, d2).atan2(dot(director, d1));

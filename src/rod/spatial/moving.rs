@@ -67,6 +67,7 @@ pub(super) struct MovingFrames<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
+    /// Frames that are moved to the unknowns `q` block by block, with the first block moved.
     #[inline(always)]
     pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
         let edges = move_edges(q, &mut frames.edges, level, 0);
@@ -129,6 +130,7 @@ pub(super) struct Rebase<'a, D> {
 impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
     type Output = ();
 
+    /// Runs the computation with the numbers `V`.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);

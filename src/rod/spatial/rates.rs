@@ -18,6 +18,8 @@ pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
 }
 
 impl RateLayout<3, 3> for Space {
+    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the
+    /// strain of an edge, of the stresses, by those of a joint, and of the loads.
     #[inline(always)]
     fn pull<const G: usize>(
         Geometry { edges, joints }: &Geometry,
@@ -59,6 +61,7 @@ impl RateLayout<3, 3> for Space {
         out[STRIDE * i + 3] = open[2].0;
     }
 
+    /// Adds the derivatives of the strains along those of the unknowns and frames.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 3>],

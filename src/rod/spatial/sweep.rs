@@ -64,6 +64,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
 {
     type Block = SpatialEdgePairs<V>;
 
+    /// Before the first block.
     #[inline(always)]
     fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
         let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
@@ -71,17 +72,21 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         Self { elements, q, frames, twist, level, first: 0, edges }
     }
 
+    /// The next block.
     #[inline(always)]
     fn next(&mut self) -> Option<SpatialEdgePairs<V>> {
         let (first, edges) = (self.first, self.edges);
         if first >= self.elements.stretch.len() {
             return None;
         }
+        // The next block is computed now: its first edge is the second one of the last lane's
+        // joint.
         self.first += V::LANES;
         if self.first < self.elements.stretch.len() {
             self.edges = edges_at(self.q, self.frames, self.level, self.first);
         }
         let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
+        // Angle of the second edge less that of the first, rad.
         let turn = edges.angle.after(self.edges.angle) - edges.angle;
         let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
         let mut room = None;
@@ -92,10 +97,12 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         Some(SpatialEdgePairs { first, e, f, law, bent })
     }
 
+    /// The number of its first edge.
     fn first(block: &SpatialEdgePairs<V>) -> usize {
         block.first
     }
 
+    /// The strains of its edges and joints.
     #[inline(always)]
     fn strains(
         &self,
@@ -107,6 +114,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         )
     }
 
+    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
     #[inline(always)]
     fn energies(
         &self,
@@ -120,6 +128,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         ]
     }
 
+    /// Writes its geometry.
     #[inline(always)]
     fn measure(
         &self,
@@ -127,6 +136,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         geometry: &mut Geometry,
     ) {
         let (first, level) = (*first, self.level);
+        // Geometry as plain numbers, one struct per edge and joint, for the derivatives along
+        // parameters.
         let mut references = None;
         let beyond = self.frames[self.frames.len() - 1];
         let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
@@ -134,6 +145,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         let strain =
             self.elements.stretches::<V>(level, first).strain_of(state.squared, state.length);
         let EdgeState { edge, length, turn, .. } = state;
+        // 1/(1 + t.t_ref), the factor of parallel transport from the reference tangent.
         let by_chi = one_plus_dot(frame.tangent, edge.tangent).recip();
         let across = [scale(edge.m[0], edge.inverse_length), scale(edge.m[1], edge.inverse_length)];
         let follow = combine(turn[0], across[0], turn[1], across[1]);
@@ -152,6 +164,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
                 by_chi: value(&by_chi, lane),
             };
         }
+        // Derivatives of the three strains by the motions p, q and h of both edges.
         let slopes = joint.slopes(edge, &next.edge);
         for (lane, to) in geometry.joints[first..].iter_mut().take(V::LANES).enumerate() {
             for a in 0..3 {
@@ -164,6 +177,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         }
     }
 
+    /// Passes all derivatives by the hand-derived formulas to a consumer, and writes the geometry if there is one.
     #[inline(always)]
     fn derive(
         mut self,
@@ -172,6 +186,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
     ) {
         let zero = V::gather(self.level, |_| D::from(0.0));
         let mut open = EdgeSum { gradient: [zero; 3], hessian: [zero; 6] };
+        // Per block: stresses of the joints, their derivatives by both edges, axial force; one
+        // edge has two joints.
         while let Some(pairs) = self.next() {
             let SpatialEdgePairs { first, e, f, bent, .. } = &pairs;
             if let Some(geometry) = &mut geometry {
@@ -181,10 +197,13 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
             let [force, along] =
                 self.elements.stretches::<V>(self.level, *first).tension(e.squared, e.length);
+            // The joint before an edge is in the previous lane, or was the last of the previous
+            // block.
             let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
             let tension = tension(self.elements.tensions, self.level, *first, force);
             let own = e.derivatives(&sum, [force, tension], along);
             to.edges(*first, &own, &between(e, f, tangent.fe));
+            // Derivatives of the last joint by its second edge, which the next block has.
             open = tangent.f;
         }
     }

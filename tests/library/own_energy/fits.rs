@@ -38,6 +38,7 @@ fn magnetic_moment_is_identified() {
                 None => fit,
             };
             let report = fit.solve().unwrap();
+            // The values with which the data were simulated, without noise.
             for (parameter, truth) in [(moment, 2e-3), (Parameter::YoungsModulus, 2e7)] {
                 let Some(estimate) = report.estimate(parameter) else { continue };
                 let error = estimate.value.unwrap() / truth - 1.0;

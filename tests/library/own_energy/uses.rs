@@ -27,6 +27,7 @@ fn parameters_of_user_defined_energies_have_names() {
     let moment = named("energy.magnet.moment");
     assert_eq!((moment.unit(), moment.is_positive()), ("A m^2", true));
     assert_eq!(named("energy.springs.k3").unit(), "N/m^4");
+    // The moment with which the energy is attached.
     assert_eq!(moment.of(&scene), Some(2e-3));
     let other = scene.problem().unwrap().with([(moment, 3e-3)]).unwrap();
     assert_eq!(moment.of(other.scene()), Some(3e-3));
@@ -131,6 +132,7 @@ fn energy_out_of_the_plane_requires_spatial_model() {
     assert_eq!(space.model().0, "spatial");
     assert!(space.model().1.contains("energy.magnet leaves the plane"), "{}", space.model().1);
     let rest = space.equilibrium().unwrap();
+    // The field has a component along z, which pulls the tip out of the plane by millimeters.
     assert!(rest.tip[2].abs() > 1e-3, "{rest}");
     scene.rod.dimension = Dimension::Planar;
     let error = message(scene.problem());

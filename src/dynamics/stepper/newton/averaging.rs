@@ -19,6 +19,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         with_tangent: bool,
     ) {
         let (n, coefficients) = (self.gradient.len(), &self.coefficients);
+        // Work arrays of the stages, at the first step only.
         if self.stages.is_empty() {
             let q = vec![D::from(0.0); n];
             let (gradient, tangent) = (q.clone(), step.system.rod.zero_tangent());
@@ -26,11 +27,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
             self.stages = vec![forces; stages];
         }
+        // Sums of the quadrature begin at zero.
         self.gradient.fill(D::from(0.0));
         if with_tangent {
             self.tangent.clear();
         }
         for (k, forces) in self.stages.iter_mut().enumerate() {
+            // Stages of the quadrature have elastic forces; one more, at the end, has the viscous
+            // stress.
             let (rod, stage) = match (coefficients.stages.get(k), &self.viscous) {
                 (None, Some(viscous)) => (viscous, &END),
                 (stage, _) => (&step.system.rod, stage.unwrap_or(&END)),
@@ -42,6 +46,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             match with_tangent {
                 true => {
                     rod.tangent(q, &state.frames, step.system.derivatives, gradient, tangent);
+                    // By the chain rule: a stage moves by its place for a unit displacement of
+                    // the end.
                     self.tangent.add_scaled(tangent, stage.weight * stage.place);
                 }
                 false => rod.gradient(q, &state.frames, step.system.derivatives, gradient),

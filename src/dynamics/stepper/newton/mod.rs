@@ -40,8 +40,9 @@ use tensions::Tensions;
 /// Corrections after which the residual is compared with its rounding level, before another tangent is formed: the
 /// tolerance may be below the rounding errors.
 const CHECK_RESIDUAL_AFTER: usize = 2;
-/// The same number while corrections are larger than `LARGE_CORRECTION`, a part of the rod's length.
+/// The same number while corrections are larger than [`LARGE_CORRECTION`].
 const CHECK_LARGE_RESIDUAL_AFTER: usize = 10;
+/// Size of a correction, over the length of the rod, from which on it is large.
 const LARGE_CORRECTION: f64 = 1e-6;
 /// Largest number of corrections. Quadratic convergence takes 2 to 5; more than this means another root.
 const MAX_ITERATIONS: usize = 40;
@@ -118,8 +119,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// The solver for a rod with the initial `state`, in which it sets the internal variables. `length`, m, is the
-    /// scale of the tolerance.
+    /// The solver for a rod with the initial `state`, in which it sets the internal variables.
     pub fn new(
         (scheme, parameter): (Scheme, D),
         system: &System<D, R>,

@@ -64,6 +64,7 @@ impl<D: Nestable> Predictor<D> {
         self.prescribed.clear();
         self.prescribed.extend(step.system.prescribed.iter().map(|i| state.q[i]));
         let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
+        // A change of velocity dv displaces the end of the step by dv h beta.
         let part = coefficients.rate.recip();
         match &self.earlier[..] {
             [(t2, v2), (t1, v1)]
@@ -71,6 +72,7 @@ impl<D: Nestable> Predictor<D> {
                     && (before.time - t1 - h).abs() < EQUAL * h
                     && (t1 - t2 - h).abs() < EQUAL * h =>
             {
+                // Dissipative scheme, equal steps: parabola through three velocities.
                 let (v1, v2) = (&v1[free.clone()], &v2[free.clone()]);
                 for i in 0..free.len() {
                     q[i] += ((v0[i] - v1[i]) * 2.0 - (v1[i] - v2[i])) * part;

@@ -33,9 +33,13 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let mut last = false;
         let mut polish = D::ORDER;
         for iteration in 0..=MAX_ITERATIONS + D::ORDER {
+            // Near the solution a tangent is likely to be the last one: it is formed only if
+            // needed.
             let close = largest <= LAST_STEP * self.length;
             let with_tangent = !close || self.keeps_tangent;
             self.evaluate(step, before, state, with_tangent, work);
+            // The rounding level depends on the size of the unknowns, which the iteration changes
+            // little.
             if iteration == 0 {
                 self.set_rounding(step, state);
             }
@@ -48,12 +52,15 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
             // In soft rods with many edges, rounding errors may hide the error of a large correction.
             let settled = close || !shrinks || iteration >= MAX_ITERATIONS;
+            // After a correction below the smallest step, or at the rounding level.
             let done = last || (at_rounding && settled);
             if done && polish == 0 {
                 if self.keeps_tangent {
                     if !with_tangent {
                         self.evaluate(step, before, state, true, work);
                     }
+                    // Derivatives along parameters need the geometry at the solution, in plain
+                    // numbers.
                     if D::PLAIN {
                         let rod = &step.system.rod;
                         rod.measure(&state.q, &state.frames, &mut self.end);
@@ -65,6 +72,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 }
                 return Ok(());
             }
+            // Each order of derivatives converges one iteration after the values.
             polish -= usize::from(done);
 
             if !with_tangent {
@@ -83,6 +91,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     pub(super) fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
         let matrix =
             self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix);
+        // Sum of |J_ij| |x_j|: the terms whose rounding errors the residual contains.
         matrix.absolute_product(&state.q, &mut self.rounding);
         let end = self.coefficients.end.value();
         let masses = step.system.rod.mass().iter().zip(&state.q);

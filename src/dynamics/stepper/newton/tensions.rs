@@ -47,12 +47,13 @@ impl<D: Nestable> Tensions<D> {
         self.begun = self.known;
     }
 
+    /// The predicted tensions of all edges, N, if they are used.
     pub fn expected(&self) -> Option<&[D]> {
         self.known.then_some(&self.expected)
     }
 
-    /// Predicts tensions after a correction that moved nodes by up to `moved`, m, to `q`, with the number of tangents so far
-    /// and whether the step is `done`.
+    /// Predicts tensions after a correction that moved nodes by up to `moved`, m, to `q`, with the
+    /// tangents of the step so far.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
@@ -76,6 +77,7 @@ impl<D: Nestable> Tensions<D> {
         }
     }
 
+    /// Ends the use of predicted tensions until [`corrected`](Self::corrected) predicts others.
     pub fn forget(&mut self) {
         self.known = false;
     }

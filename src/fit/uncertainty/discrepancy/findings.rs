@@ -217,6 +217,7 @@ mod tests {
 
     #[test]
     fn sizes_of_factors_are_in_per_cent() {
+        // Pure numbers in per cent, others with their unit.
         assert_eq!([size_text(0.32, ""), size_text(-1.8e-4, "")], ["32 %", "-0.02 %"]);
         assert_eq!(size_text(5.4e-2, "rad/(N m)"), "5.4e-2 rad/(N m)");
     }

@@ -337,6 +337,7 @@ impl OmittedEffect {
             .ok()?
             .with_generic_layout_for_another(self.parameter())
             .ok()?;
+        // The added number must have derivatives in this model.
         added.check_parameter(self.parameter()).ok()?;
         Some(added)
     }

@@ -120,6 +120,7 @@ mod tests {
     #[test]
     fn insignificant_effects_have_ranks_of_their_own() {
         let directions = [[1.0, 0.0, 0.0], [1.0, 0.1, 0.0]];
+        // Both directions are nearly parallel, but the second one is not significant.
         assert_eq!(ranks(&directions, [1.0, 0.0, 0.0]), [[0, 1], [1, 2]]);
     }
 }

@@ -236,6 +236,7 @@ mod tests {
                 for level in [0.05, 0.005] {
                     let found = false_alarms(n, 4000, level, wave);
                     println!("{n} samples, wave {wave}, level {level}: {found}");
+                    // 4000 draws at 0.005 are 20 alarms, whose standard deviation is a fifth.
                     assert!((0.6..1.8).contains(&(found / level)), "{n}, {wave}, {level}: {found}");
                 }
             }

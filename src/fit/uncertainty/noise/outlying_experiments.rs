@@ -100,6 +100,7 @@ mod tests {
 
     #[test]
     fn no_experiment_stands_out_where_half_are_bad_or_two_are_there() {
+        // Half of four are bad; two alone; and three that differ by a factor below two.
         assert_eq!(parts(&[0.05, 0.5, 0.6, 0.08]).outlying("2"), None);
         assert_eq!(parts(&[0.01, 0.5]).outlying("1"), None);
         assert_eq!(parts(&[0.05, 0.06, 0.09]).outlying("2"), None);
