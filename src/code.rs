@@ -165,6 +165,7 @@ impl Code {
 }
 
 impl fmt::Display for Code {
+    /// Writes the code as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }

@@ -312,6 +312,7 @@ impl Error {
 }
 
 impl From<marker_files::Error> for Error {
+    /// Converts `marker_files::Error` to `Error`.
     fn from(error: marker_files::Error) -> Self {
         match error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),

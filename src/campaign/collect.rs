@@ -34,6 +34,7 @@ impl Damage {
 }
 
 impl fmt::Display for Damage {
+    /// Writes the damage as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let DamagedLine { file, line, is_torn } = &self.0;
         let how = if *is_torn { "torn" } else { "damaged" };

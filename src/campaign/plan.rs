@@ -87,10 +87,12 @@ const DIGEST_BYTES: usize = 16;
 /// The schema of campaign files.
 #[cfg(test)]
 impl schemars::JsonSchema for Plan {
+    /// Name of the JSON schema of `Plan`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Campaign".into()
     }
 
+    /// JSON schema of `Plan`.
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         CampaignFile::json_schema(generator)
     }

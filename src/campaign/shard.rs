@@ -17,6 +17,7 @@ const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 impl FromStr for Shard {
     type Err = Error;
 
+    /// Reads the shard from its text; an error if it is not valid.
     fn from_str(text: &str) -> Result<Self, Error> {
         let invalid = || Error::invalid("--shard", text, ALLOWED);
         let (index, count) = text.split_once('/').ok_or_else(invalid)?;
@@ -26,7 +27,7 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// The part with an index from 0; none unless the index is below the count.
+    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count.
     fn new(index: u64, count: u64) -> Option<Self> {
         let (index, count) = (u128::from(index), u128::from(count));
         (index < count).then_some(Self { index, count })

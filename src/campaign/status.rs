@@ -82,6 +82,7 @@ impl Status {
 }
 
 impl fmt::Display for Status {
+    /// Writes the status as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

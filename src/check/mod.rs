@@ -448,6 +448,7 @@ pub fn check_hessian<const N: usize>(
 }
 
 impl fmt::Display for CheckReport {
+    /// Writes the check report as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

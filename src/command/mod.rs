@@ -167,6 +167,7 @@ enum DerivativesOption {
 }
 
 impl From<DerivativesOption> for Derivatives {
+    /// Converts `DerivativesOption` to `Derivatives`.
     fn from(option: DerivativesOption) -> Self {
         match option {
             DerivativesOption::Hand => Self::Hand,

@@ -24,18 +24,18 @@
 //! `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
 //!
 //! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there: at
-//! beta = 1/2 that would go on from step to step as `r1 = 2 (s1 - s0)/h - r0`, which forgets no
-//! error, only turns its sign, and feeds them into a stiff wire until it shakes itself to pieces.
+//! beta = 1/2 that would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps
+//! no error, only changes its sign, so that the errors of a stiff wire accumulate until it diverges.
 //! The viscous force over a step is then `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))` with the mean rates
 //! `d` of this step and the last and the gradients `G` of the strain at both ends: of second order at
 //! beta = 1/2, and where the geometry is linear just `eta K d1 G`, which never adds energy. The first
-//! step takes `d0 = 0`: that is of first order for one step, and forgets the rates of a rod that is
-//! thrown while an end is held, which last for less than a step.
+//! step takes `d0 = 0`: that is of first order for one step. It neglects the initial strain rates of a
+//! rod that starts with a velocity while an end is held; they last for less than a step.
 //!
 //! # Average vector field
 //!
 //! beta = 1/2 takes the mean of the forces at both ends of the step and lets the energy of a stiff
-//! rod grow in the long run. The mean over the straight way between them,
+//! rod grow in the long run. The mean over the straight line between them,
 //!
 //! ```text
 //! M (q1 - q0) - h M v0 + h^2/2 int_0^1 n(q0 + s (q1 - q0)) ds = 0
@@ -47,7 +47,7 @@
 //! rotations of reasonable steps (where it is not, the step is taken in halves; of [energies of one's
 //! own](crate::energy::own), which may have corners, the energy is only kept from growing). Damping
 //! acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in
-//! Newmark-beta at 1/2. On the way between them it has no business: nodes that go straight shorten
+//! Newmark-beta at 1/2. It does not act at the stages between them: nodes on straight lines shorten
 //! every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`, and the dissipation of
 //! that stretching, `eta EA alpha^4/24` a step and length, is more than that of bending in a wire.
 
@@ -65,7 +65,7 @@
 //! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and
 //! `b = (1 - am + af)^2/4` for the factor `rho` of unresolved fast modes over a step:
 //! second order at every `rho`, and so little dissipation of slow modes that rods which hardly
-//! stretch go in large steps without ringing. Without `a1` the first line is, times
+//! stretch take large steps without spurious oscillation. Without `a1` the first line is, times
 //! `b h^2/(1 - am)`, of Newmark's form with one more term, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
 //!
 //! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates
@@ -112,7 +112,7 @@ pub struct Acceleration<D> {
     pub end: [D; 3],
 }
 
-/// A point on the straight way from the start of a step to its end.
+/// A point on the straight line from the start of a step to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// Part of the way.

@@ -61,7 +61,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub factors: &'a FactorsOf<R, D>,
     /// The factors of the masses and of the tangent in the factored matrix.
     pub weights: [D; 2],
-    /// The forces on the way through the step, one per stage of an averaging scheme, and the
+    /// The forces at the stages within the step, one per stage of an averaging scheme, and the
     /// viscous ones at its end.
     pub stages: &'a [StageForces<D, R>],
     /// The rod at the end, measured from the frames at the start, if its numbers are plain.

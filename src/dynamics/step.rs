@@ -29,6 +29,7 @@ pub struct Work {
 }
 
 impl std::ops::AddAssign for Work {
+    /// Adds the counts of other work.
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.newton_iterations += other.newton_iterations;

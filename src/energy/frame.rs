@@ -32,6 +32,7 @@ pub struct Frames<D> {
 }
 
 impl<D: Clone> Clone for Frames<D> {
+    /// A copy of the frames.
     fn clone(&self) -> Self {
         Self { edges: self.edges.clone(), twist: self.twist.clone() }
     }

@@ -117,10 +117,12 @@ enum SceneForm {
 
 #[cfg(test)]
 impl schemars::JsonSchema for SceneForm {
+    /// Name of the JSON schema of `SceneForm`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "SceneOfFit".into()
     }
 
+    /// JSON schema of `SceneForm`.
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let here = generator.subschema_for::<Scene>();
         schemars::json_schema!({
@@ -133,6 +135,7 @@ impl schemars::JsonSchema for SceneForm {
 impl TryFrom<toml::Value> for SceneForm {
     type Error = String;
 
+    /// Converts `toml::Value` to `SceneForm`; an error if it is not valid.
     fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
         match value {
             toml::Value::String(file) => Ok(Self::File(file.into())),
@@ -157,6 +160,7 @@ struct NamedForm(ExperimentForm);
 impl TryFrom<ExperimentForm> for NamedForm {
     type Error = &'static str;
 
+    /// Converts `ExperimentForm` to `NamedForm`; an error if it is not valid.
     fn try_from(form: ExperimentForm) -> Result<Self, Self::Error> {
         match form.name.is_none() && form.path.is_none() && form.paths.is_empty() {
             true => Err("missing field `name`"),
@@ -276,10 +280,12 @@ impl Fit {
 
 #[cfg(test)]
 impl schemars::JsonSchema for FitFile {
+    /// Name of the JSON schema of `FitFile`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Fit".into()
     }
 
+    /// JSON schema of `FitFile`.
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         FitForm::json_schema(generator)
     }

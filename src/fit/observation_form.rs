@@ -20,6 +20,7 @@ pub(crate) struct ObservationForm(ObservationKeys);
 impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
+    /// Converts `ObservationKeys` to `ObservationForm`; an error if it is not valid.
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
         let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {

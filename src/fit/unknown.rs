@@ -74,6 +74,7 @@ pub(crate) fn with_fixed_layouts(
 }
 
 impl From<Parameter> for Unknown {
+    /// Converts `Parameter` to `Unknown`.
     fn from(parameter: Parameter) -> Self {
         let (start, bounds, prior) = (None, None, None);
         Self { parameter, start, bounds, prior, experiments: Vec::new(), plain: false }
@@ -81,6 +82,7 @@ impl From<Parameter> for Unknown {
 }
 
 impl fmt::Display for Unknown {
+    /// Writes the unknown as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&named(&self.parameter, &self.experiments))
     }

@@ -75,9 +75,11 @@ impl PartFile {
 }
 
 impl Write for PartFile {
+    /// Writes bytes, and returns how many of them are written.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write(bytes)
     }
+    /// Writes what is buffered.
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }

@@ -52,6 +52,7 @@ struct Product<'a, D, const W: usize, const G: usize> {
 impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
     type Output = ();
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         self.matrix.add_product_inlined(self.x, self.out);

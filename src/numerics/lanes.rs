@@ -13,6 +13,7 @@ impl<const G: usize> Lanes<G> {
 }
 
 impl<const G: usize> From<f64> for Lanes<G> {
+    /// Converts `f64` to `Lanes<G>`.
     #[inline(always)]
     fn from(x: f64) -> Self {
         Self([x; G])
@@ -42,6 +43,7 @@ elementwise! {
 
 impl<const G: usize> Mul<Lanes<G>> for f64 {
     type Output = Lanes<G>;
+    /// The product.
     #[inline(always)]
     fn mul(self, lanes: Lanes<G>) -> Lanes<G> {
         lanes * self
@@ -49,6 +51,7 @@ impl<const G: usize> Mul<Lanes<G>> for f64 {
 }
 
 impl<const G: usize> AddAssign for Lanes<G> {
+    /// Adds the numbers lane by lane.
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;

@@ -16,6 +16,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct OutOfLine<D>(pub D);
 
 impl<D: Scalar> From<f64> for OutOfLine<D> {
+    /// Converts `f64` to `OutOfLine<D>`.
     fn from(x: f64) -> Self {
         Self(D::from(x))
     }
@@ -54,6 +55,7 @@ derived_operators!([D: Scalar] OutOfLine<D>);
 
 impl<D: Scalar> Neg for OutOfLine<D> {
     type Output = Self;
+    /// The number with the opposite sign.
     #[inline(always)]
     fn neg(self) -> Self {
         #[inline(never)]

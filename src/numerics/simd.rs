@@ -112,6 +112,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
 }
 
 impl<L: Level> From<f64> for SimdF64<L> {
+    /// Converts `f64` to `SimdF64<L>`.
     #[inline(always)]
     fn from(x: f64) -> Self {
         Self::splat(L::here(), x)
@@ -143,6 +144,7 @@ derived_operators!([L: Level] SimdF64<L>);
 
 impl<L: Level> Neg for SimdF64<L> {
     type Output = Self;
+    /// The number with the opposite sign.
     #[inline(always)]
     fn neg(self) -> Self {
         Self { numbers: self.level.neg_f64s(self.numbers), ..self }

@@ -125,6 +125,7 @@ fn table<const N: usize>(entry: impl Fn(usize, usize) -> f64) -> [[f64; N]; N] {
 }
 
 impl<const N: usize> From<f64> for Terms<N> {
+    /// Converts `f64` to `Terms<N>`.
     fn from(value: f64) -> Self {
         let magnitude = value.abs();
         Self { value, first: [0.0; N], second: [[0.0; N]; N], magnitude, rounding: 0.0 }
@@ -136,18 +137,21 @@ const LINEAR: Partials = Partials { first: [1.0; 2], second: [0.0; 3], third: [0
 
 impl<const N: usize> Add for Terms<N> {
     type Output = Self;
+    /// The sum.
     fn add(self, other: Self) -> Self {
         self.chain2(&other, self.value + other.value, LINEAR)
     }
 }
 impl<const N: usize> Sub for Terms<N> {
     type Output = Self;
+    /// The difference.
     fn sub(self, other: Self) -> Self {
         self.chain2(&other, self.value - other.value, LINEAR)
     }
 }
 impl<const N: usize> Mul for Terms<N> {
     type Output = Self;
+    /// The product.
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         let partials = Partials { first: [b, a], second: [0.0, 1.0, 0.0], third: [0.0; 4] };
@@ -156,6 +160,7 @@ impl<const N: usize> Mul for Terms<N> {
 }
 impl<const N: usize> Div for Terms<N> {
     type Output = Self;
+    /// The quotient.
     fn div(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         // Derivatives of a/b by a and b: 1/b, -a/b^2, and so on; signs do not matter for bounds.
@@ -170,6 +175,7 @@ impl<const N: usize> Div for Terms<N> {
 }
 impl<const N: usize> Neg for Terms<N> {
     type Output = Self;
+    /// The number with the opposite sign.
     fn neg(self) -> Self {
         // Terms are absolute values.
         Self { value: -self.value, ..self }
@@ -177,24 +183,28 @@ impl<const N: usize> Neg for Terms<N> {
 }
 impl<const N: usize> Add<f64> for Terms<N> {
     type Output = Self;
+    /// The sum.
     fn add(self, other: f64) -> Self {
         Self { value: self.value + other, magnitude: self.magnitude + other.abs(), ..self }
     }
 }
 impl<const N: usize> Sub<f64> for Terms<N> {
     type Output = Self;
+    /// The difference.
     fn sub(self, other: f64) -> Self {
         self + -other
     }
 }
 impl<const N: usize> Mul<f64> for Terms<N> {
     type Output = Self;
+    /// The product.
     fn mul(self, other: f64) -> Self {
         self.chain(|x| x * other)
     }
 }
 impl<const N: usize> Div<f64> for Terms<N> {
     type Output = Self;
+    /// The quotient.
     fn div(self, other: f64) -> Self {
         self.chain(|x| x / other)
     }

@@ -101,7 +101,7 @@ fn along<D: Scalar>(axes: &[[f64; 3]; 3], x: Vector<D>) -> Vector<D> {
     axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2])
 }
 
-/// The time, s, of recorded motions; on the way to an equilibrium that of the start.
+/// The time, s, of recorded motions; in the search for an equilibrium that of the start.
 fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     match moment {
         MotionTime::Time(time) => time,

@@ -56,6 +56,7 @@ impl ParameterList {
 }
 
 impl fmt::Display for ParameterList {
+    /// Writes the parameter list as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

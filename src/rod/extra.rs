@@ -24,6 +24,7 @@ pub(crate) struct Placed<D> {
 }
 
 impl<D> std::fmt::Debug for Placed<D> {
+    /// Writes a placed energy for debugging.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} at {} places", self.name, self.spots.len())
     }

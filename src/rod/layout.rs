@@ -53,6 +53,7 @@ pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> 
 // Derived, these would require that frames are `Copy`.
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
+    /// A copy of the unknowns and frames.
     #[inline(always)]
     fn clone(&self) -> Self {
         *self

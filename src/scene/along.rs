@@ -40,12 +40,14 @@ pub struct Linear<D = f64> {
 }
 
 impl From<f64> for Along {
+    /// Converts `f64` to `Along`.
     fn from(value: f64) -> Self {
         Self::Whole(value)
     }
 }
 
 impl From<Vec<f64>> for Along {
+    /// Converts `Vec<f64>` to `Along`.
     fn from(values: Vec<f64>) -> Self {
         Self::Piecewise(values)
     }

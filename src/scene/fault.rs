@@ -96,6 +96,7 @@ impl Fault {
 }
 
 impl fmt::Display for Fault {
+    /// Writes the fault as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::LostFrames { time, frames, mended } => {

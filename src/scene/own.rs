@@ -99,6 +99,7 @@ impl<D> Attached<D> {
 }
 
 impl<D: fmt::Debug> fmt::Debug for Attached<D> {
+    /// Writes the attached energy for debugging.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, at, values, .. } = self;
         f.debug_struct("Attached")
@@ -230,6 +231,7 @@ struct EnergyTable<D> {
 }
 
 impl<D: SceneNumber> Serialize for Attached<D> {
+    /// Writes the attached energy to a file format.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(1 + self.values.len()))?;
         for (name, value) in self.values() {

@@ -350,12 +350,14 @@ impl Parameter {
 }
 
 impl Serialize for Parameter {
+    /// Writes the parameter to a file format.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
 }
 
 impl<'de> Deserialize<'de> for Parameter {
+    /// Reads the parameter from a file format.
     fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
         Self::try_from(String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
     }
@@ -363,10 +365,12 @@ impl<'de> Deserialize<'de> for Parameter {
 
 #[cfg(test)]
 impl schemars::JsonSchema for Parameter {
+    /// Name of the JSON schema of `Parameter`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Parameter".into()
     }
 
+    /// JSON schema of `Parameter`.
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         // Paths without list indices; lists and user-defined energies have more.
         let places = quantities().keys().filter(|place| !place.contains('#')).cloned();
@@ -383,6 +387,7 @@ impl schemars::JsonSchema for Parameter {
 impl TryFrom<String> for Parameter {
     type Error = String;
 
+    /// Converts `String` to `Parameter`; an error if it is not valid.
     fn try_from(name: String) -> Result<Self, String> {
         Self::named(&name).ok_or_else(|| {
             let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
@@ -400,18 +405,21 @@ impl TryFrom<String> for Parameter {
 impl std::str::FromStr for Parameter {
     type Err = Error;
 
+    /// Reads the parameter from its text; an error if it is not valid.
     fn from_str(name: &str) -> Result<Self, Error> {
         Self::try_from(name.to_string()).map_err(|message| Error::Parse { file: None, message })
     }
 }
 
 impl fmt::Display for Parameter {
+    /// Writes the parameter as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
 impl fmt::Debug for Parameter {
+    /// Writes the parameter for debugging.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }

@@ -68,6 +68,7 @@ struct ArcLength<D> {
 }
 
 impl<D> From<PointForm<D>> for Point<D> {
+    /// Converts `PointForm<D>` to `Point<D>`.
     fn from(form: PointForm<D>) -> Self {
         match form {
             PointForm::Name(Name::Tip) => Self::Tip,
@@ -78,6 +79,7 @@ impl<D> From<PointForm<D>> for Point<D> {
 }
 
 impl<D> From<Point<D>> for PointForm<D> {
+    /// Converts `Point<D>` to `PointForm<D>`.
     fn from(point: Point<D>) -> Self {
         match point {
             Point::Tip => Self::Name(Name::Tip),

@@ -54,7 +54,7 @@ table! {
 pub enum MotionTime<D> {
     /// Time of a simulation, s.
     Time(D),
-    /// Step on the way to an equilibrium: that at t = 0, or, `settled`, the one after every ramp.
+    /// Step of the search for an equilibrium: that at t = 0, or, `settled`, the one after every ramp.
     Approach {
         /// Fraction of the displacements that is applied, 0 to 1.
         progress: D,
@@ -91,7 +91,7 @@ impl<D: Scalar> Motion<D> {
         }
     }
 
-    /// Displacement of the end by the recording since t = 0, m, in the world; none without a recording, and on the way
+    /// Displacement of the end by the recording since t = 0, m, in the world; none without a recording, and in the search
     /// to an equilibrium.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };

@@ -69,6 +69,7 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
+    /// Converts `TimeForm<D>` to `Time<D>`; an error if it is not valid.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
         if step == Some(f64::INFINITY) {
@@ -107,6 +108,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
+    /// Converts `Time<D>` to `TimeForm<D>`.
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
         let parameter = scheme.traits().parameter;

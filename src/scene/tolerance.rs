@@ -53,6 +53,7 @@ impl Default for StepTolerance {
 }
 
 impl Serialize for StepTolerance {
+    /// Writes the step tolerance to a file format.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Predicted(part) => serializer.serialize_f64(*part),
@@ -62,6 +63,7 @@ impl Serialize for StepTolerance {
 }
 
 impl<'de> Deserialize<'de> for StepTolerance {
+    /// Reads the step tolerance from a file format.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct ToleranceVisitor;
         impl Visitor<'_> for ToleranceVisitor {
@@ -89,10 +91,12 @@ impl<'de> Deserialize<'de> for StepTolerance {
 
 #[cfg(test)]
 impl schemars::JsonSchema for StepTolerance {
+    /// Name of the JSON schema of `StepTolerance`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Tolerance".into()
     }
 
+    /// JSON schema of `StepTolerance`.
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
             "description": "Newton error of a step as a fraction of the rod length, or \"rounding\".",

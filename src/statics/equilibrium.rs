@@ -75,6 +75,7 @@ impl Equilibrium {
 }
 
 impl std::fmt::Display for Equilibrium {
+    /// Writes the equilibrium as text.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }

@@ -40,6 +40,7 @@ pub(crate) struct Stability {
 }
 
 impl std::ops::AddAssign for Stability {
+    /// Adds the counts of another stability.
     fn add_assign(&mut self, other: Self) {
         self.unstable += other.unstable;
         self.marginal += other.marginal;

@@ -11,6 +11,7 @@ const DIGITS: usize = 3;
 const FEW_DIGITS: usize = 2;
 
 impl Display for Study {
+    /// Writes the study as text.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

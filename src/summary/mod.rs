@@ -275,6 +275,7 @@ impl Summary {
 }
 
 impl fmt::Display for Summary {
+    /// Writes the summary as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.render(TextStyle::default()))
     }

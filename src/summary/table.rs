@@ -97,6 +97,7 @@ impl<T> ItemTable<T> {
 }
 
 impl<T> From<ItemTable<T>> for SummaryTable {
+    /// Converts `ItemTable<T>` to `SummaryTable`.
     fn from(built: ItemTable<T>) -> Self {
         built.table
     }

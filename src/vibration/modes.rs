@@ -424,6 +424,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 }
 
 impl std::fmt::Display for Modes {
+    /// Writes the modes as text.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }

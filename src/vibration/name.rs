@@ -26,18 +26,21 @@ pub struct ModeName {
 }
 
 impl From<usize> for ModeName {
+    /// Converts `usize` to `ModeName`.
     fn from(number: usize) -> Self {
         Self { number, among: ModeFilter::default() }
     }
 }
 
 impl From<&ModeName> for ModeName {
+    /// Converts `&ModeName` to `ModeName`.
     fn from(name: &ModeName) -> Self {
         *name
     }
 }
 
 impl From<&usize> for ModeName {
+    /// Converts `&usize` to `ModeName`.
     fn from(number: &usize) -> Self {
         Self::from(*number)
     }

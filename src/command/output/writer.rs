@@ -16,10 +16,12 @@ pub struct OutputWriter {
 }
 
 impl Write for OutputWriter {
+    /// Writes bytes, and returns how many of them are written.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.buffer.write(bytes)
     }
 
+    /// Writes what is buffered.
     fn flush(&mut self) -> io::Result<()> {
         self.buffer.flush()
     }
@@ -36,6 +38,7 @@ pub(super) enum Sink {
 }
 
 impl Write for Sink {
+    /// Writes bytes, and returns how many of them are written.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
             Self::Stdout(is_closed) if is_closed.get() => Ok(bytes.len()),
@@ -52,6 +55,7 @@ impl Write for Sink {
         }
     }
 
+    /// Writes what is buffered.
     fn flush(&mut self) -> io::Result<()> {
         match self {
             Self::Stdout(_) => terminal::unless_closed(io::stdout().flush()),

@@ -60,6 +60,7 @@ struct Application<'a, R: Sensitive, const G: usize> {
 impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
     type Output = Result<(), Error>;
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.map.apply_inlined(self.parameters, self.state, self.room)

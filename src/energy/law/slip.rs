@@ -49,6 +49,7 @@ pub struct Spring<D, K, const S: usize> {
 }
 
 impl<D, K, const S: usize> From<Sliders<D>> for Springs<D, K, S> {
+    /// Converts `Sliders<D>` to `Springs<D, K, S>`.
     fn from(sliders: Sliders<D>) -> Self {
         Self { sliders: Arc::new(sliders), acting: Vec::new() }
     }

@@ -12,6 +12,7 @@ use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt;
 
 impl fmt::Display for Design {
+    /// Writes the design as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

@@ -223,6 +223,7 @@ impl FieldReport {
 }
 
 impl fmt::Display for FieldReport {
+    /// Writes the field report as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

@@ -147,12 +147,14 @@ pub struct Dataset<D> {
 impl<D> Deref for Dataset<D> {
     type Target = D;
 
+    /// The data of the data set.
     fn deref(&self) -> &D {
         &self.data
     }
 }
 
 impl<D> DerefMut for Dataset<D> {
+    /// The data of the data set, to be changed.
     fn deref_mut(&mut self) -> &mut D {
         &mut self.data
     }
@@ -177,7 +179,7 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// As validation data: predicted, not fitted.
+    /// Marks the data set as validation data: its values are predicted, not fitted.
     pub fn held_out(mut self) -> Self {
         self.header.held_out = true;
         self

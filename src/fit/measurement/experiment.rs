@@ -77,7 +77,7 @@ impl Experiment {
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
-    /// Work of one full simulation of it, steps times segments.
+    /// Work of one full simulation of the experiment: steps times segments.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())

@@ -14,6 +14,7 @@ const NAMED_GAPS: usize = 5;
 const DIGITS: usize = 3;
 
 impl fmt::Display for Inspection {
+    /// Writes the inspection as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

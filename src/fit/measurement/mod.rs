@@ -90,6 +90,7 @@ kinds! {
 pub type Measurement = Dataset<MeasuredData>;
 
 impl<K: DataKind + Into<MeasuredData>> From<Dataset<K>> for Measurement {
+    /// Converts `Dataset<K>` to `Measurement`.
     fn from(own: Dataset<K>) -> Self {
         Self { header: own.header, data: own.data.into() }
     }

@@ -15,6 +15,7 @@ const NAMED_RESOLUTIONS: usize = 3;
 const DIGITS: usize = 4;
 
 impl fmt::Display for FitReport {
+    /// Writes the fit report as text.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

@@ -235,7 +235,7 @@ impl Search<'_> {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
 
-    /// The growth of the sensitivities at an optimum.
+    /// For every unknown, the growth in time of its sensitivities at an optimum, if one is found.
     pub fn growths(&self, optimum: &Optimum) -> Vec<Option<SensitivityGrowth>> {
         growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
     }

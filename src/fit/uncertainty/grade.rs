@@ -71,6 +71,7 @@ impl Grade {
 }
 
 impl fmt::Display for Grade {
+    /// Writes the grade as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Trustworthy => "no problem detected",

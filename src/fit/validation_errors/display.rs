@@ -9,6 +9,7 @@ use std::fmt::{self, Formatter};
 const DIGITS: usize = 3;
 
 impl fmt::Display for ValidationReport {
+    /// Writes the validation report as text.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.to_summary().fmt(f)
     }

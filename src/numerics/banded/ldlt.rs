@@ -32,6 +32,7 @@ struct Factor<'a, V, D, const W: usize> {
 impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, V, D, W> {
     type Output = Result<(), Singular>;
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.factors.eliminate_inlined(self.level, self.sum)
@@ -53,6 +54,7 @@ where
 {
     type Output = ();
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         self.factors.solve_blocks(self.level, self.x);

@@ -147,6 +147,7 @@ impl<D> Default for Room<D> {
 }
 
 impl<D> Clone for Room<D> {
+    /// A copy of the room.
     fn clone(&self) -> Self {
         Self::default()
     }

@@ -301,6 +301,7 @@ impl<D: Scalar, E: RightHandSide<D>, const R: usize> pulp::NullaryFnOnce
 {
     type Output = ();
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         let count = self.x.len().min(self.column.len());

@@ -9,7 +9,7 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// The mean gradient over the straight way from the start of the step to its end, and the viscous
+    /// The mean gradient over the straight line from the start of the step to its end, and the viscous
     /// forces at the end.
     pub(super) fn average(
         &mut self,

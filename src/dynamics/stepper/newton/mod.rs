@@ -59,6 +59,7 @@ struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
 impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
     type Output = Result<(), Error>;
 
+    /// Runs the computation, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.newton.step_inlined(self.step, self.before, self.state, self.work)

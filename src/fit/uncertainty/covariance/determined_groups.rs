@@ -44,6 +44,7 @@ pub struct DeterminedGroup {
 }
 
 impl fmt::Display for DeterminedGroup {
+    /// Writes the determined group as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, value, relative_std_error, unit, interval95 } = self;
         write!(f, "{name} = {value:.4e} {unit} +- {:.2} %", 100.0 * relative_std_error)?;

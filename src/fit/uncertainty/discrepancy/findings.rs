@@ -61,6 +61,7 @@ impl ScoreTest {
 }
 
 impl fmt::Display for ScoreTest {
+    /// Writes the score test as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = size_text(*estimate, unit);

@@ -192,7 +192,7 @@ impl CoordinateSeries {
     }
 }
 
-/// The largest estimate of a correlation from so many pairs of neighbors.
+/// The largest estimate of a correlation between neighbors that `pairs` pairs of them allow.
 fn largest_correlation(pairs: f64) -> f64 {
     1.0 - 2.0 / pairs
 }
