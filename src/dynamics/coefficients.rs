@@ -205,7 +205,7 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The same coefficients as other numbers.
+    /// The coefficients with every number converted to another scalar type.
     pub fn map<E: Copy + From<f64>>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
         StepCoefficients {
             h: self.h,
@@ -269,7 +269,8 @@ impl<D: Scalar> StepCoefficients<D> {
         end
     }
 
-    /// The velocity that mass damping acts on: at the end, or the mean.
+    /// The velocity that mass damping acts on, from the change of the unknown over the step, and its velocity and
+    /// acceleration at the start: the mean velocity for an averaging scheme, that at the end for others.
     #[inline]
     pub fn damped_velocity(&self, change: D, v0: D, a0: D) -> D {
         if self.averages() { change * (1.0 / self.h) } else { self.velocity(change, v0, a0) }

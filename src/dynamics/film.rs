@@ -85,7 +85,7 @@ impl Film {
         &self.frames
     }
 
-    /// Tip and energies at these and more times.
+    /// Tip position and energies of all samples; there are at least as many as frames.
     pub fn samples(&self) -> &[FilmSample] {
         &self.samples
     }

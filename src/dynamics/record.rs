@@ -135,7 +135,7 @@ impl<D: Scalar> Record<D> {
         Ok(k * self.width() + column)
     }
 
-    /// The number of motions of a step.
+    /// The number of recorded motions per time: one for each tracked node, three for each edge.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
     }

@@ -143,7 +143,7 @@ pub(crate) struct StepControl {
 }
 
 impl StepControl {
-    /// Control at the start of a run.
+    /// The control of the energy for a run of the scene, at the initial state of the simulation.
     pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         let limits = Limits::of(scene);
         let (start, kinetic, still) = match limits {
@@ -218,7 +218,7 @@ impl StepControl {
         Ok(())
     }
 
-    /// Takes the checked step for good.
+    /// Accepts the checked step: its energy is the reference of the next check.
     pub fn accept(&mut self) {
         match self.now {
             Some(now) => {

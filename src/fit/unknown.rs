@@ -94,17 +94,17 @@ impl Unknown {
         parameter.into()
     }
 
-    /// With a start value, in the parameter's unit.
+    /// The unknown with a start value, in the parameter's unit.
     pub fn start(self, start: f64) -> Self {
         Self { start: Some(start), ..self }
     }
 
-    /// With bounds, in the parameter's unit.
+    /// The unknown with a lower and an upper bound, in the parameter's unit.
     pub fn bounds(self, low: f64, high: f64) -> Self {
         Self { bounds: Some([low, high]), ..self }
     }
 
-    /// With a normal prior of this mean and standard deviation, in the parameter's unit.
+    /// The unknown with a normal prior of this mean and standard deviation, in the parameter's unit.
     pub fn prior(self, mean: f64, sigma: f64) -> Self {
         Self { prior: Some(Prior { mean, sigma }), ..self }
     }

@@ -285,7 +285,7 @@ impl PageChart {
         }
     }
 
-    /// A point in the units of the axes.
+    /// A point of the data, converted to the units of the axes.
     fn displayed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [x / self.axes[0].factor, y / self.axes[1].factor]
     }

@@ -11,7 +11,7 @@ fn plus_minus(e: &Estimate, error: f64) -> String {
     format!("\u{b1} {}", estimate_scale(e).format(error, e.std_error.or(Some(error))))
 }
 
-/// An interval with the digits of the standard error.
+/// The ends of an interval as text, with the number of digits that the standard error of the estimate allows.
 fn own_interval(e: &Estimate, ends: [f64; 2]) -> String {
     interval(ends, e.std_error, &estimate_scale(e))
 }

@@ -194,7 +194,7 @@ impl NumberTree for Attached {
         Attached { name: self.name.clone(), at: self.at, code: self.code.clone(), values }
     }
 
-    /// The limits of the code are checked with the energy.
+    /// Checks nothing: the limits of the code are checked with the energy.
     fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }

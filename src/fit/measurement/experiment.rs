@@ -60,7 +60,7 @@ impl Experiment {
         self.records().next().is_some()
     }
 
-    /// Whether the shape at rest, readings at rest or frequencies were measured.
+    /// Whether any shape at rest, reading at rest or frequency was measured.
     pub(crate) fn rests(&self) -> bool {
         self.records().count() < self.measurements.len()
     }

@@ -109,7 +109,7 @@ pub struct CarriedPosition<D> {
     pub curvatures: [[D; 2]; MOST],
 }
 
-/// An arm after a rotation.
+/// The arm `[x, y]`, m, of a body after the rotation with this cosine and sine.
 #[inline]
 fn rotated<D: Scalar>([cosine, sine]: [D; 2], [x, y]: [D; 2]) -> [D; 2] {
     [cosine * x - sine * y, sine * x + cosine * y]

@@ -291,7 +291,7 @@ fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) ->
     LARGEST_SLOPE * (wave * radius).powi(2) * (1.0 + flexibility) > SMALLEST_SOFTENING
 }
 
-/// Relative reductions of the squared frequencies.
+/// Relative reduction of the squared frequency of each measured mode by shear deformation and rotary inertia.
 fn reductions(
     problem: &Problem,
     frequencies: &ModeFrequencies,
