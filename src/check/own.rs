@@ -89,6 +89,7 @@ where
         let numbers = numbers(lengths, nodes, &edges[..N - 1]);
         let there = IndependentInputs { energy, parameters, numbers };
         let NodesAndEdges { nodes, edges } = &state.now;
+        // All inputs in one list: nodes, then the directors of the edges.
         let now = nodes.iter().chain(edges[..N - 1].iter().flatten()).flatten().copied();
         let inputs: Vec<f64> = now.collect();
         let name = format!("state {k}");
@@ -102,6 +103,8 @@ where
                 report.compare(&there, inputs, &name, dof);
             }};
         }
+        // An element of N nodes has N - 1 edges with three directors each: 3 N + 9 (N - 1)
+        // inputs.
         match N {
             1 => sized!(3),
             2 => sized!(15),
@@ -213,6 +216,7 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
             (0..x.len()).map(|i| gradient[i] * unit(i)).collect()
         },
         hand: by(Derivatives::Hand),
+        // Three independent routes: by hand, by dual numbers, and differences of the energy.
         dual: by(Derivatives::Dual),
         terms: scaled(energy.terms(site, q)),
     };

@@ -125,6 +125,8 @@ pub(crate) fn choose(
     let why = match asked {
         Dimension::Spatial => "requested by rod.dimension".to_string(),
         Dimension::Auto | Dimension::Planar => {
+            // The planar model has fewer unknowns, and is chosen wherever it represents the
+            // scene.
             match PlanarModel::new(scene, mesh, start.as_deref(), correction) {
                 Ok(model) => {
                     let n = model.normal();
@@ -137,6 +139,7 @@ pub(crate) fn choose(
                     };
                     return Ok((AnyModel::Planar(ModelWithSetup::new(model, scene)), why));
                 }
+                // A requested planar model must not silently become a spatial one.
                 Err(why) if asked == Dimension::Planar => {
                     let allowed = format!("\"auto\" or \"spatial\", as {why}");
                     return Err(Error::invalid("rod.dimension", "\"planar\"", allowed));
@@ -145,6 +148,7 @@ pub(crate) fn choose(
             }
         }
     };
+    // Keys that only one of the two models can have.
     if scene.supports.angle != 0.0 {
         let found = format!("{} in a spatial scene ({why})", scene.supports.angle);
         return Err(Error::invalid("supports.angle", found, "planar scenes only"));

@@ -151,14 +151,19 @@ impl NodalDrag<f64> {
             let Parts { along, across, speeds, normal, tangential } = self.parts(t, v, i);
             let d = self.of_node(d, i);
             let [force_normal, force_along] = [dot(d, across), dot(d, *t) * along];
+            // The force of a node is proportional to its length.
             slopes.lengths[i] += force_normal * normal + force_along * tangential;
             let length = self.lengths[i];
             let d = scale(d, length);
             let [by_normal, by_tangential] = [force_normal * length, force_along * length];
+            // By the linear and quadratic coefficients: the quadratic part has the speed as a
+            // factor.
             slopes.normal[0] += by_normal;
             slopes.normal[1] += by_normal * speeds[0];
             slopes.tangential[0] += by_tangential;
             slopes.tangential[1] += by_tangential * speeds[1];
+            // By the velocity relative to the fluid, through its parts across and along the
+            // tangent.
             let speeding = by_normal * self.normal[1] / speeds[0];
             let by_across = add(scale(d, normal), scale(across, speeding));
             let by_along = tangential * dot(d, *t)
@@ -166,11 +171,14 @@ impl NodalDrag<f64> {
                 - dot(by_across, *t);
             let relative = add(across, scale(*t, along));
             let by_velocity = add(by_across, scale(*t, by_along));
+            // By the tangent: across and along are projections on it.
             let by_tangent = add(
                 scale(d, tangential * along),
                 sub(scale(relative, by_along), scale(by_across, along)),
             );
             slopes.fluid = sub(slopes.fluid, by_velocity);
+            // The tangent of a node is the unit chord between its neighbors: d t = (I - t
+            // t')/|chord| d chord.
             let [a, b] = [i.saturating_sub(1), (i + 1).min(last)];
             let chord = sub(self.of_node(q, b), self.of_node(q, a));
             let size = dot(chord, chord).sqrt();

@@ -180,6 +180,8 @@ impl Blueprint {
         let arm = |a: [D; 2], b: [D; 2]| [a[0] - b[0], a[1] - b[1]];
         for (end, hold) in self.plan.ends[i].into_iter().enumerate() {
             let mut held = end_nodes(own.nodes(), end).to_vec();
+            // A hinge holds the end node only; a clamp also the next one, and with it the
+            // direction.
             if hold.support() == Support::Pinned {
                 held.truncate(1);
             }
@@ -195,6 +197,8 @@ impl Blueprint {
                         let (place, zero) = (own.node(node), [D::from(0.0); 2]);
                         let (on_body, on_clamp) = match spring {
                             None => (arm(place, centers[body]), zero),
+                            // With a rotational spring, two arms: of the wall on the body, and of
+                            // the node on the clamp that turns.
                             Some(_) => {
                                 let wall = own.wall(end);
                                 (arm(wall, centers[body]), arm(place, wall))

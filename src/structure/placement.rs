@@ -138,6 +138,7 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
     vectors.extend(forces);
     let nodes: Vec<Vector<f64>> = meshes.iter().flat_map(|mesh| mesh.nodes.clone()).collect();
     let start = nodes[0];
+    // A body is in the plane if the vector from a node to its center is.
     let centers = structure.bodies.iter().map(|body| KeyedVector {
         key: format!("bodies.{}.position", body.name),
         vector: sub(body.position, start),

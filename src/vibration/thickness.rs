@@ -54,6 +54,8 @@ pub(crate) fn thickness_effects(
         (0..names.len()).filter(|k| planes[*k] == plane).collect()
     };
     match problem.discretized() {
+        // A planar rod vibrates in its plane and out of it; the second needs the spatial model of
+        // the same state.
         AnyProblem::Planar(discretized) => {
             let q = linearization_state(&discretized, about)?.0;
             let inside = places_in(Some(ModePlane::In));

@@ -106,6 +106,7 @@ impl Observation {
         let markers = path.free_markers([supports.start, supports.end]);
         let free = markers.into_iter().map(|j| (nodes[j], &track.markers()[j]));
         let observation = |(node, marker): (usize, &Marker)| {
+            // From the third frame on: the first two give the places and velocities at t = 0.
             let frames = (2..track.times().len()).step_by(every);
             let kept = frames.filter(|k| {
                 track.times()[*k] <= end

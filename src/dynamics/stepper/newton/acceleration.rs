@@ -42,6 +42,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     let mut now = state.clone();
     let mut newton = Newton::<D, R>::new(scheme, system, tolerance, &mut now);
     now.internal.strain_rate = rates;
+    // The forces of the state, with the given strain rates.
     newton.find_forces(system, &mut now);
     newton.coefficients = StepCoefficients::new(scheme.0, scheme.1, false, h);
     let step = Step { system, time: now.time + h, h };
@@ -50,9 +51,11 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
         drag_forces.begin(drag, &now, h);
     }
     let mut work = Work::default();
+    // Matrix of a step of size h from this state: masses plus h^2 times stiffness and damping.
     newton.evaluate(&step, &now, &now, true, &mut work);
     newton.factor(&step, &mut work)?;
     let free = system.free.clone();
+    // Accelerations by the forces, of free unknowns only.
     let mut a: Vec<D> = now.unbalanced.iter().map(|n| -*n).collect();
     system.prescribed.fill(&mut a, D::from(0.0));
     newton.factors.solve(&mut a);

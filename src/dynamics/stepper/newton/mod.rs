@@ -548,6 +548,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) {
+        // The states of past steps predict the next one.
         self.predictor.store(before);
         let (free, coefficients) = (step.system.free.clone(), self.coefficients);
         let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
@@ -563,6 +564,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 coefficients.velocities([q1, q0, v0], |i| a0[i], v1);
             }
         }
+        // Only generalised-alpha continues from accelerations.
         if self.scheme == Scheme::GeneralisedAlpha {
             state.acceleration.resize(state.q.len(), D::from(0.0));
             let a1 = &mut state.acceleration[free.clone()];
@@ -588,8 +590,11 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 None => rod.strains(q, frames, &mut internal.strain),
             }
             let (damping, z) = (&step.system.damping, &mut internal.relaxing);
+            // Maxwell elements relax along the change of the strains over the step.
             viscosity::relax(damping, step.h, &before.internal, &internal.strain, z);
             let changes = internal.strain.iter().zip(&before.internal.strain);
+            // The mean rate over the step, (s1 - s0)/h, is the rate at the start of the next
+            // step.
             internal.strain_rate.clear();
             internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));
             self.find_forces(step.system, state);
@@ -598,6 +603,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         } else if self.coefficients.averages() {
             state.unbalanced.fill(D::from(0.0));
         }
+        // Reference frames follow accepted unknowns, so that their twist is continuous beyond
+        // half a turn.
         R::rebase(&mut state.frames, &state.q);
     }
 }
