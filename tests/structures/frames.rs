@@ -132,3 +132,43 @@ fn frequencies_of_a_tee_agree_with_dynamic_stiffness() {
     ];
     compare("tee", &frequencies(&tee, 3), &exact(&beams, 3, [5.0, 1500.0]));
 }
+
+/// The buckling load of a portal frame with clamped legs of length `L` and a beam of length `b` under forces on both
+/// joints: it sways at `P = EI k^2` with `kL cot(kL) = -6 L/b`, as each leg bends to `1 - cos kx` against the stiffness
+/// `6 EI/b` of the beam (Timoshenko and Gere, *Theory of Elastic Stability*, section 2.4).
+#[test]
+fn buckling_load_of_a_portal_frame_agrees_with_the_stability_equation() {
+    let (leg, beam) = (0.3, 0.2);
+    let equation = |x: f64| x / x.tan() + 6.0 * leg / beam;
+    let (mut low, mut high) = (PI / 2.0, PI - 1e-9);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *if equation(middle) > 0.0 { &mut low } else { &mut high } = middle;
+    }
+    let critical = bending() * (low / leg).powi(2);
+    // The square of the sway frequency is nearly linear in the force, and zero at the critical one.
+    let squared = |part: f64| {
+        let force = -part * critical;
+        let load = |rod: &str, node: &str| {
+            format!("[[loads.point]]\nrod = \"{rod}\"\nnode = {node}\nforce = [0, {force:e}, 0]\n")
+        };
+        let frame = structure(&[
+            rod("left", 100, leg, [0.0, 1.0]),
+            rod("beam", 60, beam, [1.0, 0.0]),
+            rod("right", 100, leg, [0.0, -1.0]),
+            joint("rigid", &["left.end", "beam.start"], ""),
+            joint("rigid", &["beam.end", "right.start"], ""),
+            support("left.start", "clamped"),
+            support("right.end", "clamped"),
+            load("left", "\"tip\""),
+            load("right", "{ arc_length = 0.0 }"),
+        ]);
+        let found = frame.equilibrium().unwrap();
+        assert!(found.stable_in_plane, "{part}");
+        frame.modes(1, false).unwrap().modes[0].frequency_rad_s.powi(2)
+    };
+    let [far, near] = [0.96, 0.98].map(squared);
+    let found = 0.98 + 0.02 * near / (far - near);
+    println!("buckling load: {:e}", found - 1.0);
+    assert!((found - 1.0).abs() < 1e-3, "{found}");
+}
