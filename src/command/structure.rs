@@ -62,7 +62,7 @@ pub fn simulate(
     }
     bar.finish_and_clear();
     report.shape = motion.shape();
-    report.finish(&outcome);
+    report.finish(&structure, &outcome);
     if matches!(outcome, Err(Error::Interrupted)) {
         outputs.set_interrupted();
     }

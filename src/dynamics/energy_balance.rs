@@ -33,7 +33,7 @@ pub(super) fn is_conservative(scene: &Scene) -> bool {
 }
 
 /// The warning of a run whose total energy changed by `change` of the largest kinetic energy.
-pub(super) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
+pub(crate) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let time = scene.time.as_ref().filter(|_| is_conservative(scene))?;
     // A chosen step is for the accuracy of positions, which lost high modes hardly change.
     let most = match is_dissipative(time) || scene.chosen().step {

@@ -27,6 +27,7 @@ pub(crate) mod viscosity;
 
 pub use adjoint::{Reversible, TrajectorySlopes};
 pub(crate) use bisection::{BisectedSteps, advance};
+pub(crate) use energy_balance::warning as energy_warning;
 pub use film::{Film, FilmSample, Frame};
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};

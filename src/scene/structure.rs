@@ -161,7 +161,7 @@ table! {
         /// Moment of inertia about its center of mass, kg m^2.
         pub inertia: D = Quantity::positive("kg m^2"),
         /// Position of its center of mass at rest, m.
-        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub position: [D; 3] = PLACE,
     }
 }
@@ -314,14 +314,14 @@ table! {
         /// Name of the rod.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub rod: Option<String>,
-        /// Position on the rod: `"tip"`, a node index or `{ arc_length = m }`.
-        #[serde(default, skip_serializing_if = "is_default")]
-        pub node: Point<D> = TABLE,
+        /// Position on the rod: `"tip"`, a node index or `{ arc_length = m }`; default: the tip.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub node: Option<Point<D>> = TABLE,
         /// Name of the body.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub body: Option<String>,
         /// Force in world axes, N.
-        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub force: [D; 3] = Quantity::signed("N"),
     }
 }
@@ -366,6 +366,22 @@ impl StructureScene {
             ensure(rod.segments >= SEGMENTS, key, rod.segments, format!("{SEGMENTS} or more"))?;
             self.material_of(rod)?;
         }
+        for (k, load) in self.loads.point.iter().enumerate() {
+            let key = format!("loads.point[{k}]");
+            let allowed = "either rod, with node, or body";
+            match (&load.rod, &load.body, &load.node) {
+                (Some(rod), None, _) => drop(self.rod(&format!("{key}.rod"), rod)?),
+                (None, Some(body), None) => drop(self.body(&format!("{key}.body"), body)?),
+                (None, Some(_), Some(_)) => {
+                    let allowed = "no such key with body, whose center of mass the force acts on";
+                    return Err(Error::invalid(format!("{key}.node"), "a place on a rod", allowed));
+                }
+                (Some(_), Some(_), _) => return Err(Error::invalid(key, "rod and body", allowed)),
+                (None, None, _) => {
+                    return Err(Error::invalid(key, "neither rod nor body", allowed));
+                }
+            }
+        }
         let state = self.initial.state;
         let known = matches!(state, InitialState::Rest | InitialState::Equilibrium);
         let allowed = "\"rest\" or \"equilibrium\", for a structure";
@@ -376,6 +392,8 @@ impl StructureScene {
             time.check(false)?;
             let allowed = "a step, s: the program does not choose that of a structure";
             ensure(time.step.is_some(), "time.step", "no such key", allowed)?;
+            let (step, allowed) = (time.step_size(), format!("up to time.end, {} s", time.end));
+            ensure(step <= time.end, "time.step", step, allowed)?;
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ const REQUIRED: [Rule; 9] = [
     if_there("rods[].shape", shape_keys),
     if_there("rods[].section", section_keys),
     if_there("materials[]", |_| &["name", "density", "youngs_modulus"]),
-    if_there("bodies[]", |_| &["name", "mass", "inertia"]),
+    if_there("bodies[]", |_| &["name", "mass", "inertia", "position"]),
     if_there("joints[]", |joint| match joint.get("kind").and_then(toml::Value::as_str) {
         Some("spring") => &["connects", "rotation"],
         _ => &["kind", "connects"],

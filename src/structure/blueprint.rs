@@ -10,7 +10,7 @@ use crate::rod::assembly::{FixedNode, Member};
 use crate::rod::{AssembledRod, Assembly};
 use crate::scene::mesh::Mesh;
 use crate::scene::structure::StructureScene;
-use crate::scene::{Plane, PointForce, Scene, Support};
+use crate::scene::{Plane, Point, PointForce, Scene, Support};
 use crate::structure::inertia::BodiesAtRest;
 use crate::structure::placement::{
     PlacedRod, check_joints, common_plane, end_nodes, placed_meshes,
@@ -62,6 +62,11 @@ fn of_rod(error: Error, name: &str) -> Error {
 fn part_model(part: &Scene, plane: Plane) -> Result<PlanarModel, Error> {
     let mesh = part.mesh()?;
     check_edges("rod.shape", &mesh.nodes)?;
+    let factors = part.rod.natural_curvature.values();
+    if mesh.is_straight() && factors.iter().any(|factor| *factor != 1.0) {
+        let allowed = "1, or no such key, with a straight shape, whose curvature is zero";
+        return Err(Error::invalid("rod.natural_curvature", format!("{factors:?}"), allowed));
+    }
     check_on_mesh(part, &mesh)?;
     PlanarModel::in_plane(part, &mesh, plane, correction(part, &mesh, &[]))
 }
@@ -152,8 +157,11 @@ impl Blueprint {
             if load.rod.as_ref() != Some(name) {
                 continue;
             }
-            let force =
-                PointForce { node: load.node, force: load.force, moment: [D::from(0.0); 3] };
+            let force = PointForce {
+                node: load.node.unwrap_or_default(),
+                force: load.force,
+                moment: [D::from(0.0); 3],
+            };
             let loads =
                 nodal_loads(&[force], "loads", &setup.mesh).map_err(|error| match error {
                     Error::Invalid { file, found, allowed, .. } => {
@@ -163,6 +171,19 @@ impl Blueprint {
                     error => error,
                 })?;
             for nodal in loads {
+                let behind = |end: usize| {
+                    let [outer, _] = end_nodes(setup.mesh.nodes.len(), end);
+                    outer == nodal.node && self.plan.ends[i][end].support() == Support::Clamped
+                };
+                if matches!(load.node, Some(Point::Node(_))) && (behind(0) || behind(1)) {
+                    let key = format!("loads.point[{k}].node");
+                    let found = format!("node {}, which lies behind a wall or a joint", nodal.node);
+                    return Err(Error::invalid(
+                        key,
+                        found,
+                        "\"tip\", { arc_length = .. } or another node",
+                    ));
+                }
                 rod.add_force(nodal.node, model.components(nodal.force));
             }
         }

@@ -120,6 +120,17 @@ impl Structure {
         squared.fold(f64::INFINITY, f64::min)
     }
 
+    /// Rounding errors of the squared frequency of a motion without resistance, 1/s^2, by the axial stiffness of the edges.
+    pub(super) fn rounding_frequency_squared(&self) -> f64 {
+        let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
+        let speeds = self.parts().map(|scene| {
+            let (_, material) = scene.at(0.5);
+            material.youngs_modulus / material.density
+        });
+        let speed = speeds.fold(0.0, f64::max);
+        10.0 * f64::EPSILON * (nodes as f64).powi(2) * speed / self.length().powi(2)
+    }
+
     /// Stiffness of every unknown, N/m, that counts as none: a billionth of that of bending as a whole, or rounding errors
     /// of the tangent where these are larger.
     pub(super) fn negligible_stiffness(&self) -> Vec<f64> {

@@ -96,12 +96,12 @@ impl StructureEquilibrium {
                 Tone::Good,
             ),
             [0, n] => Summary::new(
-                format!("marginal equilibrium: {n} motions without a measurable stiffness"),
+                format!("marginal equilibrium; motions without a measurable stiffness: {n}"),
                 Tone::Doubtful,
             )
             .with_code(Some(Code::Marginal)),
             [n, _] => Summary::new(
-                format!("unstable equilibrium: {n} motions lower the energy"),
+                format!("unstable equilibrium; motions that lower the energy: {n}"),
                 Tone::Bad,
             )
             .with_code(Some(Code::Unstable)),
@@ -111,7 +111,7 @@ impl StructureEquilibrium {
             format!("{name} ({x:.6}, {y:.6}, {z:.6}) m")
         });
         let work = format!(
-            "{} Newton iterations, residual {:.1e} N",
+            "Newton iterations: {}, residual {:.1e} N",
             self.newton_iterations, self.residual
         );
         summary

@@ -4,8 +4,9 @@
 //! the outer node of each hinged end. The mass of a sprung clamp counts at the joint, with its moment of inertia about
 //! it: an error of second order in the length of an edge, with which all masses are constant and diagonal.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
+use crate::rod::PlanarRod;
 use crate::rod::assembly::bodies::{Bodies, Body, JointSpring, Rotation};
 use crate::scene::Plane;
 use crate::scene::structure::{StructureJoint, StructureScene};
@@ -75,6 +76,7 @@ impl<D: Nestable> BodiesAtRest<D> {
                     };
                     let wall = rod.wall(end);
                     masses.push(CarriedMass { mass, place: wall, inertia: zero });
+                    check_compliance(plan, scene, spring, &rod.rod, end)?;
                     let reach = square([place[0] - wall[0], place[1] - wall[1]]);
                     springs[spring] =
                         Some(joint_spring(plan, scene, spring, mass * reach, reach.value().sqrt()));
@@ -99,8 +101,10 @@ impl<D: Nestable> BodiesAtRest<D> {
                 }
             };
             z[body.coordinate..][..2].copy_from_slice(&center);
-            let mut load = [zero; 2];
+            let (mut load, mut load_arm) = ([zero; 2], [zero; 2]);
             if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
+                let place = in_plane(plane, own.position);
+                load_arm = [place[0] - center[0], place[1] - center[1]];
                 load = in_plane(plane, scene.loads.gravity).map(|g| own.mass * g);
                 let forces = scene.loads.point.iter();
                 for force in forces.filter(|force| force.body.as_ref() == Some(&own.name)) {
@@ -108,7 +112,7 @@ impl<D: Nestable> BodiesAtRest<D> {
                     load = [load[0] + force[0], load[1] + force[1]];
                 }
             }
-            bodies.push(Body { coordinate: body.coordinate, rotation, mass, load });
+            bodies.push(Body { coordinate: body.coordinate, rotation, mass, load, load_arm });
             centers.push(center);
         }
         let springs = springs.into_iter().flatten().collect();
@@ -137,6 +141,27 @@ fn joint_spring<D: Nestable>(
         rest_angle,
     }
 }
+
+/// Rejects a spring so much stiffer than the rod beside it that the tangent loses the stiffness of the rod.
+fn check_compliance<D: Nestable>(
+    plan: &StructurePlan,
+    scene: &StructureScene<D>,
+    spring: usize,
+    rod: &PlanarRod<D>,
+    end: usize,
+) -> Result<(), Error> {
+    let number = plan.springs[spring].joint;
+    let StructureJoint::Spring { rotation, .. } = &scene.joints[number] else { return Ok(()) };
+    let beside = if end == 0 { rod.joint.first() } else { rod.joint.last() };
+    let least = beside.map_or(0.0, |joint| LEAST_COMPLIANCE / joint.stiffness.value());
+    let allowed = format!("{least:.1e} rad/(N m) or above; kind = \"rigid\" for none");
+    let key = format!("joints[{number}].rotation");
+    ensure(rotation.value() >= least, key, rotation.value(), allowed)
+}
+
+/// Least compliance of a spring over that of an edge of the rod beside it. Below, rounding errors of the spring's moment
+/// exceed 1e-5 of that of the edge.
+const LEAST_COMPLIANCE: f64 = 1e-11;
 
 /// The error of a rigid joint whose rods lie on each other.
 fn without_inertia(plan: &StructurePlan, body: usize) -> Error {

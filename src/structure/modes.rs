@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::rod::Rod;
+use crate::statics::PencilMode;
 use crate::structure::definition::{NEGLIGIBLE, Structure};
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -11,6 +12,9 @@ use std::f64::consts::TAU;
 
 /// Significant digits of frequencies in the terminal table.
 const DIGITS: usize = 7;
+
+/// Estimated rounding error of a squared frequency, over itself, above which a warning is given.
+const LOST: f64 = 2e-3;
 
 /// A mode of vibration of a structure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +34,9 @@ pub struct StructureMode {
 pub struct StructureModes {
     /// Modes in ascending order.
     pub modes: Vec<StructureMode>,
+    /// Reasons to doubt the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 impl Structure {
@@ -44,20 +51,28 @@ impl Structure {
         };
         let pencil = self.pencil(&q, self.at_rest.assembly.mass().to_vec());
         let scale = self.bending_frequency_squared();
-        let zero = scale * NEGLIGIBLE;
+        let zero = scale * NEGLIGIBLE + self.rounding_frequency_squared();
         let found = pencil.lowest(count, scale)?;
+        let lost = |mode: &PencilMode| {
+            let squared = mode.squared.abs();
+            squared > zero && pencil.rounding(&mode.vector) > LOST * squared
+        };
+        let mut warnings = Vec::new();
+        if found.iter().any(lost) {
+            warnings.push(
+                "rounding errors of fine edges may exceed 1e-3 of the lowest frequencies. Use fewer segments"
+                    .to_string(),
+            );
+        }
         let modes = found.into_iter().map(|mode| {
-            let squared = match mode.squared.abs() < zero.max(pencil.rounding(&mode.vector)) {
-                true => 0.0,
-                false => mode.squared,
-            };
+            let squared = if mode.squared.abs() < zero { 0.0 } else { mode.squared };
             let mut shapes = self.displacements(&q, &mode.vector);
             let length = |x: &[f64; 3]| (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
             let largest = shapes.values().flatten().map(length).fold(f64::MIN_POSITIVE, f64::max);
             shapes.values_mut().flatten().flatten().for_each(|x| *x /= largest);
             StructureMode { frequency_rad_s: squared.signum() * squared.abs().sqrt(), shapes }
         });
-        Ok(StructureModes { modes: modes.collect() })
+        Ok(StructureModes { modes: modes.collect(), warnings })
     }
 }
 
@@ -78,6 +93,6 @@ impl StructureModes {
                 false => [number(w / TAU, DIGITS), number(*w, DIGITS), String::new()],
             });
         }
-        summary.table("", table)
+        summary.table("", table).warnings(&self.warnings)
     }
 }

@@ -261,7 +261,7 @@ impl StructurePlan {
         let mut placed = vec![false; scene.rods.len()];
         let with_origin = |i: &usize| scene.rods[*i].origin.is_some();
         let mut known: Vec<usize> = (0..scene.rods.len()).filter(with_origin).collect();
-        if known.is_empty() && scene.bodies.is_empty() {
+        if !with_origin(&0) {
             known.push(0);
         }
         for rod in known {
@@ -291,14 +291,9 @@ impl StructurePlan {
                     }
                     self.placements.push(placement);
                 }
-                // Rods without a way to a placed one: the first of all without any place begins at the origin.
-                (None, Some(0)) if self.placements.is_empty() => {
-                    placed[0] = true;
-                    self.placements.push(Placement::Origin(0));
-                }
                 (None, Some(rod)) => {
                     let key = format!("rods.{}.origin", scene.rods[rod].name);
-                    let allowed = "a position, m, as no joint connects the rod with a placed one";
+                    let allowed = "a position, m, or the offset of the body in its joint: no joint places the rod";
                     return Err(Error::invalid(key, "no such key", allowed));
                 }
             }

@@ -1,6 +1,6 @@
 //! Simulations of structures.
 
-use crate::dynamics::{BisectedSteps, Simulation, StepControl, Work, advance};
+use crate::dynamics::{BisectedSteps, Simulation, StepControl, Work, advance, energy_warning};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -204,6 +204,9 @@ pub struct StructureReport {
     pub energies: Vec<Energies>,
     /// Positions of the ends of all rods at these times, m, by the names of the rods.
     pub tips: BTreeMap<String, Vec<[f64; 3]>>,
+    /// Reasons to doubt the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// The last state.
     #[serde(flatten)]
     pub shape: StructureShape,
@@ -231,8 +234,21 @@ impl StructureReport {
         self.energies.push(motion.energies());
     }
 
-    /// Sets the status by the outcome of the run.
-    pub fn finish(&mut self, outcome: &Result<(), Error>) {
+    /// Largest change of the total energy since the start, J, and the largest kinetic energy, J.
+    fn energy_change(&self) -> [f64; 2] {
+        let first = self.energies.first().map_or(0.0, Energies::total);
+        let change = self.energies.iter().map(|energies| (energies.total() - first).abs());
+        let kinetic = self.energies.iter().map(|energies| energies.kinetic);
+        [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
+    }
+
+    /// Sets the warnings, and the status by the outcome of the run of a structure.
+    pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
+        let [change, kinetic] = self.energy_change();
+        let warning =
+            structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
+        let warning = warning.filter(|_| kinetic > 0.0);
+        self.warnings = warning.iter().map(|(code, words)| code.behind(words)).collect();
         self.status = match outcome {
             Ok(()) => "completed".into(),
             Err(error) => error.to_string(),
@@ -241,15 +257,12 @@ impl StructureReport {
 
     /// The result as text for a terminal.
     pub fn summary(&self) -> Summary {
-        let tone = Tone::of_result(self.status == "completed", false);
+        let tone = Tone::of_result(self.status == "completed", !self.warnings.is_empty());
         let tips = self.shape.rods.iter().map(|(name, rod)| {
             let [x, y, z] = rod.tip;
             format!("{name} ({x:.6}, {y:.6}, {z:.6}) m")
         });
-        let totals: Vec<f64> = self.energies.iter().map(Energies::total).collect();
-        let kinetic = self.energies.iter().map(|energies| energies.kinetic).fold(0.0, f64::max);
-        let first = totals.first().copied().unwrap_or_default();
-        let change = totals.iter().map(|e| (e - first).abs()).fold(0.0, f64::max);
+        let [change, kinetic] = self.energy_change();
         let time = self.times.last().copied().unwrap_or_default();
         Summary::new(&self.status, tone)
             .fact("Tips", format!("{} at t = {time} s", tips.collect::<Vec<_>>().join(", ")))
@@ -257,6 +270,7 @@ impl StructureReport {
                 "Energy",
                 format!("changes by up to {change:.2e} J; largest kinetic energy {kinetic:.2e} J"),
             )
+            .warnings(&self.warnings)
             .fact(
                 "Numerics",
                 format!(

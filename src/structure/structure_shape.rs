@@ -21,7 +21,7 @@ pub struct RodNodes {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BodyPose {
-    /// Position of the center of mass, with that of the carried ends of rods, m.
+    /// Position of its center of mass, m.
     pub position: [f64; 3],
     /// Rotation from rest about the normal of the plane, rad.
     pub angle: f64,
@@ -56,7 +56,7 @@ impl Structure {
         let z = &q[assembly.body_coordinates()];
         for (plan, body) in self.blueprint.plan.bodies.iter().zip(&assembly.bodies().bodies) {
             let Some(own) = plan.own else { continue };
-            let x = [z[body.coordinate], z[body.coordinate + 1]];
+            let x = assembly.bodies().load_point(z, body);
             let angle = body.rotation.map_or(0.0, |turn| z[turn.coordinate] / turn.length);
             let pose = BodyPose { position: self.blueprint.plane.to_world(x), angle };
             shape.bodies.insert(self.scene.bodies[own].name.clone(), pose);

@@ -33,8 +33,8 @@ fn commands_take_the_shipped_structure() {
     let modes: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!((code, modes["modes"].as_array().unwrap().len()), (Some(0), 2));
     let (code, table, _) = output(&["simulate", file, "--out", "-", "-q"]);
-    // 201 states of 41 + 31 + 41 nodes.
-    assert_eq!((code, table.lines().count()), (Some(0), 1 + 201 * 113));
+    // 2001 states of 41 + 31 + 41 nodes.
+    assert_eq!((code, table.lines().count()), (Some(0), 1 + 2001 * 113));
     let (code, _, message) = output(&["fit", file]);
     assert_eq!(code, Some(2));
     assert!(message.contains("this is a structure, not a fit file"), "{message}");

@@ -164,6 +164,20 @@ fn impossible_structures_are_rejected_with_their_key() {
             "loads.gravity: found a direction out of",
         ),
         (weld.clone() + &support("a.start", "roller"), "supports[0].kind: found \"roller\""),
+        (
+            weld.clone() + "[[loads.point]]\nrod = \"zz\"\nforce = [1, 0, 0]\n",
+            "loads.point[0].rod: found \"zz\"",
+        ),
+        (
+            weld.clone() + "[[loads.point]]\nforce = [1, 0, 0]\n",
+            "loads.point[0]: found neither rod nor body",
+        ),
+        (
+            weld.clone() + "[[loads.point]]\nrod = \"a\"\nnode = 10\nforce = [1, 0, 0]\n",
+            "loads.point[0].node: found node 10, which lies behind",
+        ),
+        (joint("spring", &["a.end", "b.start"], "rotation = 1e-30"), "joints[0].rotation: found 0"),
+        (weld.clone() + "[time]\nend = 0.1\nstep = 0.2\n", "time.step: found 0.2"),
         (weld + "[initial]\nstate = \"shape\"\n", "initial.state: found shape"),
     ] {
         let message = two(&text);
@@ -181,4 +195,32 @@ fn equilibrium_of_a_floating_structure_under_gravity_is_rejected() {
         "[loads]\ngravity = [0, -9.81, 0]\n".to_string(),
     ];
     assert!(structure(&parts).equilibrium().is_err());
+}
+
+/// A body on a rigid arm: its weight acts at its own center, so that the deflection of its rod is that of a force and a
+/// moment at the end, `F a^3/3EI + F d a^2/2EI`, to second order in the edge length.
+#[test]
+fn weight_of_an_offset_body_acts_at_its_center() {
+    let (length, distance, mass) = (0.2, 0.3, 1e-4);
+    let error = |segments: usize| {
+        let stem = structure(&[
+            rod("stem", segments, length, [1.0, 0.0]),
+            format!(
+                "[[bodies]]\nname = \"bob\"\nmass = {mass}\ninertia = 1e-6\n\
+                 position = [{}, 0, 0]\n",
+                length + distance
+            ),
+            joint("rigid", &["bob", "stem.end"], ""),
+            support("stem.start", "clamped"),
+            "[loads]\ngravity = [0, -9.81, 0]\n".into(),
+        ]);
+        let found = stem.equilibrium().unwrap();
+        let own = line_density() * 9.81 * length.powi(4) / 8.0;
+        let force = mass * 9.81;
+        let expected = force * (length.powi(3) / 3.0 + distance * length.powi(2) / 2.0) + own;
+        -found.shape.rods["stem"].tip[1] * bending() / expected - 1.0
+    };
+    let [coarse, fine] = [20, 40].map(error);
+    println!("{coarse:e} {fine:e}");
+    assert!(fine.abs() < 1e-3 && (3.4..4.6).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
 }

@@ -126,3 +126,23 @@ fn dual_derivatives_of_a_motion_agree_with_differences() {
         }
     }
 }
+
+/// Uniform gravity does not turn a free structure with an offset body: its angular momentum about the center of mass stays
+/// zero, and the body falls by `g t^2/2`.
+#[test]
+fn free_fall_of_a_structure_with_a_body_is_without_rotation() {
+    let falling = structure(&[
+        rod("arm", 10, 0.2, [1.0, 0.0]),
+        "[[bodies]]\nname = \"bob\"\nmass = 0.1\ninertia = 1e-4\nposition = [0.3, 0, 0]\n".into(),
+        joint("rigid", &["bob", "arm.end"], ""),
+        "[loads]\ngravity = [0, -9.81, 0]\n[time]\nend = 0.1\nstep = 1e-3\n".into(),
+    ]);
+    let mut motion = falling.simulation().unwrap();
+    for k in 1..=100 {
+        motion.step_to(1e-3 * f64::from(k)).unwrap();
+    }
+    let bob = motion.shape().bodies["bob"];
+    assert!((bob.position[1] + 9.81 * 0.01 / 2.0).abs() < 1e-11, "{:?}", bob.position);
+    assert!(bob.angle.abs() < 1e-11, "{:e}", bob.angle);
+    assert!((bob.position[0] - 0.3).abs() < 1e-12);
+}

@@ -46,8 +46,10 @@ pub struct Body<D> {
     pub rotation: Option<Rotation<D>>,
     /// Mass, kg, with that of the carried nodes.
     pub mass: D,
-    /// Dead force on the center, N, without the weight of the carried nodes.
+    /// Dead force, N, without the weight of the carried nodes.
     pub load: [D; 2],
+    /// Arm of the force from the center, m, at rest: to the center of mass of the body alone.
+    pub load_arm: [D; 2],
 }
 
 /// A rotational spring between a body and the clamp of a rod.
@@ -194,6 +196,11 @@ impl<D: Scalar> Bodies<D> {
             for c in 0..2 {
                 gradient[body.coordinate + c] = -body.load[c];
             }
+            if let Some(turn) = &body.rotation {
+                let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);
+                let moment = body.load[1] * x - body.load[0] * y;
+                gradient[turn.coordinate] -= moment * turn.length.recip();
+            }
         }
         for spring in &self.springs {
             let moment = spring.stiffness * self.spring_angle(z, spring);
@@ -203,8 +210,16 @@ impl<D: Scalar> Bodies<D> {
         }
     }
 
-    /// Adds the second derivatives of the springs' energies: `add` takes two coordinates and an entry, N/m.
-    pub fn add_tangent(&self, mut add: impl FnMut(usize, usize, D)) {
+    /// Adds the second derivatives of the energies of springs and loads: `add` takes two coordinates and an entry, N/m.
+    pub fn add_tangent(&self, z: &[D], mut add: impl FnMut(usize, usize, D)) {
+        for body in &self.bodies {
+            if let Some(turn) = &body.rotation {
+                let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);
+                let along = body.load[0] * x + body.load[1] * y;
+                let by = (turn.length * turn.length).recip();
+                add(turn.coordinate, turn.coordinate, along * by);
+            }
+        }
         for spring in &self.springs {
             for (a, sign) in self.turns(spring) {
                 for (b, other) in self.turns(spring) {
@@ -223,11 +238,22 @@ impl<D: Scalar> Bodies<D> {
         [(spring.rotation, 1.0)].into_iter().chain(body)
     }
 
+    /// The point of a body at which its load acts, m: its own center of mass.
+    pub fn load_point(&self, z: &[D], body: &Body<D>) -> [D; 2] {
+        let [x, y] = [z[body.coordinate], z[body.coordinate + 1]];
+        let arm = match &body.rotation {
+            Some(turn) => rotated(turn.cosine_and_sine(z), body.load_arm),
+            None => [D::from(0.0); 2],
+        };
+        [x + arm[0], y + arm[1]]
+    }
+
     /// Adds the energies of springs and loads, J.
     pub fn add_energies(&self, z: &[D], energies: &mut Energies) {
         for body in &self.bodies {
+            let place = self.load_point(z, body);
             for c in 0..2 {
-                energies.potential -= (body.load[c] * z[body.coordinate + c]).value();
+                energies.potential -= (body.load[c] * place[c]).value();
             }
         }
         for spring in &self.springs {
@@ -258,6 +284,7 @@ mod tests {
             rotation: Some(rotation(3, 0.3)),
             mass: x(1.0),
             load: [x(0.2), x(-0.4)],
+            load_arm: [x(0.3), x(0.15)],
         };
         let spring = JointSpring {
             body: 0,
@@ -283,7 +310,7 @@ mod tests {
         let found = found[0];
         let (mut gradient, mut tangent) = ([0.0; 4], [[0.0; 4]; 4]);
         plain.gradient(&Z, &mut gradient);
-        plain.add_tangent(|i, j, entry| tangent[i][j] += entry);
+        plain.add_tangent(&Z, |i, j, entry| tangent[i][j] += entry);
         let along = |moved: &[usize]| -> (Dual2_64, [Dual2_64; 2]) {
             let z: Vec<Dual2_64> =
                 (0..4).map(|i| Dual2_64::new(Z[i], f64::from(moved.contains(&i)), 0.0)).collect();
@@ -292,7 +319,8 @@ mod tests {
             let position = carried[0].position;
             let spring = &dual.springs[0];
             let angle = dual.spring_angle(&z, spring);
-            let force = (dual.bodies[0].load[0] * z[1]) + dual.bodies[0].load[1] * z[2];
+            let (body, at) = (&dual.bodies[0], dual.load_point(&z, &dual.bodies[0]));
+            let force = body.load[0] * at[0] + body.load[1] * at[1];
             (spring.stiffness * angle.powi(2) * 0.5 - force, position)
         };
         for i in 0..4 {

@@ -264,7 +264,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         let AssemblyTangent { members, bodies: corner } = tangent;
         self.bodies.gradient(&q[self.first..], bodies);
         corner.clear();
-        self.bodies.add_tangent(|i, j, entry| corner.add(i, j, entry));
+        self.bodies.add_tangent(&q[self.first..], |i, j, entry| corner.add(i, j, entry));
         let (mut members, mut edges) = (members.iter_mut(), 0);
         self.for_each_placed(q, |member, RodUnknowns { q, carried, .. }| {
             let Some(own) = members.next() else { return };
