@@ -62,9 +62,6 @@ const SMALL_BIAS: f64 = 1.0;
 const STRONG_EVIDENCE: f64 = 0.01;
 /// Corrected p-value on a coarse model below which the full model is tested.
 const SUSPICIOUS: f64 = 0.2;
-/// Corrected p-value on a coarse model below which it is not: errors of its derivatives by a few per cent do not change the
-/// finding.
-const CONVINCING: f64 = 1e-6;
 
 /// Model discrepancy: effects that the scene lacks, or may lack.
 #[derive(Default)]
@@ -146,30 +143,26 @@ impl ScoreTestInputs<'_> {
         (found, warnings)
     }
 
-    /// Tests on a coarse model; where an effect may or may not be significant, or the full model is cheap, on the full one.
+    /// Tests on a coarse model; where an effect may be significant, or the full model is cheap, on the full one.
     fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
         let search = self.statistics.fitted.search;
         let full = || self.run(search.experiments.to_vec(), false);
-        if self.analysis.sensitivity_analysis == Some(true) {
+        // The derivatives of a coarse model have errors that hide small effects.
+        if COST_OF_DERIVATIVES <= spent || self.analysis.sensitivity_analysis == Some(true) {
             return full();
         }
         let coarse = CoarseModel::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
         let coarse = coarse.search(search).experiments.to_vec();
         // Rods between recorded ends keep their meshes, so that a coarse model may be no cheaper.
         let cost = COST_OF_DERIVATIVES * full_work(&coarse)? / search.full_work;
-        let is_full_affordable = COST_OF_DERIVATIVES <= spent;
-        if cost > CHEAP * spent {
-            return if is_full_affordable { full() } else { Ok(ModelDiscrepancy::default()) };
+        if self.analysis.sensitivity_analysis.is_none() && cost > CHEAP * spent {
+            return Ok(ModelDiscrepancy::default());
         }
-        let found = Self { finer: &|| None, ..self }.run(coarse, true);
-        let best = found.as_ref().ok().and_then(|found| found.score_tests.first());
-        let p_value = best.map_or(1.0, |best| best.p_value);
-        // Discretization errors are no omitted effect.
-        if p_value < CONVINCING && (self.finer)().is_none() {
-            return found;
+        let found = Self { finer: &|| None, ..self }.run(coarse, true)?;
+        match found.score_tests.first() {
+            Some(best) if best.p_value < SUSPICIOUS => full(),
+            _ => Ok(found),
         }
-        // The derivatives of a coarse model have errors that hide small effects.
-        if is_full_affordable || p_value < SUSPICIOUS { full() } else { found }
     }
 
     /// Score tests and biases by the derivatives of these experiments, the full or a coarse model.
