@@ -133,6 +133,7 @@ pub mod vibration;
 pub use code::Code;
 /// The old name of [`TrajectorySlopes`].
 #[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to TrajectorySlopes")]
 pub use dynamics::TrajectorySlopes as Slopes;
 pub use dynamics::{Reversible, Snapshot, Trajectory, TrajectorySlopes};
 pub use energy::{Analytic, Derivatives, Energy};

@@ -127,7 +127,7 @@ impl RunCheck {
                 let finer =
                     RefinementFactors { step: AFTER_FAILURE * self.finer.step, ..self.finer };
                 let errors = self.basis.is_known.then_some(self.basis.errors);
-                return self.again(finer, errors);
+                return self.repeat_with(finer, errors);
             }
             Err(_) => return Ok(RunAssessment::Accepted(None)),
         }
@@ -144,15 +144,15 @@ impl RunCheck {
         if error <= allowed || !can_refine {
             return Ok(RunAssessment::Accepted(Some(error)));
         }
-        match self.repeated(errors, expected) {
-            Some(finer) => self.again(finer, Some(errors)),
+        match self.repeat_refinement(errors, expected) {
+            Some(finer) => self.repeat_with(finer, Some(errors)),
             None => Ok(RunAssessment::Accepted(Some(error))),
         }
     }
 
     /// The refinement of a repeated run after errors were underestimated: the cheapest that is expected to reach the request,
     /// or as much of it as one more run may take where the request was expected to be reached.
-    fn repeated(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
+    fn repeat_refinement(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
         let target = REPEATED_TARGET * self.scene.asked();
@@ -199,7 +199,7 @@ impl RunCheck {
     }
 
     /// The problem with other numerics, and its error from those of the last trial run.
-    fn again(
+    fn repeat_with(
         mut self,
         finer: RefinementFactors,
         errors: Option<ErrorModel>,
@@ -209,13 +209,13 @@ impl RunCheck {
         let numerics = self.basis.refined(finer, &self.scene);
         self.numerics = numerics;
         let error = errors.map(|errors| errors.after(finer));
-        let problem = numbered(&self.scene, numerics, error, self.work)?;
+        let problem = problem_with_numerics(&self.scene, numerics, error, self.work)?;
         Ok(RunAssessment::Repeat(Box::new((problem, self))))
     }
 }
 
 /// The problem of a scene with these numerics and an estimated error.
-fn numbered(
+fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,
     error: Option<f64>,

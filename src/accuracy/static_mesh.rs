@@ -59,7 +59,7 @@ pub(super) fn choose_static_mesh(
         _ => (MAX_SEGMENTS, 2),
     };
     loop {
-        let now = match compared(&scene.resolved(segments, step).build()?, aim) {
+        let now = match compared_quantities(&scene.resolved(segments, step).build()?, aim) {
             // A coarse mesh may have no equilibrium where a finer one has.
             Err(Error::Equilibrium { .. }) if 2 * segments <= most => None,
             compared => Some(compared?),
@@ -112,7 +112,7 @@ fn logarithm(frequency: f64) -> [f64; 3] {
 }
 
 /// The compared quantities of a mesh: positions over the length, or logarithms of frequencies and growth rates.
-fn compared(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
+fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // A rod without an equilibrium has modes about its unstressed shape.
         let found = problem

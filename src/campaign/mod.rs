@@ -34,3 +34,16 @@ pub use run::{ChangedTask, RunOptions, RunSummary, useful_threads};
 pub use shard::Shard;
 pub use status::Status;
 pub use store::{RecordContext, Store};
+
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to CampaignTask")]
+pub use plan::CampaignTask as Task;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to RunOptions")]
+pub use run::RunOptions as Way;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to RunSummary")]
+pub use run::RunSummary as Ran;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to RecordContext")]
+pub use store::RecordContext as About;

@@ -77,13 +77,13 @@ impl Plan {
         store: &Store,
         stop: Arc<AtomicBool>,
     ) -> Result<Option<Outcome>, Error> {
-        let Some(timed) = self.attempt(task, stop)? else { return Ok(None) };
+        let Some(timed) = self.solve_task(task, stop)? else { return Ok(None) };
         store.add(&task.id, &timed.outcome, timed.seconds)?;
         Ok(Some(timed.outcome))
     }
 
     /// Solves one task without storing its outcome.
-    fn attempt(
+    fn solve_task(
         &self,
         task: &CampaignTask,
         stop: Arc<AtomicBool>,
@@ -154,7 +154,7 @@ impl Plan {
             while !options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                 let Some(task) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                 let task: &CampaignTask = task;
-                let attempt = || pool.install(|| self.attempt(task, options.stop.clone()));
+                let attempt = || pool.install(|| self.solve_task(task, options.stop.clone()));
                 match catch_unwind(AssertUnwindSafe(attempt)) {
                     Ok(Ok(Some(TimedOutcome { outcome, seconds }))) => {
                         store.add(&task.id, &outcome, seconds)?;

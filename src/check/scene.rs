@@ -101,7 +101,7 @@ impl SpatialCounterpart {
             (0..problem.nodes()).map(|i| plane.model.position(q, i)).collect();
         let (q, frames) = space.placed_still(&nodes);
         let normal = space.model.components(plane.model.normal().into());
-        for (placed, spot) in spots(&self.rod.own) {
+        for (placed, spot) in selected_spots(&self.rod.own) {
             let (unknowns, edges) = placed.span(spot);
             let site = placed.site(spot, &frames.edges[edges]);
             let name = name(placed, spot);
@@ -114,8 +114,8 @@ impl SpatialCounterpart {
 }
 
 /// User-defined energies with a selection of their places.
-fn spots(own: &Extra<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
-    let of = |placed: &'_ Placed<f64>| some(placed.spots.len());
+fn selected_spots(own: &Extra<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
+    let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
     own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
 }
 
@@ -150,7 +150,7 @@ fn visit_states<M: Model>(
 type StateOf<M> = State<f64, <<M as Model>::Rod<f64> as Rod<f64>>::Frames>;
 
 /// At most [`ELEMENTS`] of `count` indices, evenly spaced.
-fn some(count: usize) -> impl Iterator<Item = usize> {
+fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
 }
 
@@ -164,7 +164,7 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
         first: usize,
         node: usize,
     ) {
-        for i in some(elements.len()) {
+        for i in spaced_indices(elements.len()) {
             let own: &[f64; N] = q[2 * i..].first_chunk().expect("the element's nodes");
             // Energies do not change under translation; differences need small coordinates.
             let local = std::array::from_fn(|k| own[k] - own[k % 2]);
@@ -190,7 +190,7 @@ fn compare_own(
     frames: &[EdgeFrame<f64>],
     length: impl Fn(usize) -> f64,
 ) {
-    for (placed, spot) in spots(own) {
+    for (placed, spot) in selected_spots(own) {
         let (unknowns, edges) = placed.span(spot);
         let site = placed.site(spot, &frames[edges]);
         let name = name(placed, spot);
@@ -214,7 +214,7 @@ fn compare_spatial(
     frames: &Frames<f64>,
 ) {
     let dof = |i: usize, k: usize| format!("{}{}", ["x", "y", "z", "theta"][k % 4], i + k / 4);
-    for i in some(rod.stretch.len()) {
+    for i in spaced_indices(rod.stretch.len()) {
         let own: &[f64; 7] = q[4 * i..].first_chunk().expect("the edge's nodes");
         // Coordinates relative to the first node, in units of the edge length.
         let local = std::array::from_fn(|k| if k < 3 { 0.0 } else { own[k + 1] - own[k - 3] });
@@ -223,7 +223,7 @@ fn compare_spatial(
         let name = format!("stretch {i}");
         report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k + k / 3));
     }
-    for i in some(rod.joint.len()) {
+    for i in spaced_indices(rod.joint.len()) {
         let own: &[f64; UNKNOWNS] = q[4 * i..].first_chunk().expect("the joint's nodes");
         let local = std::array::from_fn(|k| if k % 4 == 3 { own[k] } else { own[k] - own[k % 4] });
         let length = rod.stretch[i].rest_length;

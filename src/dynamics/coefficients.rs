@@ -91,7 +91,7 @@ pub struct StepCoefficients<D> {
     /// 1/(h beta), 1/s.
     pub rate: D,
     /// (1 - beta)/beta.
-    pub memory: D,
+    pub old_velocity_factor: D,
     /// Terms of the acceleration at the start, for schemes that use it.
     pub acceleration: Option<Acceleration<D>>,
     /// Factors of the changes of strains and of their rates before in the rates at the end, 1/s and 1.
@@ -139,15 +139,15 @@ impl<D: Scalar> StepCoefficients<D> {
     pub fn new(scheme: Scheme, parameter: D, knows_acceleration: bool, h: f64) -> Self {
         match scheme {
             Scheme::AverageVectorField => {
-                let (rate, memory) = (D::from(2.0 / h), D::from(1.0));
+                let (rate, old_velocity_factor) = (D::from(2.0 / h), D::from(1.0));
                 Self {
                     h,
                     end: D::from(0.5 * h * h),
                     start: D::from(0.5 * h * h),
                     rate,
-                    memory,
+                    old_velocity_factor,
                     acceleration: None,
-                    strain_rate: [rate, memory],
+                    strain_rate: [rate, old_velocity_factor],
                     stages: &AVERAGE,
                 }
             }
@@ -164,15 +164,15 @@ impl<D: Scalar> StepCoefficients<D> {
     fn newmark(beta: D, h: f64) -> Self {
         let rest = -beta + 1.0;
         let inverse = beta.recip();
-        let (rate, memory) = (inverse * (1.0 / h), rest * inverse);
+        let (rate, old_velocity_factor) = (inverse * (1.0 / h), rest * inverse);
         Self {
             h,
             end: beta * beta * (h * h),
             start: beta * rest * (h * h),
             rate,
-            memory,
+            old_velocity_factor,
             acceleration: None,
-            strain_rate: [rate, memory],
+            strain_rate: [rate, old_velocity_factor],
             stages: &[END],
         }
     }
@@ -194,7 +194,7 @@ impl<D: Scalar> StepCoefficients<D> {
             end: weight * now * (h * h),
             start: weight * forces * (h * h),
             rate: gamma * inverse * (1.0 / h),
-            memory: gamma * inverse - 1.0,
+            old_velocity_factor: gamma * inverse - 1.0,
             acceleration: Some(Acceleration {
                 inertia: (weight * masses + beta - 0.5) * (h * h),
                 velocity: -(gamma * inverse * 0.5 - 1.0) * h,
@@ -212,7 +212,7 @@ impl<D: Scalar> StepCoefficients<D> {
             end: convert(self.end),
             start: convert(self.start),
             rate: convert(self.rate),
-            memory: convert(self.memory),
+            old_velocity_factor: convert(self.old_velocity_factor),
             acceleration: self.acceleration.as_ref().map(|of| Acceleration {
                 inertia: convert(of.inertia),
                 velocity: convert(of.velocity),
@@ -239,7 +239,7 @@ impl<D: Scalar> StepCoefficients<D> {
     /// the acceleration `a0`, of which schemes without know nothing.
     #[inline]
     pub fn velocity(&self, change: D, v0: D, a0: D) -> D {
-        let v1 = change * self.rate - self.memory * v0;
+        let v1 = change * self.rate - self.old_velocity_factor * v0;
         match &self.acceleration {
             Some(acceleration) => v1 + acceleration.velocity * a0,
             None => v1,
@@ -250,7 +250,7 @@ impl<D: Scalar> StepCoefficients<D> {
     /// [velocity](Self::velocity) at the end.
     pub fn velocity_factors(&self) -> [D; 3] {
         let acceleration = self.acceleration.as_ref().map_or(D::from(0.0), |a| a.velocity);
-        [self.rate, -self.memory, acceleration]
+        [self.rate, -self.old_velocity_factor, acceleration]
     }
 
     /// The same in the [velocity that mass damping acts on](Self::damped_velocity).
@@ -262,9 +262,9 @@ impl<D: Scalar> StepCoefficients<D> {
 
     /// The same in the [acceleration](Self::acceleration_at_end) at the end.
     pub fn acceleration_factors(&self) -> [D; 3] {
-        let ([rate, memory, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
+        let ([rate, old_velocity_factor, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
         let Some(Acceleration { end, .. }) = self.acceleration else {
-            return [rate * by_h, (memory - 1.0) * by_h, zero];
+            return [rate * by_h, (old_velocity_factor - 1.0) * by_h, zero];
         };
         end
     }
@@ -328,7 +328,8 @@ impl<D: Scalar> StepCoefficients<D> {
     #[inline(always)]
     pub fn add_damping(
         self,
-        (mass, damping): (&[D], D),
+        mass: &[D],
+        damping: D,
         [q1, q0, v0]: [&[D]; 3],
         a0: impl Fn(usize) -> D,
         n1: &mut [D],
@@ -379,7 +380,7 @@ impl<D: Scalar> StepCoefficients<D> {
     /// Kelvin-Voigt damping, the shift of a natural strain.
     #[inline]
     pub fn viscous_past(&self, strain0: D, rate0: D) -> D {
-        let [rate, memory] = self.strain_rate;
-        strain0 * rate + memory * rate0
+        let [rate, old_velocity_factor] = self.strain_rate;
+        strain0 * rate + old_velocity_factor * rate0
     }
 }

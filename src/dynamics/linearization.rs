@@ -23,6 +23,15 @@ pub struct StageForces<D: Scalar, R: Rod<D>> {
     pub geometry: R::Geometry,
 }
 
+/// The forces of a rod at the start of a step.
+#[derive(Clone, Debug)]
+pub struct StartForces<D, T> {
+    /// The elastic gradient less the loads, without mass damping and drag, N (N m for angles).
+    pub gradient: Vec<D>,
+    /// The tangent of that gradient, N/m, with the elastic stiffness.
+    pub tangent: T,
+}
+
 /// A step solved by Newton's method, with the tangents, factors and states from which its derivatives and their transpose
 /// follow.
 #[derive(Debug)]
@@ -66,9 +75,8 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub stages: &'a [StageForces<D, R>],
     /// The rod at the end, measured from the frames at the start, if its numbers are plain.
     pub end: &'a R::Geometry,
-    /// Of a viscous rod the gradient that the next step counts by its start, without mass damping and drag, and its
-    /// tangent: with the elastic stiffness, whatever the stress follows from.
-    pub next: (&'a [D], &'a R::Tangent),
+    /// The forces that the next step takes as those of its start; empty for rods without viscosity.
+    pub next: &'a StartForces<D, R::Tangent>,
 }
 
 impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {

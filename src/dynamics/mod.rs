@@ -29,10 +29,17 @@ pub use adjoint::{Reversible, TrajectorySlopes};
 pub(crate) use bisection::{BisectedSteps, advance};
 pub(crate) use energy_balance::warning as energy_warning;
 pub use film::{Film, FilmSample, Frame};
-pub use linearization::{Linearization, StageForces};
+pub use linearization::{Linearization, StageForces, StartForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
 pub use run::Snapshot;
 pub use simulation::Simulation;
-pub use step::Work;
+pub use step::{StepperSettings, Work};
 pub(crate) use step_control::StepControl;
 pub use trajectory::Trajectory;
+
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to TrajectorySlopes")]
+pub use adjoint::TrajectorySlopes as Slopes;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to FilmSample")]
+pub use film::FilmSample as Sample;

@@ -344,14 +344,14 @@ impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
     pub fn along(&self, k: Option<usize>) -> RecordView<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
-        let motions = RecordedMotions::Along(&self.motion, rates, both);
+        let motions = RecordedMotions::Along(&self.motion, rates, motion_with_rates);
         RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
 
 /// A motion with its derivatives.
 #[inline]
-fn both(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
+fn motion_with_rates(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
     let mut both = [[Dual64::from(0.0); 3]; 2];
     for part in 0..2 {
         for c in 0..3 {

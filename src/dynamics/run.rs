@@ -263,23 +263,28 @@ struct RunSteps<'a, R: Sensitive> {
 impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
     type Rod = R;
 
+    /// The simulation.
     fn simulation(&self) -> &Simulation<f64, R> {
         self.simulation
     }
 
+    /// Makes a step to a time, s.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.carrier.step_to(self.simulation, time)
     }
 
+    /// Restores the state before the last step.
     fn step_back(&mut self) {
         self.carrier.step_back(self.simulation);
     }
 
+    /// Completes an accepted step.
     fn accepted(&mut self) -> Result<(), Error> {
         (self.accepted)(self.simulation);
         self.carrier.advance(self.simulation)
     }
 
+    /// The control of the energy, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, R>) {
         (self.control, self.simulation)
     }

@@ -1,7 +1,7 @@
 //! A simulation: the state of a rod, its equations of motion, and the stepper that advances it.
 
 use crate::dynamics::linearization::Linearization;
-use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -10,7 +10,7 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, NodalDrag, Rod, State, set_real_frames};
-use crate::scene::{Damping, Scheme, StepTolerance};
+use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::Range;
 
@@ -28,17 +28,17 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move.
     pub fn new(
         rod: R,
-        (q, frames): (Vec<D>, R::Frames),
+        q: Vec<D>,
+        frames: R::Frames,
         free: Range<usize>,
         damping: Damping<D>,
-        (scheme, beta): (Scheme, D),
-        tolerance: (StepTolerance, f64),
+        settings: StepperSettings<D>,
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
         let (prescribed, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
         let system = System { rod, derivatives, free, prescribed, damping, drag, boundary_motion };
-        let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
+        let mut stepper = Stepper::new(settings, &system, &mut state);
         stepper.find_forces(&system, &mut state);
         stepper.find_acceleration(&system, &mut state);
         Self { system, previous: state.clone(), state, stepper, work: Work::default() }
@@ -236,7 +236,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
         let step = Step { system: &self.system, time, h: time - before.time };
         let solved = self.stepper.step(&step, before, state, work).and_then(|()| {
-            match step.system.rod.folded(&before.q, &state.q, &before.frames) {
+            match step.system.rod.folded_node(&before.q, &state.q, &before.frames) {
                 Some(node) => Err(Error::Fold { time, node }),
                 None => Ok(()),
             }
@@ -247,7 +247,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
                 state.time = time;
             }
             Err(_) => {
-                let named = self.not_finite(time);
+                let named = self.non_finite_energy(time);
                 self.state.restore(&self.previous);
                 return named.map_or(solved, Err);
             }
@@ -256,8 +256,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// The error of a user-defined energy that is not finite in the current state.
-    pub(crate) fn not_finite(&self, time: f64) -> Option<Error> {
-        let (name, arc_length) = self.system.rod.not_finite(&self.state.q, &self.state.frames)?;
+    pub(crate) fn non_finite_energy(&self, time: f64) -> Option<Error> {
+        let (name, arc_length) =
+            self.system.rod.non_finite_energy(&self.state.q, &self.state.frames)?;
         Some(Error::NotFinite { time, name, arc_length })
     }
 

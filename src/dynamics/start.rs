@@ -2,6 +2,7 @@
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step::StepperSettings;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
@@ -71,13 +72,21 @@ impl<M: Model> Discretized<'_, M> {
         };
         // Supports, scheme and tolerance; 0.5 replaces the parameter of a scene without [time].
         let boundary_motion = self.boundary_motion(setup);
+        let parameter = scene.time.as_ref().map_or(D::from(0.5), |time| time.parameter());
+        let settings = StepperSettings {
+            scheme: scene.scheme(),
+            parameter,
+            tolerance: scene.tolerance(),
+            length: self.problem.length(),
+        };
+        let (q, frames) = start;
         let mut simulation = Simulation::new(
             rod,
-            start,
+            q,
+            frames,
             self.free(),
             scene.loads.damping,
-            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.parameter())),
-            (scene.tolerance(), self.problem.length()),
+            settings,
             self.problem.derivatives(),
         );
         // Supports before the velocities: they prescribe the velocities of some unknowns.

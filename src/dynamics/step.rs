@@ -5,7 +5,7 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
-use crate::scene::Damping;
+use crate::scene::{Damping, Scheme, StepTolerance};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -38,6 +38,20 @@ impl std::ops::AddAssign for Work {
         self.gradients += other.gradients;
         self.stability_checks += other.stability_checks;
     }
+}
+
+/// The scheme of a simulation, its parameter, and the tolerance of its steps.
+#[derive(Clone, Copy, Debug)]
+pub struct StepperSettings<D> {
+    /// The time integration scheme.
+    pub scheme: Scheme,
+    /// The parameter of the scheme: beta of Newmark-beta, the spectral radius of generalised-alpha; without meaning for
+    /// the others.
+    pub parameter: D,
+    /// The error at which Newton's method ends.
+    pub tolerance: StepTolerance,
+    /// The length that the tolerance is a part of, m.
+    pub length: f64,
 }
 
 /// The equations of motion of a rod.

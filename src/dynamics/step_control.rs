@@ -192,7 +192,7 @@ impl StepControl {
         let e = simulation.energies();
         let now = e.total();
         if !now.is_finite()
-            && let Some(error) = simulation.not_finite(simulation.state().time)
+            && let Some(error) = simulation.non_finite_energy(simulation.state().time)
         {
             return Err(error);
         }
@@ -239,7 +239,7 @@ impl StepControl {
 /// step `simulation` has just made if an edge leapt.
 fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
-    match simulation.rod().leapt(&before.q, &now.q) {
+    match simulation.rod().over_rotated_edge(&before.q, &now.q) {
         Some(edge) => Err(Error::Leap { time: now.time, edge }),
         None => Ok(()),
     }

@@ -31,7 +31,7 @@ pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
 /// `factor s - strain s0 - rate r0 - relaxing z0`, with `own_factor s - time (past[0] s0 + past[1] r0)` added for each of
 /// stretching, bending and twisting.
 #[derive(Clone, Copy, Debug)]
-pub struct Memory<D> {
+pub struct EffectiveStrainFactors<D> {
     pub factor: D,
     pub strain: D,
     pub rate: D,
@@ -41,7 +41,7 @@ pub struct Memory<D> {
     pub time: [D; 3],
 }
 
-impl<D: Scalar> Memory<D> {
+impl<D: Scalar> EffectiveStrainFactors<D> {
     /// At the end of a step, which began with `s0`, `r0` and `z0`; of an averaging scheme for the viscous stress alone.
     pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
@@ -94,10 +94,10 @@ pub fn at_end<D: Scalar>(
 ) {
     let InternalVariables { strain, strain_rate, relaxing, .. } = before;
     let Viscosity { factor, shift, own } = viscosity;
-    let memory = Memory::at_end(coefficients, damping);
+    let factors = EffectiveStrainFactors::at_end(coefficients, damping);
     let starts = strain.iter().zip(strain_rate);
-    let past = |strain: &D, rate: &D| memory.past[0] * *strain + memory.past[1] * *rate;
-    *factor = memory.factor;
+    let past = |strain: &D, rate: &D| factors.past[0] * *strain + factors.past[1] * *rate;
+    *factor = factors.factor;
     if coefficients.averages() {
         // Of the dashpots alone, whose natural strains are the same whatever their time.
         let by_rate = coefficients.rate.recip();
@@ -105,20 +105,20 @@ pub fn at_end<D: Scalar>(
             *shift = past(strain, rate) * by_rate;
         }
         if let Some(own) = own {
-            own.factor = memory.own_factor;
+            own.factor = factors.own_factor;
         }
         return;
     }
     for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
-        *shift = memory.strain * *strain + memory.rate * *rate;
+        *shift = factors.strain * *strain + factors.rate * *rate;
     }
     if damping.maxwell.is_some() {
         for (shift, z) in shift.iter_mut().zip(relaxing) {
-            *shift += memory.relaxing * *z;
+            *shift += factors.relaxing * *z;
         }
     }
     if let Some(own) = own {
-        (own.factor, own.time) = (memory.own_factor, memory.time);
+        (own.factor, own.time) = (factors.own_factor, factors.time);
         for (to, (strain, rate)) in own.past.iter_mut().zip(starts) {
             *to = past(strain, rate);
         }

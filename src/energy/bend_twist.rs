@@ -201,15 +201,22 @@ fn hessian_to_nodes<D: Scalar>(
 }
 
 /// Two edges and the joint between them.
-type Joined<D> = (EdgeState<D>, EdgeState<D>, Joint<D>);
+struct JointState<D> {
+    /// The first edge.
+    e: EdgeState<D>,
+    /// The second edge.
+    f: EdgeState<D>,
+    /// The joint between them.
+    joint: Joint<D>,
+}
 
 impl<D: Scalar> BendTwist<D> {
     /// The two edges and the joint between them, at the edge vectors, m, and angles, rad.
     #[inline(always)]
-    fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> Joined<D> {
+    fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> JointState<D> {
         let e = EdgeState::new(&self.frames[0], [*e0, *e1, *e2], *te);
         let f = EdgeState::new(&self.frames[1], [*f0, *f1, *f2], *tf);
-        (e, f, self.joint(&e, &f, *tf - *te))
+        JointState { e, f, joint: self.joint(&e, &f, *tf - *te) }
     }
 
     /// The joint of two edges whose angles differ by `turn`, rad.
@@ -223,7 +230,7 @@ impl<D: Scalar> BendTwist<D> {
     /// Integrated curvatures and twist (rad) in the material frame.
     #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
-        self.joined(&to_edges(q)).2.strains
+        self.joined(&to_edges(q)).joint.strains
     }
 
     /// Energies of bending and twisting, J; of a coupling between them, half each.
@@ -237,7 +244,7 @@ impl<D: Scalar> BendTwist<D> {
     /// The energy as a function of the edges: eight unknowns instead of eleven.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
-        let (law, strains) = (self.law(), self.joined(edges).2.strains);
+        let (law, strains) = (self.law(), self.joined(edges).joint.strains);
         dot(law.stress(&strains), law.difference(&strains)) * 0.5
     }
 
@@ -249,7 +256,7 @@ impl<D: Scalar> BendTwist<D> {
 
     /// Gradient with respect to the edges' unknowns for given stresses.
     #[inline]
-    fn gradient_of((e, f, joint): &Joined<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
+    fn gradient_of(JointState { e, f, joint }: &JointState<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
         let pull = joint.pull(&e.edge, &f.edge, w);
         let zero = D::from(0.0);
         let [e0, e1, e2, te] = e.gradient(pull.e, zero);
@@ -258,7 +265,7 @@ impl<D: Scalar> BendTwist<D> {
     }
 
     /// Energy and derivatives with respect to the edges' unknowns (the Hessian's lower triangle).
-    fn tangent_of(&self, (e, f, joint): &Joined<D>) -> Local<D, EDGE_UNKNOWNS> {
+    fn tangent_of(&self, JointState { e, f, joint }: &JointState<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (law, strains) = (self.law(), &joint.strains);
         let (w, strain) = (law.stress(strains), law.difference(strains));
         let JointTangent { e: at_e, f: at_f, fe } =
@@ -328,7 +335,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joined = self.joined(&to_edges(q));
-        to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.2.strains)))
+        to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.joint.strains)))
     }
 
     /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
@@ -366,8 +373,9 @@ pub struct Published(pub BendTwist<f64>);
 impl Published {
     /// Energy, and the published gradient and Hessian.
     pub fn tangent(&self, q: &[f64; UNKNOWNS]) -> Local<f64, UNKNOWNS> {
-        let (e, f, joint) = self.0.joined(&to_edges(q));
-        spread(self.0.tangent_of(&(e.at_reference(), f.at_reference(), joint)))
+        let JointState { e, f, joint } = self.0.joined(&to_edges(q));
+        let reference = JointState { e: e.at_reference(), f: f.at_reference(), joint };
+        spread(self.0.tangent_of(&reference))
     }
 }
 

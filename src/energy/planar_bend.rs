@@ -37,7 +37,7 @@ struct BentJoint<D> {
 
 /// The edge vectors, m, their squared lengths, and the curvature `2 tan(phi/2)` of a joint at its three nodes.
 #[inline]
-fn bent<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
+fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
     let f = [q[4] - q[2], q[5] - q[3]];
     let ee = e[0] * e[0] + e[1] * e[1];
@@ -90,7 +90,7 @@ impl<D: Scalar> PlanarBend<D> {
     /// Integrated curvature 2 tan(phi/2), dimensionless.
     #[inline]
     pub fn strain(&self, q: &[D; 6]) -> D {
-        bent(q).curvature
+        bent_joint(q).curvature
     }
 
     /// The derivative of the curvature `k` by the turning angle.
@@ -164,7 +164,7 @@ pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
 /// Integrated curvature 2 tan(phi/2) at the middle one of three points of the plane.
 pub fn curvature<D: Scalar>(points: &[[D; 2]; 3]) -> D {
     let [[a, b], [c, d], [e, f]] = *points;
-    bent(&[a, b, c, d, e, f]).curvature
+    bent_joint(&[a, b, c, d, e, f]).curvature
 }
 
 impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
@@ -187,7 +187,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
 
     /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
-        let bent = bent(q);
+        let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();
         let [moment, _] = self.turning_response(bent.curvature);
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
@@ -196,7 +196,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     /// With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
     /// E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e n_f'.
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
-        let bent = bent(q);
+        let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();
         let [moment, stiffness] = self.turning_response(bent.curvature);
 

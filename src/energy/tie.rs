@@ -14,7 +14,7 @@ pub(crate) struct Tie(pub [f64; 3]);
 
 impl Tie {
     /// The vector from the fixed point to the node, m.
-    fn way<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
+    fn displacement<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
         let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
         components(|c| x[c] - self.0[c])
     }
@@ -23,13 +23,13 @@ impl Tie {
 impl<D: Scalar> Over<D> for Tie {
     /// The energy at the unknowns `q` of the element at `site`, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
-        let way = self.way(site, q);
+        let way = self.displacement(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
 
     /// Writes the derivatives by `q`, N (N m for angles).
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
-        let way = self.way(site, q);
+        let way = self.displacement(site, q);
         for k in 0..q.len() {
             gradient[k] = site.values[0] * dot(map_components(&site.chart.axis(k), D::from), way);
         }

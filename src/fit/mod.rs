@@ -95,6 +95,37 @@ pub use validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
 
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to DesignVariable")]
+pub use design::report::DesignVariable as Question;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to PointState")]
+pub use measurement::quantity::PointState as Moving;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to RecordedSnapshot")]
+pub use report::recorded_motion::RecordedSnapshot as RecordedMoment;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to LocalMinima")]
+pub use search::local_minima::LocalMinima as Basins;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to LocalMinimum")]
+pub use search::local_minima::LocalMinimum as Basin;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to MinimumSource")]
+pub use search::local_minima::MinimumSource as SeenBy;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to InputSensitivity")]
+pub use uncertainty::budget::entries::InputSensitivity as PerCent;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to UnidentifiableDirection")]
+pub use uncertainty::covariance::identifiability::UnidentifiableDirection as Finding;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to UndetectedBias")]
+pub use uncertainty::discrepancy::findings::UndetectedBias as CouldHide;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ClusterJackknife")]
+pub use uncertainty::estimate::ClusterJackknife as AcrossExperiments;
+
 use crate::code::Code;
 use crate::error::{Error, none_on_failure};
 use crate::fit::design::plan::PlannedFit;

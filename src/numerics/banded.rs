@@ -115,6 +115,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     const NUMBERS_PER_ROW: usize = W + 1;
     type Factors = Ldlt<D, W>;
 
+    /// Factors for matrices of this sparsity pattern, not yet computed.
     fn new_factors(&self) -> Ldlt<D, W> {
         Ldlt::with_order(self.order())
     }
@@ -240,12 +241,14 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
     }
 }
 
 impl<D: Scalar, const W: usize> PatternByOrder<D> for BandMatrix<D, W> {
+    /// The zero matrix of `n` rows.
     fn zeros(n: usize) -> Self {
         Self::zeros(n)
     }

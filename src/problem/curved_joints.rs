@@ -21,7 +21,7 @@ pub(crate) fn joint_slants<D: Scalar>(
     curvature: &[[D; 2]],
 ) -> Vec<[D; 2]> {
     let joint = |(i, k): (usize, &[D; 2])| {
-        let slant = slant(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
+        let slant = bending_components(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
         limit_slant(slant, *k)
     };
     curvature.iter().enumerate().map(joint).collect()
@@ -62,7 +62,7 @@ fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
 
 /// Components of the unit tangent `t` along the bending axes of a joint: its directors `m2` and `-m1` halfway between its
 /// edges.
-fn slant<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
+fn bending_components<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
@@ -125,7 +125,7 @@ mod tests {
         let edge = |i: usize| Vector3::from(nodes[i + 1]) - Vector3::from(nodes[i]);
         let tangents: Vec<[f64; 3]> = (0..8).map(|i| edge(i).normalize().into()).collect();
         let frames = Frames::bishop(&tangents, unit(cross(tangents[0], [0.3, 0.5, 0.8])));
-        let lean = slant(exact(4), &frames.edges[3], &frames.edges[4]);
+        let lean = bending_components(exact(4), &frames.edges[3], &frames.edges[4]);
         let size = lean[0].hypot(lean[1]);
         // kappa = tau = 1/2.
         assert!((size / (l * l / 24.0) - 1.0).abs() < l * l, "{size}");
@@ -140,7 +140,7 @@ mod tests {
         let tangents: Vec<[f64; 3]> = (0..8).map(|i| edge(i).normalize().into()).collect();
         let frames = Frames::bishop(&tangents, unit(cross(tangents[0], [0.3, 0.5, 0.8])));
         let [e, f] = [frames.edges[3], frames.edges[4]];
-        let of_curve = slant(exact(4), &e, &f);
+        let of_curve = bending_components(exact(4), &e, &f);
         // A circle's curvature, kb along the binormal, with the helix's torsion as natural twist.
         let kb = cross(e.tangent, f.tangent);
         let m1 = transport(e.tangent, unit(add(e.tangent, f.tangent)), e.director);

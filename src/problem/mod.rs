@@ -224,7 +224,7 @@ impl Problem {
         if self.scene.energies.is_empty() {
             return Ok(());
         }
-        let found = with_model!(self, |discretized| discretized.not_finite());
+        let found = with_model!(self, |discretized| discretized.non_finite_energy());
         found.map_or(Ok(()), |(name, place)| {
             let found = format!(
                 "a value or a gradient that is not a finite number, {place} m along the \
@@ -559,9 +559,9 @@ impl<'a, M: Model> Discretized<'a, M> {
     }
 
     /// First user-defined energy without a finite value and gradient in the initial state, and its place, m.
-    fn not_finite(&self) -> Option<(String, f64)> {
+    fn non_finite_energy(&self) -> Option<(String, f64)> {
         let (q, frames) = self.begin(self.setup);
-        self.rod().not_finite(&q, &frames)
+        self.rod().non_finite_energy(&q, &frames)
     }
 
     /// The rod in plain numbers.

@@ -66,7 +66,7 @@ pub(super) fn window<'a, D: Scalar>(
         Some(q) => q,
         None => {
             let window = &mut room.insert([D::from(0.0); WINDOW])[..size];
-            go_on(window, &q[start..], stride);
+            continue_straight(window, &q[start..], stride);
             window
         }
     }
@@ -76,7 +76,7 @@ pub(super) fn window<'a, D: Scalar>(
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
-fn go_on<D: Scalar>(window: &mut [D], q: &[D], stride: usize) {
+fn continue_straight<D: Scalar>(window: &mut [D], q: &[D], stride: usize) {
     for k in 0..q.len() {
         window[k] = q[k];
     }

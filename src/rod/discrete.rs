@@ -101,7 +101,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         &self,
         at: At<'_, D, L, N, S>,
         derivatives: Derivatives,
-        (gradient, tangent): (&mut [D], &mut L::Tangent<D>),
+        gradient: &mut [D],
+        tangent: &mut L::Tangent<D>,
         geometry: Option<&mut L::Geometry>,
     ) {
         // Derivatives by num-dual on request, for checks: one element after the other.
@@ -137,10 +138,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         i % L::STRIDE >= N
     }
 
+    /// A zero matrix with the sparsity pattern of the tangent.
     fn zero_tangent(&self) -> Self::Tangent {
         PatternByOrder::zeros(self.mass.len())
     }
 
+    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
     fn mass(&self) -> &[D] {
         &self.mass
     }
@@ -179,7 +182,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         gradient: &mut [D],
         tangent: &mut Self::Tangent,
     ) {
-        self.assemble(self.at(q, frames), derivatives, (gradient, tangent), None);
+        self.assemble(self.at(q, frames), derivatives, gradient, tangent, None);
     }
 
     /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
@@ -190,10 +193,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         frames: &Self::Frames,
         derivatives: Derivatives,
         tensions: Option<&[D]>,
-        forces: (&mut [D], &mut Self::Tangent),
+        gradient: &mut [D],
+        tangent: &mut Self::Tangent,
     ) {
         let at = At { elements: Elements { tensions, ..self.elements() }, q, frames };
-        self.assemble(at, derivatives, forces, None);
+        self.assemble(at, derivatives, gradient, tangent, None);
     }
 
     /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
@@ -216,12 +220,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         q: &[D],
         frames: &Self::Frames,
         derivatives: Derivatives,
-        forces: (&mut [D], &mut Self::Tangent),
+        gradient: &mut [D],
+        tangent: &mut Self::Tangent,
         geometry: &mut Self::Geometry,
     ) {
         // Dual numbers have their derivatives themselves.
         let geometry = D::PLAIN.then_some(geometry);
-        self.assemble(self.at(q, frames), derivatives, forces, geometry);
+        self.assemble(self.at(q, frames), derivatives, gradient, tangent, geometry);
     }
 
     /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions:
@@ -261,7 +266,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
-    fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize> {
+    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
+    /// a right angle, to the opposite side.
+    fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize> {
         let at = self.at(now, frames);
         let struck = |i: usize| {
             let [a, b] = [before, now].map(|q| L::joint_strains(&at, q, i));
@@ -283,16 +290,20 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         (0..self.joint.len()).filter(sharp).find(|i| struck(*i)).map(|i| i + 1)
     }
 
-    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize> {
         (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
     }
 
-    fn wound(&self, before: &[D], now: &[D]) -> f64 {
+    /// The jump of the potential of the loads in `energies`, J, over a step in which the angle of a moment passes
+    /// half a turn.
+    fn winding_jump(&self, before: &[D], now: &[D]) -> f64 {
         self.moments.jump(before, now)
     }
 
-    fn not_finite(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
-        self.own.not_finite(q, frames.edge_frames())
+    /// The first user-defined energy that is not finite at `q`, or whose gradient is not, with its arc length, m.
+    fn non_finite_energy(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
+        self.own.non_finite_energy(q, frames.edge_frames())
     }
 
     /// Elastic energies and the potential of the loads; kinetic energy zero.
@@ -353,7 +364,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.set_dashpots_from(dashpots, viscosity, 0);
     }
 
-    fn slides(&self) -> usize {
+    /// The number of strains of bending and twisting with springs of internal friction: all or none.
+    fn sliding_strains(&self) -> usize {
         if self.sliders.is_some() { S * self.joint.len() } else { 0 }
     }
 
@@ -376,7 +388,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn slip(&self, z: &mut [D]) {
         let Some(springs) = &self.sliders else { return };
         for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
-            *z = springs.sliders.slid(i, &self.joint[i].stiffness(), *z);
+            *z = springs.sliders.stretch_with_slip(i, &self.joint[i].stiffness(), *z);
         }
     }
 

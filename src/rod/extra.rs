@@ -150,7 +150,11 @@ impl<D: Nestable> Extra<D> {
     }
 
     /// The first energy whose value or slope at `q` is no finite number, and where, m along the rod.
-    pub(crate) fn not_finite(&self, q: &[D], frames: &[EdgeFrame<D>]) -> Option<(String, f64)> {
+    pub(crate) fn non_finite_energy(
+        &self,
+        q: &[D],
+        frames: &[EdgeFrame<D>],
+    ) -> Option<(String, f64)> {
         let mut local = [D::from(0.0); MOST];
         for at in self.sites(q, frames) {
             at.energy.gradient(&at.site, at.q, Derivatives::Hand, &mut local);

@@ -167,7 +167,8 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
     fn add_to_frames(
         &self,
         _gradient: &[f64],
-        (_d, _stiff): (&[f64], &[f64]),
+        _d: &[f64],
+        _stiff: &[f64],
         _frames: &mut [FrameRate<1>],
     ) {
     }

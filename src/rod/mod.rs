@@ -34,11 +34,15 @@ pub use frames::{
 pub use layout::Layout;
 pub use moments::Moments;
 pub use planar::PlanarRod;
-pub use sensitive::{EffectiveStrains, Sensitive};
+pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
 pub use transposed::{Laws, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
+
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to EffectiveStrains")]
+pub use sensitive::EffectiveStrains as Counted;
 
 use crate::energy::Derivatives;
 use crate::numerics::scalar::Scalar;
@@ -128,7 +132,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         frames: &Self::Frames,
         derivatives: Derivatives,
         _tensions: Option<&[D]>,
-        (gradient, tangent): (&mut [D], &mut Self::Tangent),
+        gradient: &mut [D],
+        tangent: &mut Self::Tangent,
     ) {
         self.tangent(q, frames, derivatives, gradient, tangent);
     }
@@ -146,10 +151,11 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         q: &[D],
         frames: &Self::Frames,
         derivatives: Derivatives,
-        forces: (&mut [D], &mut Self::Tangent),
+        gradient: &mut [D],
+        tangent: &mut Self::Tangent,
         geometry: &mut Self::Geometry,
     ) {
-        self.tangent(q, frames, derivatives, forces.0, forces.1);
+        self.tangent(q, frames, derivatives, gradient, tangent);
         self.measure(q, frames, geometry);
     }
 
@@ -183,19 +189,19 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than a
     /// right angle, to the opposite side. A fold of 180 degrees has infinite energy, so that only a step that is too
     /// large passes it.
-    fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
+    fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
     /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
-    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize>;
+    fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize>;
 
     /// The jump of the potential of the loads in [`energies`](Rod::energies), J, over a step in which the angle of a
     /// moment passes half a turn.
-    fn wound(&self, _before: &[D], _now: &[D]) -> f64 {
+    fn winding_jump(&self, _before: &[D], _now: &[D]) -> f64 {
         0.0
     }
 
     /// The first user-defined energy that is not finite at `q`, or whose gradient is not, with its arc length, m.
-    fn not_finite(&self, _q: &[D], _frames: &Self::Frames) -> Option<(String, f64)> {
+    fn non_finite_energy(&self, _q: &[D], _frames: &Self::Frames) -> Option<(String, f64)> {
         None
     }
 
@@ -220,7 +226,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
 
     /// The number of strains of bending and twisting with springs of internal friction: all or none.
-    fn slides(&self) -> usize {
+    fn sliding_strains(&self) -> usize {
         0
     }
 
@@ -271,7 +277,8 @@ pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 /// because the derivatives of small velocities may be much larger than they are.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
-    (q, frames): (&[D], &R::Frames),
+    q: &[D],
+    frames: &R::Frames,
     v: &[D],
     length: f64,
     rates: &mut Vec<D>,

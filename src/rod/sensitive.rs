@@ -20,6 +20,23 @@ pub struct EffectiveStrains<const G: usize> {
     pub own_rates: Vec<Lanes<G>>,
 }
 
+/// The derivatives of the numbers of a rod along `G` parameters.
+#[derive(Debug)]
+pub struct ChangedRods<'a, R: Sensitive, const G: usize> {
+    /// Dual rods, one for each parameter, which contain the derivatives.
+    pub duals: &'a [R::Dual; G],
+    /// The derivatives of loads and stresses that these rods contain.
+    pub rates: &'a R::Rates<G>,
+}
+
+impl<R: Sensitive, const G: usize> Copy for ChangedRods<'_, R, G> {}
+impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
 /// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
 /// the derivatives of its numbers. Each lane has the result that it would have alone.
 pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
@@ -32,9 +49,10 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
     /// numbers that have `changed`.
     fn gradient_rate<const G: usize>(
-        changed: (&[Self::Dual; G], &Self::Rates<G>),
+        changed: ChangedRods<'_, Self, G>,
         geometry: &Self::Geometry,
-        at: (&[f64], &Self::Frames),
+        q: &[f64],
+        frames: &Self::Frames,
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     );
@@ -72,10 +90,11 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Writes the derivatives of the gradient at fixed unknowns and frames from the derivatives `stress` of the stresses,
     /// and of the loads and user-defined energies that have `changed`, if any.
     fn stressed_rate<const G: usize>(
-        changed: Option<(&[Self::Dual; G], &Self::Rates<G>)>,
+        changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],
         geometry: &Self::Geometry,
-        at: (&[f64], &Self::Frames),
+        q: &[f64],
+        frames: &Self::Frames,
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     );

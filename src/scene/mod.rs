@@ -72,6 +72,10 @@ pub use time::Time;
 pub use tolerance::StepTolerance;
 pub use track::Track;
 
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to StepTolerance")]
+pub use tolerance::StepTolerance as Tolerance;
+
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::number::{NumberVisitor, Quantity};

@@ -131,6 +131,7 @@ impl NumberTree for RodMaterial {
     type Kind = TableKind;
     type Over<D> = RodMaterial<D>;
 
+    /// Returns the part under `key` with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -143,6 +144,8 @@ impl NumberTree for RodMaterial {
         }
     }
 
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
     fn check_numbers(&self, key: &str, kind: TableKind) -> Result<(), Error> {
         match self {
             Self::Name(_) => Ok(()),

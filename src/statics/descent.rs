@@ -188,7 +188,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             self.step_start.copy_from_slice(&self.q);
             let step = match self.step(&frames, lambda) {
                 DescentStep::Moved
-                    if self.rod.folded(&self.step_start, &self.q, &frames).is_some() =>
+                    if self.rod.folded_node(&self.step_start, &self.q, &frames).is_some() =>
                 {
                     DescentStep::Failed
                 }

@@ -27,3 +27,7 @@ pub use reaction::{Reaction, Reactions};
 pub(crate) use recorded_start::RecordedStart;
 pub(crate) use shear_deflection::{free_part, internal_forces};
 pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, linear_combination};
+
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to EquilibriumState")]
+pub use descent::EquilibriumState as Rest;

@@ -88,7 +88,7 @@ impl<M: Model> Discretized<'_, M> {
         let scale = (moved / length).max(turned).max(f64::MIN_POSITIVE);
         let x: Vec<f64> = x.iter().map(|x| x / scale).collect();
         let (rod, mut strains) = (self.rod(), Vec::new());
-        strain_rates(&rod, (q, frames), &x, length, &mut strains);
+        strain_rates(&rod, q, frames, &x, length, &mut strains);
         MotionMeasure {
             node,
             displacement: moved / length / scale,

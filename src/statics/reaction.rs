@@ -107,7 +107,7 @@ impl<M: Model> Discretized<'_, M> {
         }
         // Drag, inertia and mass damping act on nodes outside of walls only.
         for (i, force) in force.iter_mut().enumerate() {
-            if self.behind(i / M::STRIDE) == 0.0 {
+            if self.fraction_behind_wall(i / M::STRIDE) == 0.0 {
                 *force += dragged[i];
                 *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
             }
@@ -145,7 +145,7 @@ impl<M: Model> Discretized<'_, M> {
         let (false, [outermost, ..]) = (held.is_empty(), nodes) else { return reaction };
         let outermost = *outermost;
         let position = |i: usize| self.model.position(q, i);
-        let behind = self.behind(outermost);
+        let behind = self.fraction_behind_wall(outermost);
         let edge = sub(position(next), position(outermost));
         let point = add(position(outermost), scale(edge, behind));
         for node in nodes.iter().copied() {
@@ -166,7 +166,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The fraction of its edge that is behind a wall, for an outermost node; zero for others.
-    fn behind(&self, node: usize) -> f64 {
+    fn fraction_behind_wall(&self, node: usize) -> f64 {
         let [start, end] = behind_walls(&self.scene().supports, self.scene().soft);
         match node {
             0 => start,

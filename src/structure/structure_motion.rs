@@ -1,6 +1,8 @@
 //! Simulations of structures.
 
-use crate::dynamics::{BisectedSteps, Simulation, StepControl, Work, advance, energy_warning};
+use crate::dynamics::{
+    BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
+};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -26,22 +28,27 @@ pub struct StructureMotion<'a> {
 impl BisectedSteps for StructureMotion<'_> {
     type Rod = Assembly<f64>;
 
+    /// The simulation.
     fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
         &self.simulation
     }
 
+    /// Makes a step to a time, s.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.simulation.step_to(time)
     }
 
+    /// Restores the state before the last step.
     fn step_back(&mut self) {
         self.simulation.step_back();
     }
 
+    /// Completes an accepted step.
     fn accepted(&mut self) -> Result<(), Error> {
         Ok(())
     }
 
+    /// The control of the energy, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Assembly<f64>>) {
         (&mut self.control, &self.simulation)
     }
@@ -156,15 +163,13 @@ impl Structure {
         }
         let n = q.len();
         let parameter = scene.time.as_ref().map_or(D::from(0.5), Time::parameter);
-        Ok(Simulation::new(
-            assembly,
-            (q, ()),
-            0..n,
-            scene.loads.damping,
-            (time.scheme, parameter),
-            (time.tolerance, self.length()),
-            self.derivatives,
-        ))
+        let settings = StepperSettings {
+            scheme: time.scheme,
+            parameter,
+            tolerance: time.tolerance,
+            length: self.length(),
+        };
+        Ok(Simulation::new(assembly, q, (), 0..n, scene.loads.damping, settings, self.derivatives))
     }
 
     /// The unknowns of the equilibrium with the derivatives by the numbers of an assembly: Newton iterations over `D` from

@@ -173,7 +173,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
     for shift in [0.0, SHIFT] {
         tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
         let mut forces = gradient.clone();
-        rod.tangent_under(q, frames, derivatives, Some(&tensions), (&mut forces, &mut under));
+        rod.tangent_under(q, frames, derivatives, Some(&tensions), &mut forces, &mut under);
         assert!(forces.iter().zip(&beside).all(|(a, b)| a.value() == b.value()));
         let off = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
         let off = off.map(|(i, j)| (under.get(i, j) - tangent.get(i, j)).value().abs());

@@ -10,8 +10,8 @@ use rodfit::energy::frame::Frames;
 use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
+use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
 use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod};
-use rodfit::rod::{frame_rates, set_dual_frames, set_real_frames};
 
 const EDGES: usize = 6;
 
@@ -113,7 +113,8 @@ fn gradient_rates<R: Sensitive>(
     R::set_rates(duals, &mut rates);
     rod.measure(q, frames, &mut geometry);
     let mut found = vec![[7.0; 2]; q.len()];
-    R::gradient_rate((duals, &rates), &geometry, (q, frames), derivatives, &mut found);
+    let changed = ChangedRods { duals, rates: &rates };
+    R::gradient_rate(changed, &geometry, q, frames, derivatives, &mut found);
     (found, geometry)
 }
 

@@ -37,7 +37,7 @@ displacement_driven display drag drag_forces drawing duplicates dynamics edge_co
 elimination energy energy_balance entries envelope equilibrium equilibrium_derivatives error errors estimate
 estimate_table experiment explain extend extra extrapolation fault faults field figure file film
 find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted
-foot_point forces form former_results frame frame_products frames free_run frequencies frequencies_form gauge
+foot_point forces form former_results forward_derivatives frame frame_products frames free_run frequencies frequencies_form gauge
 gauss_newton generate geometry grade grid hash hermite hessian hints history html identifiability inertia init
 initial initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
 inspection inspection_summary job_script joint journal known lanczos lanes largest_step law layout ldlt

@@ -1,7 +1,7 @@
 //! The paper's helix: its figures, energy, and the work it takes.
 
 use num_dual::Dual64;
-use rodfit::dynamics::Simulation;
+use rodfit::dynamics::{Simulation, StepperSettings};
 use rodfit::energy::Element;
 use rodfit::energy::bend_twist::Published;
 use rodfit::energy::frame::Frames;
@@ -129,11 +129,11 @@ impl Rod<f64> for PublishedRod {
     ) {
         self.0.edge_tangent(q, frames, derivatives, tangent);
     }
-    fn leapt(&self, before: &[f64], now: &[f64]) -> Option<usize> {
-        self.0.leapt(before, now)
+    fn over_rotated_edge(&self, before: &[f64], now: &[f64]) -> Option<usize> {
+        self.0.over_rotated_edge(before, now)
     }
-    fn folded(&self, before: &[f64], now: &[f64], frames: &Frames<f64>) -> Option<usize> {
-        self.0.folded(before, now, frames)
+    fn folded_node(&self, before: &[f64], now: &[f64], frames: &Frames<f64>) -> Option<usize> {
+        self.0.folded_node(before, now, frames)
     }
     fn energies(&self, q: &[f64], frames: &Frames<f64>) -> Energies {
         self.0.energies(q, frames)
@@ -161,19 +161,17 @@ fn exact_tangent_reduces_iterations() {
     let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
     let discretized = problem.spatial().unwrap();
     let mut exact = discretized.simulation().unwrap();
-    let start = (discretized.rest(), exact.state().frames.clone());
+    let (q, frames) = (discretized.rest(), exact.state().frames.clone());
     let undamped = rodfit::scene::Damping::default();
     let (rod, hand) = (PublishedRod(discretized.rod()), Derivatives::Hand);
-    let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
-    let mut published = Simulation::new(
-        rod,
-        start,
-        discretized.free(),
-        undamped,
-        scheme,
-        (StepTolerance::default(), 0.5),
-        hand,
-    );
+    let settings = StepperSettings {
+        scheme: rodfit::scene::Scheme::NewmarkBeta,
+        parameter: 0.5,
+        tolerance: StepTolerance::default(),
+        length: 0.5,
+    };
+    let mut published =
+        Simulation::new(rod, q, frames, discretized.free(), undamped, settings, hand);
     for k in 1..=200 {
         exact.step_to(f64::from(k) * 5e-3).unwrap();
         published.step_to(f64::from(k) * 5e-3).unwrap();

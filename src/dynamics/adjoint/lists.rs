@@ -49,13 +49,35 @@ impl NaturalStrains {
     }
 }
 
+/// A parameter outside of lists.
+#[derive(Clone, Copy, Debug)]
+pub struct UnlistedParameter {
+    /// Its index in the gradient.
+    pub index: usize,
+    /// The parameter.
+    pub parameter: Parameter,
+}
+
+/// A parameter that is an entry of a list.
+#[derive(Clone, Copy, Debug)]
+pub struct ListEntryParameter {
+    /// The list.
+    pub list: NaturalStrains,
+    /// The index of the entry in the list.
+    pub place: usize,
+    /// Its index in the gradient.
+    pub index: usize,
+}
+
 /// The parameters of a gradient.
 #[derive(Debug, Default)]
 pub struct RequestedParameters {
-    /// Parameters outside of lists, with their index in the gradient.
-    pub single: Vec<(usize, Parameter)>,
-    /// Entries of lists: the list, the index there, and the index in the gradient.
-    pub listed: Vec<(NaturalStrains, usize, usize)>,
+    /// All parameters, in the order of the gradient.
+    pub all: Vec<Parameter>,
+    /// Parameters outside of lists.
+    pub single: Vec<UnlistedParameter>,
+    /// Entries of lists.
+    pub listed: Vec<ListEntryParameter>,
 }
 
 impl RequestedParameters {
@@ -64,14 +86,15 @@ impl RequestedParameters {
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, or that its model cannot vary.
     pub fn new(problem: &Problem, parameters: &[Parameter]) -> Result<Self, Error> {
-        let mut requested = Self::default();
+        let mut requested = Self { all: parameters.to_vec(), ..Self::default() };
+        // The parameters of a scene are listed once, and only if an entry of a list is requested.
         let known: HashSet<Parameter> =
             match parameters.iter().any(|p| NaturalStrains::of(*p).is_some()) {
                 true => Parameter::all(problem.scene()).into_iter().collect(),
                 false => HashSet::new(),
             };
         let mut checked: Vec<NaturalStrains> = Vec::new();
-        for (k, parameter) in parameters.iter().enumerate() {
+        for (index, parameter) in parameters.iter().enumerate() {
             match NaturalStrains::of(*parameter).filter(|_| known.contains(parameter)) {
                 Some((list, place)) => {
                     // All entries of a list are variable, or none.
@@ -79,11 +102,11 @@ impl RequestedParameters {
                         problem.check_parameter(*parameter)?;
                         checked.push(list);
                     }
-                    requested.listed.push((list, place, k));
+                    requested.listed.push(ListEntryParameter { list, place, index });
                 }
                 None => {
                     problem.check_parameter(*parameter)?;
-                    requested.single.push((k, *parameter));
+                    requested.single.push(UnlistedParameter { index, parameter: *parameter });
                 }
             }
         }
@@ -91,8 +114,10 @@ impl RequestedParameters {
     }
 
     /// Moves the entries of lists to the other parameters, where the initial state depends on them in other ways.
-    pub fn separate_lists(&mut self, parameters: &[Parameter]) {
-        self.single.extend(self.listed.drain(..).map(|(.., k)| (k, parameters[k])));
+    pub fn separate_lists(&mut self) {
+        for ListEntryParameter { index, .. } in self.listed.drain(..) {
+            self.single.push(UnlistedParameter { index, parameter: self.all[index] });
+        }
     }
 }
 
@@ -100,15 +125,15 @@ impl RequestedParameters {
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &Laws,
-    listed: &[(NaturalStrains, usize, usize)],
+    listed: &[ListEntryParameter],
     gradient: &mut [f64],
 ) where
     M::Rod<f64>: Transposed,
 {
     let mut lists: Vec<NaturalStrains> = Vec::new();
-    listed.iter().for_each(|(list, ..)| {
-        if !lists.contains(list) {
-            lists.push(*list);
+    listed.iter().for_each(|own| {
+        if !lists.contains(&own.list) {
+            lists.push(own.list);
         }
     });
     let places = discretized.setup.mesh.places();
@@ -130,8 +155,8 @@ pub fn add_natural_strains<M: Model>(
                 by_place[place] += weight * joint;
             }
         }
-        for (_, place, k) in listed.iter().filter(|(own, ..)| *own == list) {
-            gradient[*k] = by_place.get(*place).copied().unwrap_or(0.0);
+        for own in listed.iter().filter(|own| own.list == list) {
+            gradient[own.index] = by_place.get(own.place).copied().unwrap_or(0.0);
         }
     }
 }

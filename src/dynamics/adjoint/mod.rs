@@ -14,7 +14,7 @@ mod lists;
 mod start;
 
 use crate::dynamics::adjoint::checkpoints::Checkpoints;
-use crate::dynamics::adjoint::lists::RequestedParameters;
+use crate::dynamics::adjoint::lists::{RequestedParameters, UnlistedParameter};
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, run};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
@@ -57,8 +57,10 @@ pub struct Reversible {
     problem: Problem,
     trajectory: Trajectory,
     checkpoints: AnyCheckpoints,
-    /// Number of steps, and memory for the states, bytes.
-    requested: (usize, usize),
+    /// Number of steps.
+    steps: usize,
+    /// Memory for the states, bytes.
+    bytes: usize,
 }
 
 /// Checkpoints of a planar or spatial rod.
@@ -120,25 +122,27 @@ impl Reversible {
             AnyProblem::Planar(planar) => AnyCheckpoints::Planar(Box::new(checkpoints(
                 problem,
                 &planar,
-                (steps, bytes),
+                steps,
+                bytes,
                 &mut trajectory,
             )?)),
             AnyProblem::Spatial(spatial) => AnyCheckpoints::Spatial(Box::new(checkpoints(
                 problem,
                 &spatial,
-                (steps, bytes),
+                steps,
+                bytes,
                 &mut trajectory,
             )?)),
         };
-        Ok(Self { problem: problem.clone(), trajectory, checkpoints, requested: (steps, bytes) })
+        Ok(Self { problem: problem.clone(), trajectory, checkpoints, steps, bytes })
     }
 
     /// The run whose derivatives by these parameters are computed, where it is another one.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         // Damping times of zero: derivatives are those of a run with a trace of viscosity.
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
-        let ((steps, bytes), tracked) = (self.requested, self.trajectory.record().tracked());
-        Self::run_within(&problem, &tracked, steps, bytes).map(Some)
+        let tracked = self.trajectory.record().tracked();
+        Self::run_within(&problem, &tracked, self.steps, self.bytes).map(Some)
     }
 
     /// The problem of the run.
@@ -169,17 +173,19 @@ impl Reversible {
         parameters: &[Parameter],
         slopes: &TrajectorySlopes<'_>,
     ) -> Result<Vec<f64>, Error> {
-        let requested = (RequestedParameters::new(&self.problem, parameters)?, parameters);
+        let requested = RequestedParameters::new(&self.problem, parameters)?;
+        // The same for a gradient: run and reverse sweep are repeated with the trace of
+        // viscosity.
         if let Some(felt) = self.with_trace_viscosity(parameters)? {
             return felt.gradient(parameters, slopes);
         }
-        let misfit = (&slopes.motions[..], self.trajectory.record());
+        let (slopes, record) = (&slopes.motions[..], self.trajectory.record());
         match (&self.checkpoints, self.problem.discretized()) {
             (AnyCheckpoints::Planar(checkpoints), AnyProblem::Planar(planar)) => {
-                gradient(&planar, checkpoints, misfit, requested)
+                gradient(&planar, checkpoints, slopes, record, requested)
             }
             (AnyCheckpoints::Spatial(checkpoints), AnyProblem::Spatial(spatial)) => {
-                gradient(&spatial, checkpoints, misfit, requested)
+                gradient(&spatial, checkpoints, slopes, record, requested)
             }
             _ => unreachable!("a checkpoints is of its problem's model"),
         }
@@ -204,10 +210,10 @@ impl Reversible {
         let record = self.trajectory.record();
         match (&self.checkpoints, self.problem.discretized()) {
             (AnyCheckpoints::Planar(checkpoints), AnyProblem::Planar(planar)) => {
-                along(&planar, checkpoints, (direction, record))
+                along(&planar, checkpoints, direction, record)
             }
             (AnyCheckpoints::Spatial(checkpoints), AnyProblem::Spatial(spatial)) => {
-                along(&spatial, checkpoints, (direction, record))
+                along(&spatial, checkpoints, direction, record)
             }
             _ => unreachable!("a checkpoints is of its problem's model"),
         }
@@ -218,7 +224,8 @@ impl Reversible {
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
-    (direction, record): (&[(Parameter, f64)], &Record),
+    direction: &[(Parameter, f64)],
+    record: &Record,
 ) -> Result<Motions, Error>
 where
     M::Rod<f64>: Transposed,
@@ -297,7 +304,8 @@ impl TrajectorySlopes<'_> {
 fn checkpoints<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
-    (steps, bytes): (usize, usize),
+    steps: usize,
+    bytes: usize,
     trajectory: &mut Trajectory,
 ) -> Result<Checkpoints<M::Rod<f64>>, Error>
 where
@@ -322,8 +330,9 @@ where
 fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
-    (slopes, record): (&[Motion], &Record),
-    (requested, parameters): (RequestedParameters, &[Parameter]),
+    slopes: &[Motion],
+    record: &Record,
+    requested: RequestedParameters,
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed,
@@ -332,8 +341,8 @@ where
     // Strains with times of their own need more terms in the transposed step.
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
     let apart = start.damping().additional_times().iter().any(|time| *time != 0.0)
-        || parameters.iter().any(|parameter| own.contains(parameter));
-    let moments = parameters.iter().any(|parameter| parameter.is_moment());
+        || requested.all.iter().any(|parameter| own.contains(parameter));
+    let moments = requested.all.iter().any(|parameter| parameter.is_moment());
     let mut supports = moving_supports(discretized, checkpoints, &requested);
     let frames = frame_count(discretized.model, start.rod());
     // Derivatives of the misfit by the state, at the end of the run: zero.
@@ -359,7 +368,7 @@ where
     // At the start: derivatives by the initial state and the numbers of the simulation become the
     // gradient.
     let by_start = start::ByStart { start, state: by_state, parameters: by_parameters, supports };
-    start::gradient(discretized, by_start, (requested, parameters))
+    start::gradient(discretized, by_start, requested)
 }
 
 /// Adds the derivatives by place and velocity of a node to those by the unknowns and their velocities.
@@ -393,12 +402,12 @@ where
     let mut supports = MovingSupports::new(start.boundary_motion(), frames);
     // Only parameters that move a support need its motion over dual numbers.
     if supports.have_numbers() {
-        for (k, parameter) in &requested.single {
+        for UnlistedParameter { index, parameter } in &requested.single {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             let setup = discretized.setup_over(seed);
             let motion = discretized.boundary_motion(&setup);
             if let Some(motion) = motion.filter(|motion| motion.changes()) {
-                supports.add(*k, motion, M::frames_over::<Dual64>(&start.state().frames));
+                supports.add(*index, motion, M::frames_over::<Dual64>(&start.state().frames));
             }
         }
     }

@@ -1,6 +1,8 @@
 //! The gradient of a misfit by parameters, from its derivatives by the initial state and by the numbers of the simulation.
 
-use crate::dynamics::adjoint::lists::{RequestedParameters, add_natural_strains};
+use crate::dynamics::adjoint::lists::{
+    RequestedParameters, UnlistedParameter, add_natural_strains,
+};
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::{
     MovingSupports, ParameterRates, ParameterSlopes, StateRates, add_by_strains,
@@ -10,7 +12,7 @@ use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
 use crate::rod::{Laws, Rod, RodGeometry, Strained, Transposed, still_frames, strained};
-use crate::scene::{InitialState, Parameter};
+use crate::scene::InitialState;
 use num_dual::Dual64;
 
 /// The derivatives of a misfit by the start of a run, by the numbers of its simulation and by the motion of supports.
@@ -28,24 +30,27 @@ where
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,
-    (mut requested, parameters): (RequestedParameters, &[Parameter]),
+    mut requested: RequestedParameters,
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed,
 {
-    let mut gradient = vec![0.0; parameters.len()];
+    let mut gradient = vec![0.0; requested.all.len()];
+    // Lists of natural strains: one product for each list, if the initial state permits it.
     if !requested.listed.is_empty() {
         match laws(discretized, &by_start) {
             Some(laws) => add_natural_strains(discretized, &laws, &requested.listed, &mut gradient),
-            None => requested.separate_lists(parameters),
+            None => requested.separate_lists(),
         }
     }
-    for (k, parameter) in &requested.single {
+    // Every other parameter: a simulation in dual numbers has the derivatives of its initial
+    // state and numbers.
+    for UnlistedParameter { index, parameter } in &requested.single {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
         let dual = discretized.simulation_over::<Dual64>(seed)?;
-        gradient[*k] = by_start.state.product(&StateRates::new::<M::Rod<f64>>([&dual]));
+        gradient[*index] = by_start.state.product(&StateRates::new::<M::Rod<f64>>([&dual]));
         if let Some(rates) = ParameterRates::<M::Rod<f64>, 1>::new([&dual]) {
-            gradient[*k] += by_start.parameters.product(by_start.start.rod(), &rates);
+            gradient[*index] += by_start.parameters.product(by_start.start.rod(), &rates);
         }
     }
     // Parameters that move supports have summed their part during the sweep.
@@ -103,7 +108,7 @@ where
         tangent.product(&d, &mut q);
         // The frames are based at the equilibrium, and move with it.
         let mut frames = by_state.frames.clone();
-        geometry.add_to_frames(&gradient, (&d, &q), &mut frames);
+        geometry.add_to_frames(&gradient, &d, &q, &mut frames);
         geometry.move_frames_back(&mut frames, &mut q);
         q.iter_mut().zip(by_state.q.as_flattened()).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
@@ -112,8 +117,7 @@ where
         }
         let by_strain: Vec<f64> = by_state.internal.strain.iter().map(|by| by.0[0]).collect();
         if !by_strain.is_empty() {
-            let at = (&state.q[..], &state.frames);
-            add_by_strains(rod, &geometry, at, &by_strain, (&mut q, &mut []));
+            add_by_strains(rod, &geometry, &state.q, &state.frames, &by_strain, &mut q, &mut []);
         }
         let held = discretized.setup.rod_with_release_forces(discretized.model, rod);
         discretized.displacement_under_forces(&held, &state.q, &state.frames, &mut q)?;

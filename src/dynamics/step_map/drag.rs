@@ -3,7 +3,7 @@
 
 use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::numbers::SCHEME;
-use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
+use crate::dynamics::step_map::rates::{LaneDrag, ParameterRates, ParameterSlopes, StateRates};
 use crate::dynamics::step_map::workspace::{DragWorkspace, Held};
 use crate::rod::{Sensitive, Transposed};
 use num_dual::Dual64;
@@ -25,7 +25,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         out: &mut [[f64; G]],
     ) {
         let (before, now) = (self.step.before, self.step.after);
-        for (g, drag) in &parameters.drag {
+        for LaneDrag { lane: g, drag } in &parameters.drag {
             let g = *g;
             let scheme = Dual64::new(self.step.parameter, parameters.numbers[SCHEME].0[g]);
             let coefficients = self.coefficients(scheme);
@@ -57,7 +57,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         state: &mut StateRates<G>,
         room: &mut DragWorkspace,
     ) {
-        for (g, drag) in &parameters.drag {
+        for LaneDrag { lane: g, drag } in &parameters.drag {
             set_duals(&self.step.after.q, &state.q, *g, &mut room.places);
             set_duals(&self.step.after.v, &state.v, *g, &mut room.v);
             room.add_rates(drag, *g, &mut state.unbalanced);

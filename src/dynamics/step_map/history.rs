@@ -9,8 +9,8 @@ use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::numbers::{COUNT, MASS, RELAXATION, along};
 use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
 use crate::dynamics::step_map::workspace::{HistoryMoment, HistoryWorkspace};
-use crate::dynamics::stepper::stretched;
-use crate::dynamics::viscosity::{Memory, relaxation};
+use crate::dynamics::stepper::stretch_springs;
+use crate::dynamics::viscosity::{EffectiveStrainFactors, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::map_components;
@@ -31,9 +31,12 @@ struct HistoryForm {
 }
 
 impl HistoryForm {
-    /// The values or derivatives of the factors of a memory.
-    fn new(memory: &Memory<Dual64>, part: fn(Dual64) -> f64) -> Self {
-        let Memory { factor, strain, rate, relaxing, past, own_factor, time } = memory;
+    /// The values or derivatives of the factors of the effective strains.
+    fn new(factors: &EffectiveStrainFactors<Dual64>, part: fn(Dual64) -> f64) -> Self {
+        let EffectiveStrainFactors { factor, strain, rate, relaxing, past, own_factor, time } =
+            factors;
+        // Strains with times of their own: effective strain own_factor s1 - time (past[0] s0 +
+        // past[1] r0).
         let own = |k: usize| {
             map_components(&[own_factor[k], -(time[k] * past[0]), -(time[k] * past[1])], part)
         };
@@ -58,23 +61,24 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// The factors with the derivative along the number at `place` of the [list](along).
-    fn memory(&self, moment: HistoryMoment, place: usize) -> Memory<Dual64> {
+    fn factors(&self, moment: HistoryMoment, place: usize) -> EffectiveStrainFactors<Dual64> {
         let (damping, parameter) = along(&self.step.damping, self.step.parameter, place);
-        let of: fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> Memory<Dual64> = match moment {
-            HistoryMoment::End => Memory::at_end,
-            HistoryMoment::NextStart => Memory::at_start,
-        };
+        let of: fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> EffectiveStrainFactors<Dual64> =
+            match moment {
+                HistoryMoment::End => EffectiveStrainFactors::at_end,
+                HistoryMoment::NextStart => EffectiveStrainFactors::at_start,
+            };
         of(&self.coefficients(parameter), &damping)
     }
 
     /// The factors of the effective strains at the end of the step, or at the start of the next.
     fn form(&self, moment: HistoryMoment) -> HistoryForm {
-        HistoryForm::new(&self.memory(moment, COUNT), |x| x.re)
+        HistoryForm::new(&self.factors(moment, COUNT), |x| x.re)
     }
 
     /// The derivatives of the factors by the number at `place`.
     fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
-        HistoryForm::new(&self.memory(moment, place), |x| x.eps)
+        HistoryForm::new(&self.factors(moment, place), |x| x.eps)
     }
 
     /// The strains from which the stress of a moment follows.
@@ -183,7 +187,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         if count == 0 {
             return;
         }
-        stretched(count, before, now, z);
+        // Without slip a spring stretches as its joint does.
+        stretch_springs(count, before, now, z);
         let first = strain.len() - count;
         let changes = strain[first..].iter().zip(&internal.strain[first..]);
         for (slid, (now, then)) in slid.iter_mut().zip(changes) {
@@ -399,9 +404,12 @@ impl<R: Transposed> StepMap<'_, R> {
             }
         }
         slopes.numbers[RELAXATION] += by_relaxation[0] * left.eps + by_relaxation[1] * taken.eps;
-        let at = (&self.step.after.q[..], &self.step.before.frames);
-        let q = state.q.as_flattened_mut();
-        add_by_strains(self.step.rod, self.step.end, at, by_strain, (q, &mut state.frames));
+        // What remains at the end of the step is a derivative by its strains: it goes on to
+        // unknowns and frames.
+        let (q, base) = (&self.step.after.q, &self.step.before.frames);
+        let by_q = state.q.as_flattened_mut();
+        let frames = &mut state.frames;
+        add_by_strains(self.step.rod, self.step.end, q, base, by_strain, by_q, frames);
     }
 }
 
@@ -409,9 +417,11 @@ impl<R: Transposed> StepMap<'_, R> {
 pub fn add_by_strains<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,
-    at: (&[f64], &R::Frames),
+    q: &[f64],
+    base: &R::Frames,
     by_strain: &[f64],
-    (q, frames): (&mut [f64], &mut [FrameRate<1>]),
+    by_q: &mut [f64],
+    by_frames: &mut [FrameRate<1>],
 ) {
     // Strains of edges are not weighed with the length as axial forces are.
     let mut lengths = vec![1.0; by_strain.len()];
@@ -419,8 +429,8 @@ pub fn add_by_strains<R: Transposed>(
     let stress: Vec<Lanes<1>> =
         by_strain.iter().zip(lengths).map(|(by, length)| Lanes([by / length])).collect();
     let mut out = vec![[0.0]; q.len()];
-    R::stressed_rate(None, &stress, geometry, at, Derivatives::Hand, &mut out);
+    R::stressed_rate(None, &stress, geometry, q, base, Derivatives::Hand, &mut out);
     let out = out.into_flattened();
-    q.iter_mut().zip(&out).for_each(|(q, out)| *q += out);
-    geometry.turn_frames(&out, frames);
+    by_q.iter_mut().zip(&out).for_each(|(by, out)| *by += out);
+    geometry.turn_frames(&out, by_frames);
 }

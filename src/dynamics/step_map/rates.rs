@@ -6,8 +6,8 @@ use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::{components, map_components};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{
-    DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive, Transposed,
-    frame_rates, still_frames,
+    ChangedRods, DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive,
+    Transposed, frame_rates, still_frames,
 };
 use num_dual::Dual64;
 
@@ -111,6 +111,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Drag with the derivative along the parameter of one SIMD lane.
+#[derive(Clone)]
+pub struct LaneDrag {
+    /// The index of the lane.
+    pub lane: usize,
+    /// The drag at the nodes.
+    pub drag: NodalDrag<Dual64>,
+}
+
 /// The derivatives of the numbers of a simulation along `G` parameters.
 #[derive(Clone)]
 pub struct ParameterRates<R: Sensitive, const G: usize> {
@@ -126,8 +135,8 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
     pub friction: Lanes<G>,
     /// Whether kinds of strain have damping times of their own.
     pub has_own_times: bool,
-    /// Drag, with the lanes where there is any.
-    pub drag: Vec<(usize, NodalDrag<Dual64>)>,
+    /// The drag of the lanes that have some.
+    pub drag: Vec<LaneDrag>,
     /// The supports, where parameters may move them.
     pub boundary_motion: Option<[BoundaryMotion<Dual64>; G]>,
 }
@@ -158,12 +167,18 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
             friction: Lanes(friction),
             has_own_times: times.into_iter().any(|time| time.re != 0.0 || time.eps != 0.0),
             drag: drags
-                .filter_map(|(g, drag)| Some((g, drag?.clone())))
-                .filter(|(_, drag)| !drag.is_none())
+                .filter_map(|(lane, drag)| Some(LaneDrag { lane, drag: drag?.clone() }))
+                .filter(|own| !own.drag.is_none())
                 .collect(),
             boundary_motion: all(motion),
             rods,
         })
+    }
+
+    /// The rods with the derivatives of their laws and loads.
+    #[inline(always)]
+    pub fn changed_rods(&self) -> ChangedRods<'_, R, G> {
+        ChangedRods { duals: &self.rods, rates: &self.laws }
     }
 }
 
@@ -198,7 +213,7 @@ impl ParameterSlopes {
         if let Some(mass) = &along.mass {
             total += dot(&self.mass, mass.as_flattened());
         }
-        if let (Some(by), Some((_, drag))) = (&self.drag, along.drag.first()) {
+        if let (Some(by), Some(LaneDrag { drag, .. })) = (&self.drag, along.drag.first()) {
             let sum = |by: &[f64], drag: &[Dual64]| -> f64 {
                 by.iter().zip(drag).map(|(by, x)| by * x.eps).sum()
             };

@@ -59,7 +59,8 @@ impl<R: Transposed> MovingSupports<R> {
     pub fn transpose(
         &mut self,
         step: &Linearization<'_, f64, R>,
-        (q, v): (&mut [f64], &mut [f64]),
+        q: &mut [f64],
+        v: &mut [f64],
         frames: &mut [FrameRate<1>],
     ) {
         if self.prescribed.is_empty() {

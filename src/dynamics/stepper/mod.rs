@@ -54,15 +54,15 @@ mod newton;
 pub mod rosenbrock;
 pub mod splitting;
 
-pub(crate) use newton::{Newton, acceleration_within, stretched};
+pub(crate) use newton::{Newton, acceleration_within, stretch_springs};
 
-use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;
 use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{Rod, State};
-use crate::scene::{Scheme, StepTolerance};
+use crate::scene::Scheme;
 
 /// The stepper of a scheme, with its work arrays.
 #[derive(Clone, Debug)]
@@ -78,18 +78,17 @@ pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
 impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
     /// The stepper of a scheme for a rod that starts in `state`.
     pub fn new(
-        (scheme, beta): (Scheme, D),
+        settings: StepperSettings<D>,
         system: &System<D, R>,
-        tolerance: (StepTolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let mass = system.rod.mass();
-        if let Some(splitting) = Splitting::of(scheme, mass) {
+        if let Some(splitting) = Splitting::of(settings.scheme, mass) {
             return Self::Splitting(splitting);
         }
-        match scheme {
+        match settings.scheme {
             Scheme::Rodas4 => Self::Rosenbrock(Box::new(Rosenbrock::new(&system.rod))),
-            _ => Self::Newton(Box::new(Newton::new((scheme, beta), system, tolerance, state))),
+            _ => Self::Newton(Box::new(Newton::new(settings, system, state))),
         }
     }
 
@@ -178,7 +177,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         if let Self::Newton(newton) = self {
             newton.finish(step, before, state, work);
         }
-        state.wound = before.wound + step.system.rod.wound(&before.q, &state.q);
+        state.wound = before.wound + step.system.rod.winding_jump(&before.q, &state.q);
         work.steps += 1;
     }
 }

@@ -91,7 +91,7 @@ fn product<D: Scalar, const S: usize>(a: &[D; S], b: &[D; S]) -> D {
 
 impl<D: Scalar> Sliders<D> {
     /// The stretch of the springs of joint `i` with the stiffness `elastic`, which is `z` without slip.
-    pub fn slid<K: Symmetric<D, S>, const S: usize>(
+    pub fn stretch_with_slip<K: Symmetric<D, S>, const S: usize>(
         &self,
         i: usize,
         elastic: &K,
@@ -155,12 +155,14 @@ impl<const G: usize> SliderRates<G> {
         Self((0..count).map(|i| Lanes(duals.map(|sliders| sliders.limits[i].eps))).collect())
     }
 
-    /// The derivatives of [`slid`](Sliders::slid) at the stretch `z` without slip, where `z` has the derivatives `rate`
+    /// The derivatives of [`stretch_with_slip`](Sliders::stretch_with_slip) at the stretch `z` without slip, where `z` has the derivatives `rate`
     /// and the elastic stiffness has the derivatives `stiffer`.
-    pub fn slid<K: Symmetric<f64, S>, R: Symmetric<Lanes<G>, S>, const S: usize>(
+    pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Lanes<G>, S>, const S: usize>(
         &self,
-        (sliders, i): (&Sliders<f64>, usize),
-        (elastic, stiffer): (&K, &R),
+        sliders: &Sliders<f64>,
+        i: usize,
+        elastic: &K,
+        stiffer: &R,
         z: [f64; S],
         rate: [Lanes<G>; S],
     ) -> [Lanes<G>; S] {
@@ -209,7 +211,7 @@ mod tests {
                 let along = |c: usize| if c == k { 1.0 } else { 0.0 };
                 let z: Vector<Dual64> = components(|c| Dual64::new(z[c], along(c)));
                 let sliders = Sliders { stiffness: dual(1.7), limits: vec![dual(0.02)] };
-                let slid = sliders.slid(0, &elastic.map(dual), z);
+                let slid = sliders.stretch_with_slip(0, &elastic.map(dual), z);
                 let exact: Vector<Dual64> = elastic.map(dual).times(&slid);
                 let slope: Vector<f64> = stiffness.times(&components(along));
                 for c in 0..3 {
@@ -237,17 +239,17 @@ mod tests {
         for z in [[0.004, -0.006, 0.003], [0.03, 0.02, -0.05]] {
             let rate = [0.2, -0.7, 0.4];
             let dual: Vector<Dual64> = components(|c| Dual64::new(z[c], rate[c]));
-            let exact = sliders.slid(0, &elastic, dual).map(|z| z.eps);
-            let both = (&elastic.map(|k| k.re), &stiffer);
-            let found = rates.slid((&plain, 0), both, z, rate.map(|r| Lanes([r; 2])));
+            let exact = sliders.stretch_with_slip(0, &elastic, dual).map(|z| z.eps);
+            let real = elastic.map(|k| k.re);
+            let found = rates.slip_rate(&plain, 0, &real, &stiffer, z, rate.map(|r| Lanes([r; 2])));
             for c in 0..3 {
                 assert!((found[c].0[1] - exact[c]).abs() < 1e-14, "{found:?} {exact:?}");
             }
             // A planar joint.
             let [x, dx] = [z[0], rate[0]];
-            let [exact] = sliders.slid(0, &[elastic.bend[0]], [Dual64::new(x, dx)]);
-            let both = (&[2.0], &[Lanes([0.3; 2])]);
-            let [found] = rates.slid((&plain, 0), both, [x], [Lanes([dx; 2])]);
+            let [exact] = sliders.stretch_with_slip(0, &[elastic.bend[0]], [Dual64::new(x, dx)]);
+            let stiffer = [Lanes([0.3; 2])];
+            let [found] = rates.slip_rate(&plain, 0, &[2.0], &stiffer, [x], [Lanes([dx; 2])]);
             let close = |found: &f64| (found - exact.eps).abs() < 1e-14;
             assert!(found.0.iter().all(close), "{found:?} {exact}");
         }
@@ -258,7 +260,7 @@ mod tests {
     fn cycle_loses_the_area_of_its_hysteresis_loop() {
         let (own, limit, most) = (1.7 * 2.0, 0.02, 0.05_f64);
         let exact = 4.0 * own * limit * (most - limit);
-        let slid = |z: f64| sliders().slid(0, &[2.0], [z])[0];
+        let slid = |z: f64| sliders().stretch_with_slip(0, &[2.0], [z])[0];
         let lost = |steps: i32| {
             let strain = |k: i32| most * (f64::from(k) / f64::from(steps) * TAU).sin();
             let (mut z, mut work) = (0.0, 0.0);

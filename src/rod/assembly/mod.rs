@@ -211,6 +211,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         false
     }
 
+    /// A zero matrix with the sparsity pattern of the tangent.
     fn zero_tangent(&self) -> AssemblyTangent<D> {
         let member = |member: &Member<D>| MemberTangent {
             band: member.rod.zero_tangent(),
@@ -227,10 +228,12 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         AssemblyTangent { members, bodies: Envelope::zeros(first) }
     }
 
+    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
     fn mass(&self) -> &[D] {
         &self.mass
     }
 
+    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
         let (rods, bodies) = gradient.split_at_mut(self.first);
         self.bodies.gradient(&q[self.first..], bodies);
@@ -241,6 +244,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         });
     }
 
+    /// Writes the gradient as `gradient` does, and its tangent, N/m.
     fn tangent(
         &self,
         q: &[D],
@@ -249,16 +253,19 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         gradient: &mut [D],
         tangent: &mut AssemblyTangent<D>,
     ) {
-        self.tangent_under(q, &(), derivatives, None, (gradient, tangent));
+        self.tangent_under(q, &(), derivatives, None, gradient, tangent);
     }
 
+    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
+    /// stretches.
     fn tangent_under(
         &self,
         q: &[D],
         (): &(),
         derivatives: Derivatives,
         tensions: Option<&[D]>,
-        (gradient, tangent): (&mut [D], &mut AssemblyTangent<D>),
+        gradient: &mut [D],
+        tangent: &mut AssemblyTangent<D>,
     ) {
         let (rods, bodies) = gradient.split_at_mut(self.first);
         let AssemblyTangent { members, bodies: corner } = tangent;
@@ -272,12 +279,14 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
             let count = member.rod.stretch.len();
             let tensions = tensions.map(|all| &all[edges..edges + count]);
             edges += count;
-            member.rod.tangent_under(q, &(), derivatives, tensions, (forces, &mut own.band));
+            let band = &mut own.band;
+            member.rod.tangent_under(q, &(), derivatives, tensions, forces, band);
             reduce_tangent(member, carried, forces, own, corner);
             reduce_gradient(member, carried, forces, bodies);
         });
     }
 
+    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
         self.for_each_placed(q, |member, RodUnknowns { q, carried, other, elements, .. }| {
@@ -303,16 +312,21 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         self.tangent(q, &(), derivatives, &mut vec![D::from(0.0); q.len()], tangent);
     }
 
-    fn folded(&self, before: &[D], now: &[D], (): &()) -> Option<usize> {
-        let folded = |member: &Member<D>, a: &[D], b: &[D]| member.rod.folded(a, b, &());
+    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
+    /// a right angle, to the opposite side.
+    fn folded_node(&self, before: &[D], now: &[D], (): &()) -> Option<usize> {
+        let folded = |member: &Member<D>, a: &[D], b: &[D]| member.rod.folded_node(a, b, &());
         self.find_place([before, now], Member::nodes, folded)
     }
 
-    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
-        let leapt = |member: &Member<D>, a: &[D], b: &[D]| member.rod.leapt(a, b);
-        self.find_place([before, now], |member| member.nodes() - 1, leapt)
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize> {
+        let over_rotated =
+            |member: &Member<D>, a: &[D], b: &[D]| member.rod.over_rotated_edge(a, b);
+        self.find_place([before, now], |member| member.nodes() - 1, over_rotated)
     }
 
+    /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], (): &()) -> Energies {
         let mut sums = Energies::default();
         self.for_each_placed(q, |member, RodUnknowns { q, .. }| {
@@ -325,6 +339,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         sums
     }
 
+    /// Writes the strains of all elements, in the order `set_viscous` expects.
     fn strains(&self, q: &[D], (): &(), strains: &mut Vec<D>) {
         strains.clear();
         self.for_each_placed(q, |member, RodUnknowns { q, elements, .. }| {
@@ -333,6 +348,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         });
     }
 
+    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
     fn dashpots(&self) -> Self {
         let mut assembly = self.clone();
         assembly.members.iter_mut().for_each(|member| member.rod = member.rod.dashpots());
@@ -340,6 +356,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         assembly
     }
 
+    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let mut sums = [D::from(0.0); 3];
         for (member, range) in self.with_strains() {
@@ -349,6 +366,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         sums
     }
 
+    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&elastic.members) {
@@ -357,6 +375,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
+    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&dashpots.members) {

@@ -71,6 +71,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
     const NUMBERS_PER_ROW: usize = HALF_BANDWIDTH + 1;
     type Factors = AssemblyFactors<D>;
 
+    /// Factors for matrices of this sparsity pattern, not yet computed.
     fn new_factors(&self) -> AssemblyFactors<D> {
         let member = |member: &MemberTangent<D>| MemberFactors {
             band: member.band.new_factors(),
@@ -85,6 +86,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// The entry of row `i`, column `j`; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D {
         let (low, high, first) = (i.min(j), i.max(j), self.first());
         match (self.member(low), self.member(high)) {
@@ -106,6 +108,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         match self.member(j) {
             Some((k, _)) if self.members[k].couplings.is_empty() => self.members[k].range.clone(),
@@ -113,6 +116,8 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
+    /// `start` on.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         let first = self.first();
         match self.member(start) {
@@ -127,6 +132,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Replaces row and column `i` by those of the identity.
     fn uncouple(&mut self, i: usize) {
         let first = self.first();
         if let Some((k, row)) = self.member(i) {
@@ -149,6 +155,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Sets every entry to zero.
     fn clear(&mut self) {
         self.bodies.clear();
         for member in &mut self.members {
@@ -159,6 +166,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Adds `factor` times `other`.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.bodies.add_scaled(&other.bodies, factor);
         for (to, from) in self.members.iter_mut().zip(&other.members) {
@@ -171,6 +179,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         for i in self.coupled(j, out.len()) {
             let entry = self.get(i, j);
@@ -178,6 +187,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
+    /// Adds `A x` to `out`, for `G` vectors.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let first = self.first();
         let (rods, bodies) = x.split_at(first);
@@ -207,6 +217,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         });
     }
 
+    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let first = self.first();
         let (rods, bodies) = x.split_at(first);
@@ -355,11 +366,13 @@ impl<D: Scalar> AssemblyFactors<D> {
 impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
     type Matrix = AssemblyTangent<D>;
 
+    /// Factors the rows and columns of `range`; allocates nothing.
     fn factor(&mut self, matrix: &AssemblyTangent<D>, _: Range<usize>) -> Result<(), Singular> {
         let zeros = vec![D::from(0.0); matrix.first() + matrix.bodies.order()];
         self.factor_weighted((&zeros, D::from(0.0)), matrix, D::from(1.0))
     }
 
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -371,11 +384,13 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
         self.factor_weighted((diagonal, scale), matrix, factor)
     }
 
+    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
     fn negative_pivots(&self) -> usize {
         let rods: usize = self.members.iter().map(|member| member.band.negative_pivots()).sum();
         rods + self.schur.negative_pivots()
     }
 
+    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let first = x.len() - self.schur.order();
         let (rods, bodies) = x.split_at_mut(first);

@@ -7,7 +7,9 @@ use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::layout::Layout;
-use crate::rod::{EffectiveStrains, FrameRate, ReferenceFrames, RodGeometry, Sensitive};
+use crate::rod::{
+    ChangedRods, EffectiveStrains, FrameRate, ReferenceFrames, RodGeometry, Sensitive,
+};
 use num_dual::Dual64;
 
 /// Derivatives of the forces of a [`Layout`] along parameters.
@@ -28,7 +30,8 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         frames: &[FrameRate<G>],
         geometry: &Self::Geometry,
         q: &[[f64; G]],
-        out: (&mut [Lanes<G>], &mut [[Lanes<G>; S]]),
+        edges: &mut [Lanes<G>],
+        joints: &mut [[Lanes<G>; S]],
     );
 }
 
@@ -78,7 +81,8 @@ fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> 
 /// those by num-dual, at fixed unknowns and frames.
 fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize>(
     duals: &[Dual<L, N, S>; G],
-    (q, frames): (&[f64], &L::Frames<f64>),
+    q: &[f64],
+    frames: &L::Frames<f64>,
     derivatives: Derivatives,
     with_elements: bool,
     out: &mut [[f64; G]],
@@ -187,9 +191,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// numbers that have `changed`.
     #[inline(always)]
     fn gradient_rate<const G: usize>(
-        (duals, rates): (&[Dual<L, N, S>; G], &Self::Rates<G>),
+        ChangedRods { duals, rates }: ChangedRods<'_, Self, G>,
         geometry: &L::Geometry,
-        at: (&[f64], &L::Frames<f64>),
+        q: &[f64],
+        frames: &L::Frames<f64>,
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
@@ -207,7 +212,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             }
         }
         let with_elements = derivatives == Derivatives::Dual;
-        add_others(duals, at, derivatives, with_elements, out);
+        add_others(duals, q, frames, derivatives, with_elements, out);
     }
 
     /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
@@ -241,7 +246,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     ) {
         let (edges, joints) = out.split_at_mut(self.stretch.len());
         let joints = joints.as_chunks_mut::<S>().0;
-        L::add_strain_rates(&self.stretch, frames, geometry, q, (edges, joints));
+        L::add_strain_rates(&self.stretch, frames, geometry, q, edges, joints);
     }
 
     /// Converts the derivatives of the stretches `z` of springs without slip to those with slip.
@@ -249,8 +254,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
         let (z, out) = (z.as_chunks::<S>().0, out.as_chunks_mut::<S>().0);
         for (i, (z, out)) in z.iter().zip(out).enumerate() {
-            let stiffness = (&self.joint[i].stiffness(), &rates.joint[i].stiffness);
-            *out = changes.slid((&springs.sliders, i), stiffness, *z, *out);
+            let (elastic, stiffer) = (self.joint[i].stiffness(), &rates.joint[i].stiffness);
+            *out = changes.slip_rate(&springs.sliders, i, &elastic, stiffer, *z, *out);
         }
     }
 
@@ -279,20 +284,21 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// stresses, and of the loads and user-defined energies that have `changed`, if any.
     #[inline(always)]
     fn stressed_rate<const G: usize>(
-        changed: Option<(&[Dual<L, N, S>; G], &Self::Rates<G>)>,
+        changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],
         geometry: &L::Geometry,
-        at: (&[f64], &L::Frames<f64>),
+        q: &[f64],
+        frames: &L::Frames<f64>,
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
-        let edges = at.0.len().div_ceil(L::STRIDE) - 1;
+        let edges = q.len().div_ceil(L::STRIDE) - 1;
         let (axial, joints) = stress.split_at(edges);
         let (joints, _) = joints.as_chunks::<S>();
-        let load = |i: usize| changed.map_or([Lanes::ZERO; N], |(_, rates)| rates.load[i]);
+        let load = |i: usize| changed.map_or([Lanes::ZERO; N], |changed| changed.rates.load[i]);
         L::pull(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
-        if let Some((duals, _)) = changed {
-            add_others(duals, at, derivatives, false, out);
+        if let Some(ChangedRods { duals, .. }) = changed {
+            add_others(duals, q, frames, derivatives, false, out);
         }
     }
 }

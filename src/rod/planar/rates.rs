@@ -51,7 +51,8 @@ impl RateLayout<2, 1> for Plane {
         _: &[FrameRate<G>],
         geometry: &Geometry,
         q: &[[f64; G]],
-        (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 1]]),
+        edges: &mut [Lanes<G>],
+        joints: &mut [[Lanes<G>; 1]],
     ) {
         let count = geometry.edges.len();
         let (q, stretch) = (&q.as_chunks::<2>().0[..=count], &stretch[..count]);

@@ -121,7 +121,8 @@ impl RodGeometry for Geometry {
     fn add_to_frames(
         &self,
         gradient: &[f64],
-        (d, stiff): (&[f64], &[f64]),
+        d: &[f64],
+        stiff: &[f64],
         frames: &mut [FrameRate<1>],
     ) {
         self.turn_frames(stiff, frames);

@@ -68,7 +68,8 @@ impl RateLayout<3, 3> for Space {
         frames: &[FrameRate<G>],
         geometry: &Geometry,
         q: &[[f64; G]],
-        (edges, joints): (&mut [Lanes<G>], &mut [[Lanes<G>; 3]]),
+        edges: &mut [Lanes<G>],
+        joints: &mut [[Lanes<G>; 3]],
     ) {
         let mut before = [Lanes::ZERO; 3];
         for (j, (measured, frame)) in geometry.edges.iter().zip(frames).enumerate() {

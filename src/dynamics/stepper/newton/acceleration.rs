@@ -11,7 +11,7 @@
 //! the linear system of a step of implicit Euler.
 
 use crate::dynamics::coefficients::StepCoefficients;
-use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::newton::Newton;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -37,14 +37,18 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
         ways.for_each(|((rate, s1), s0)| *rate = (*s1 - *s0) * (0.5 / h));
     }
     let rates = state.internal.strain_rate.clone();
-    let scheme = (Scheme::GeneralisedAlpha, D::from(0.5));
-    let tolerance = (StepTolerance::default(), 1.0);
+    let settings = StepperSettings {
+        scheme: Scheme::GeneralisedAlpha,
+        parameter: D::from(0.5),
+        tolerance: StepTolerance::default(),
+        length: 1.0,
+    };
     let mut now = state.clone();
-    let mut newton = Newton::<D, R>::new(scheme, system, tolerance, &mut now);
+    let mut newton = Newton::<D, R>::new(settings, system, &mut now);
     now.internal.strain_rate = rates;
     // The forces of the state, with the given strain rates.
     newton.find_forces(system, &mut now);
-    newton.coefficients = StepCoefficients::new(scheme.0, scheme.1, false, h);
+    newton.coefficients = StepCoefficients::new(settings.scheme, settings.parameter, false, h);
     let step = Step { system, time: now.time + h, h };
     newton.set_viscous(&step, &now);
     if let (Some(drag), Some(drag_forces)) = (&system.drag, &mut newton.drag_forces) {

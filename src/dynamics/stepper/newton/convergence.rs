@@ -57,6 +57,15 @@ pub enum NextIteration {
     Tangent,
 }
 
+/// A correction of Newton's method.
+#[derive(Clone, Copy, Debug)]
+struct NewtonCorrection {
+    /// The larger of the displacement of nodes, and of the rotation of directors times the rod's length, m.
+    size: f64,
+    /// Whether its tangent was formed at its start, and not at that of an earlier correction.
+    is_fresh: bool,
+}
+
 /// The corrections of a step so far.
 #[derive(Clone, Debug)]
 pub struct Convergence {
@@ -64,12 +73,14 @@ pub struct Convergence {
     tolerance: f64,
     /// `C`: the error of a correction with its own tangent, over the square of the correction, 1/m.
     curvature: f64,
-    /// Distance of the place of the last tangent from the solution, m, and the lower bound of the relative error there.
-    base: (f64, f64),
+    /// Distance of the place of the last tangent from the solution, m.
+    tangent_distance: f64,
+    /// Lower bound of the relative error of the correction with the last tangent.
+    tangent_bound: f64,
     /// That bound over the displacement of nodes, 1/m, and over the rotation of directors times the rod's length, 1/m.
     least: [f64; 2],
-    /// The last correction, m, and whether its tangent was its own.
-    last: Option<(f64, bool)>,
+    /// The last correction of the step, if there is one.
+    last: Option<NewtonCorrection>,
 }
 
 impl Convergence {
@@ -77,7 +88,14 @@ impl Convergence {
     /// `tolerance`, m.
     pub fn new(tolerance: f64, length: f64, edge: f64) -> Self {
         let least = [LEAST[0] / edge, LEAST[1] / length];
-        Self { tolerance, curvature: f64::INFINITY, base: (0.0, 0.0), least, last: None }
+        Self {
+            tolerance,
+            curvature: f64::INFINITY,
+            tangent_distance: 0.0,
+            tangent_bound: 0.0,
+            least,
+            last: None,
+        }
     }
 
     /// Begins a step, with the curvature of the last one.
@@ -92,20 +110,21 @@ impl Convergence {
         let size = moved.max(turned);
         let least = self.least[0] * moved + self.least[1] * turned;
         if fresh {
-            self.base = (size, least);
+            (self.tangent_distance, self.tangent_bound) = (size, least);
         }
         // This correction is the error of the one before.
         let (mut slowness, mut part) = (0.0, f64::INFINITY);
-        if let Some((before, fresh)) = self.last {
-            part = size / before;
-            match fresh {
-                true => self.curvature = part / before,
+        if let Some(before) = self.last {
+            part = size / before.size;
+            match before.is_fresh {
+                true => self.curvature = part / before.size,
                 false => slowness = part,
             }
         }
         let observed = self.last.is_some();
-        self.last = Some((size, fresh));
-        let chord = slowness.max(SPREAD * (self.curvature * self.base.0).max(self.base.1));
+        self.last = Some(NewtonCorrection { size, is_fresh: fresh });
+        let chord =
+            slowness.max(SPREAD * (self.curvature * self.tangent_distance).max(self.tangent_bound));
         let own = (self.curvature * size).max(least);
         let left = size
             * match formed {

@@ -40,7 +40,8 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
     /// Computes the forces of an iteration from its elastic gradient.
     pub fn find<R, F>(
         &mut self,
-        (step, drag): (&Step<'_, D, R>, &NodalDrag<D>),
+        step: &Step<'_, D, R>,
+        drag: &NodalDrag<D>,
         coefficients: &StepCoefficients<D>,
         [before, now]: [&State<D, F>; 2],
         gradient: &[D],

@@ -18,11 +18,11 @@ mod start_forces;
 mod tensions;
 
 pub(crate) use acceleration::acceleration_within;
-pub(crate) use slip_state::stretched;
+pub(crate) use slip_state::stretch_springs;
 
 use crate::dynamics::coefficients::StepCoefficients;
-use crate::dynamics::linearization::{Linearization, StageForces};
-use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::linearization::{Linearization, StageForces, StartForces};
+use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
@@ -35,7 +35,7 @@ use drag_forces::DragForces;
 use predictor::Predictor;
 use slip_state::SlipState;
 use std::ops::Range;
-use tensions::Tensions;
+use tensions::{TangentCount, Tensions};
 
 /// Corrections after which the residual is compared with its rounding level, before another tangent is formed: the
 /// tolerance may be below the rounding errors.
@@ -116,26 +116,26 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     /// The geometry at the end of the step, if its tangent is kept.
     end: R::Geometry,
     /// Gradient and tangent of a viscous rod's forces that the next step takes as those of its start, likewise.
-    next: (Vec<D>, R::Tangent),
+    next: StartForces<D, R::Tangent>,
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// The solver for a rod with the initial `state`, in which it sets the internal variables.
     pub fn new(
-        (scheme, parameter): (Scheme, D),
+        settings: StepperSettings<D>,
         system: &System<D, R>,
-        (tolerance, length): (StepTolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
+        let StepperSettings { scheme, parameter, tolerance, length } = settings;
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
         let is_viscous = system.damping.is_viscous();
-        let slides = rod.slides() > 0;
+        let slides = rod.sliding_strains() > 0;
         if is_viscous || slides {
             let State { q, frames, internal, .. } = state;
             rod.strains(q, frames, &mut internal.strain);
             internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
-            internal.slid = vec![D::from(0.0); rod.slides()];
+            internal.slid = vec![D::from(0.0); rod.sliding_strains()];
             let relaxes = system.damping.maxwell.is_some();
             internal.relaxing.resize(if relaxes { internal.strain.len() } else { 0 }, D::from(0.0));
         }
@@ -170,7 +170,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             rounding: vec![0.0; n],
             stages: Vec::new(),
             end: R::Geometry::default(),
-            next: (Vec::new(), rod.zero_tangent()),
+            next: StartForces { gradient: Vec::new(), tangent: rod.zero_tangent() },
         }
     }
 
@@ -178,7 +178,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
         if self.viscous.is_some() {
-            self.next.0 = vec![D::from(0.0); self.gradient.len()];
+            self.next.gradient = vec![D::from(0.0); self.gradient.len()];
         }
     }
 
@@ -221,7 +221,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             weights: self.weights,
             stages: &self.stages,
             end: &self.end,
-            next: (&self.next.0, &self.next.1),
+            next: &self.next,
         })
     }
 
@@ -312,7 +312,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             let rod = viscous.as_ref().unwrap_or(&step.system.rod);
             let tensions = tensions.expected();
             match with_tangent {
-                true => rod.tangent_under(q, frames, derivatives, tensions, (gradient, tangent)),
+                true => rod.tangent_under(q, frames, derivatives, tensions, gradient, tangent),
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
@@ -329,7 +329,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         with_tangent: bool,
     ) {
         if let (Some(drag), Some(drag_forces)) = (&step.system.drag, &mut self.drag_forces) {
-            drag_forces.find((step, drag), &self.coefficients, states, &self.gradient);
+            drag_forces.find(step, drag, &self.coefficients, states, &self.gradient);
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
                 drag_forces.set_matrix(drag, slope, &self.tangent);
@@ -410,8 +410,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
             if next != NextIteration::Chord {
                 let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
-                let so_far = (tangents, next == NextIteration::Done);
-                self.tensions.corrected(rod, (&self.correction, moved), &state.q, so_far);
+                let progress = TangentCount { tangents, is_done: next == NextIteration::Done };
+                self.tensions.corrected(rod, &self.correction, moved, &state.q, progress);
             }
             if next == NextIteration::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
@@ -441,7 +441,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
         let Self { gradient, tangent, end, .. } = self;
         let (q, derivatives) = (&state.q, step.system.derivatives);
-        rod.measured_tangent(q, &before.frames, derivatives, (gradient, tangent), end);
+        rod.measured_tangent(q, &before.frames, derivatives, gradient, tangent, end);
         self.drag(step, [before, state], true);
         work.tangents += 1;
         self.factor(step, work)
@@ -457,7 +457,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     ) -> bool {
         let Some(slip_state) = &mut self.slip_state else { return true };
         let elastic = &step.system.rod;
-        slip_state.update(elastic, &before.internal, (&state.q[..], &state.frames));
+        slip_state.update(elastic, &before.internal, &state.q, &state.frames);
         // An error by a change of slip is at most the correction.
         let part = size / self.length;
         part <= self.tolerance.part() || slip_state.is_unchanged(elastic, part)
@@ -525,14 +525,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 let coefficients = coefficients.without_acceleration();
                 let none = |_| D::from(0.0);
                 if is_damped {
-                    coefficients.add_damping((mass, mass_damping), [q1, q0, v0], none, n1);
+                    coefficients.add_damping(mass, mass_damping, [q1, q0, v0], none, n1);
                 }
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], none, correction);
             }
             Some(a0) => {
                 let a0 = &a0[..correction.len()];
                 if is_damped {
-                    coefficients.add_damping((mass, mass_damping), [q1, q0, v0], |i| a0[i], n1);
+                    coefficients.add_damping(mass, mass_damping, [q1, q0, v0], |i| a0[i], n1);
                 }
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
@@ -582,7 +582,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             match &mut self.slip_state {
                 Some(slip_state) => {
                     if !slip_state.is_current {
-                        slip_state.update(rod, &before.internal, (&q[..], frames));
+                        slip_state.update(rod, &before.internal, q, frames);
                     }
                     internal.strain.clone_from(&slip_state.strains);
                     internal.slid.clone_from(&slip_state.slid);

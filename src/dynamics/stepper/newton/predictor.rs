@@ -8,15 +8,23 @@ use crate::scene::prescribed_motion::MotionTime;
 
 /// Largest relative difference of step sizes that are taken as equal.
 const EQUAL: f64 = 1e-6;
-/// Largest factor of the old velocity in the new one, [`StepCoefficients::memory`], at which unresolved motion decays fast
+/// Largest factor of the old velocity in the new one, [`StepCoefficients::old_velocity_factor`], at which unresolved motion decays fast
 /// enough for a parabola through three velocities.
 const SMOOTH: f64 = 0.5;
 
-/// Velocities at the starts of the last steps, oldest first: the next one is extrapolated from how they
-/// went on.
+/// The velocities of all unknowns at a time.
+#[derive(Clone, Debug)]
+struct TimedVelocity<D> {
+    /// Time, s.
+    time: f64,
+    /// Velocities, m/s (rad/s for angles).
+    v: Vec<D>,
+}
+
+/// Velocities at the starts of the last two steps, oldest first, from which the next one is extrapolated.
 #[derive(Clone, Debug)]
 pub struct Predictor<D> {
-    earlier: Vec<(f64, Vec<D>)>,
+    earlier: Vec<TimedVelocity<D>>,
     /// Prescribed unknowns at the end of the step.
     prescribed: Vec<D>,
 }
@@ -30,11 +38,11 @@ impl<D: Nestable> Predictor<D> {
     /// Stores the velocities at the start of an accepted step.
     pub fn store<F>(&mut self, before: &State<D, F>) {
         if self.earlier.len() < 2 {
-            self.earlier.push((before.time, before.v.clone()));
+            self.earlier.push(TimedVelocity { time: before.time, v: before.v.clone() });
             return;
         }
         self.earlier.swap(0, 1);
-        let (time, v) = &mut self.earlier[1];
+        let TimedVelocity { time, v } = &mut self.earlier[1];
         *time = before.time;
         v.copy_from_slice(&before.v);
     }
@@ -53,7 +61,7 @@ impl<D: Nestable> Predictor<D> {
         steady: bool,
     ) -> bool {
         // Rejected steps are not part of the motion.
-        while self.earlier.last().is_some_and(|(time, _)| *time >= before.time) {
+        while self.earlier.last().is_some_and(|last| last.time >= before.time) {
             self.earlier.pop();
         }
         self.predict_steadily(step, before, state);
@@ -67,8 +75,8 @@ impl<D: Nestable> Predictor<D> {
         // A change of velocity dv displaces the end of the step by dv h beta.
         let part = coefficients.rate.recip();
         match &self.earlier[..] {
-            [(t2, v2), (t1, v1)]
-                if coefficients.memory.value() < SMOOTH
+            [TimedVelocity { time: t2, v: v2 }, TimedVelocity { time: t1, v: v1 }]
+                if coefficients.old_velocity_factor.value() < SMOOTH
                     && (before.time - t1 - h).abs() < EQUAL * h
                     && (t1 - t2 - h).abs() < EQUAL * h =>
             {
@@ -78,7 +86,9 @@ impl<D: Nestable> Predictor<D> {
                     q[i] += ((v0[i] - v1[i]) * 2.0 - (v1[i] - v2[i])) * part;
                 }
             }
-            [.., (t1, v1)] => {
+            [.., TimedVelocity { time: t1, v: v1 }] => {
+                // Otherwise a line through two velocities, whose times may be apart by another
+                // step size.
                 let (v1, part) = (&v1[free.clone()], part * (h / (before.time - t1)));
                 for i in 0..free.len() {
                     q[i] += (v0[i] - v1[i]) * part;

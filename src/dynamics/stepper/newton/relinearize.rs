@@ -20,7 +20,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         self.begin(&step, before);
         self.linearize_at(&step, before, after, work)?;
         let mut forces = std::mem::take(&mut self.correction);
-        self.find_viscous(system, &after.internal, (&after.q, &before.frames), &mut forces);
+        self.find_viscous(system, &after.internal, &after.q, &before.frames, &mut forces);
         self.correction = forces;
         work.tangents += usize::from(self.viscous.is_some());
         Ok(())

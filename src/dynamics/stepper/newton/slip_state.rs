@@ -29,10 +29,11 @@ impl<D: Nestable> SlipState<D> {
         &mut self,
         elastic: &R,
         before: &InternalVariables<D>,
-        (q, frames): (&[D], &R::Frames),
+        q: &[D],
+        frames: &R::Frames,
     ) {
         elastic.strains(q, frames, &mut self.strains);
-        stretched(elastic.slides(), before, &self.strains, &mut self.z);
+        stretch_springs(elastic.sliding_strains(), before, &self.strains, &mut self.z);
         self.slid.clone_from(&self.z);
         elastic.slip(&mut self.slid);
         self.is_current = true;
@@ -46,7 +47,7 @@ impl<D: Nestable> SlipState<D> {
 }
 
 /// Writes the stretches without slip of `count` springs after a change to these strains.
-pub fn stretched<D: Nestable>(
+pub fn stretch_springs<D: Nestable>(
     count: usize,
     before: &InternalVariables<D>,
     strains: &[D],

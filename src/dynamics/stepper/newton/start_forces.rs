@@ -1,6 +1,7 @@
 //! Forces and accelerations at the start of a step, which follow from the state alone.
 
 use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::linearization::StartForces;
 use crate::dynamics::step::System;
 use crate::dynamics::stepper::newton::Newton;
 use crate::dynamics::stepper::newton::drag_forces::DragForces;
@@ -17,7 +18,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         // Any step size: only the scheme matters here.
         let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
         match self.viscous.is_some() {
-            true => self.find_viscous(system, internal, (q, frames), unbalanced),
+            true => self.find_viscous(system, internal, q, frames, unbalanced),
             false if coefficients.averages() => unbalanced.fill(D::from(0.0)),
             false => rod.gradient(q, frames, *derivatives, unbalanced),
         }
@@ -38,7 +39,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         &mut self,
         System { rod, derivatives, damping, .. }: &System<D, R>,
         internal: &InternalVariables<D>,
-        (q, frames): (&[D], &R::Frames),
+        q: &[D],
+        frames: &R::Frames,
         forces: &mut [D],
     ) {
         let Some(viscous) = &mut self.viscous else { return };
@@ -47,7 +49,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let base = self.dashpots.as_ref().unwrap_or(rod);
         viscous.set_viscous(base, &self.viscosity);
         viscous.set_springs(rod, None);
-        let (gradient, tangent) = &mut self.next;
+        let StartForces { gradient, tangent } = &mut self.next;
         match self.keeps_tangent {
             true => {
                 viscous.tangent(q, frames, *derivatives, forces, tangent);

@@ -36,6 +36,15 @@ pub(super) struct Tensions<D> {
     edge: f64,
 }
 
+/// The tangents of a step after one of its corrections.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TangentCount {
+    /// Number of tangents formed in the step.
+    pub tangents: usize,
+    /// Whether that correction was the last of the step.
+    pub is_done: bool,
+}
+
 impl<D: Nestable> Tensions<D> {
     /// No prediction, for a rod with edges of the length `edge`, m.
     pub fn unknown(edge: f64) -> Self {
@@ -57,18 +66,19 @@ impl<D: Nestable> Tensions<D> {
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
-        (correction, moved): (&[D], f64),
+        correction: &[D],
+        moved: f64,
         q: &[D],
-        (tangents, done): (usize, bool),
+        TangentCount { tangents, is_done }: TangentCount,
     ) {
         let [usual, few] = ENOUGH;
-        let gains = match (self.begun, done) {
+        let gains = match (self.begun, is_done) {
             (true, true) => tangents > few && tangents < self.usual,
             (true, false) => true,
             (false, true) => tangents > usual,
             (false, false) => tangents >= usual,
         };
-        if done && !self.begun {
+        if is_done && !self.begun {
             self.usual = tangents;
         }
         self.known = gains && tangents <= MOST && moved <= SMALL * self.edge;

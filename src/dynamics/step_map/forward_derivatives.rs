@@ -1,0 +1,384 @@
+//! Derivatives along parameters over a step: the right-hand side `-dR|q1` of its equations, their solution, and the state at
+//! its end.
+
+use crate::dynamics::coefficients::END;
+use crate::dynamics::linearization::StartForces;
+use crate::dynamics::step_map::numbers::{MASS, SCHEME};
+use crate::dynamics::step_map::workspace::Held;
+use crate::dynamics::step_map::{ParameterRates, StateRates, StepMap, StepWorkspace};
+use crate::error::Error;
+use crate::numerics::lanes::Lanes;
+use crate::numerics::simd::with_simd;
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::numerics::vector::components;
+use crate::rod::{RodGeometry, Sensitive, set_dual_frames};
+use crate::scene::prescribed_motion::MotionTime;
+use num_dual::Dual64;
+
+/// The map of a step applied to derivatives, as work for a vector unit. A closure instead would be compiled without its
+/// instructions.
+struct Application<'a, R: Sensitive, const G: usize> {
+    map: &'a StepMap<'a, R>,
+    parameters: &'a ParameterRates<R, G>,
+    state: &'a mut StateRates<G>,
+    room: &'a mut StepWorkspace<R, G>,
+}
+
+impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
+    type Output = Result<(), Error>;
+
+    /// Runs the computation, compiled for the instruction set of the caller.
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.map.apply_inlined(self.parameters, self.state, self.room)
+    }
+}
+
+impl<R: Sensitive> StepMap<'_, R> {
+    /// Moves the derivatives of a state along parameters over the step.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`] where the step has no derivatives.
+    pub fn apply<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) -> Result<(), Error> {
+        with_simd(Application { map: self, parameters, state, room })
+    }
+
+    /// The derivatives over the step as [`apply`](Self::apply) moves them, compiled for the caller's instructions.
+    #[inline(always)]
+    fn apply_inlined<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) -> Result<(), Error> {
+        let has_history = !state.internal.strain.is_empty();
+        state.acceleration.resize(self.step.after.acceleration.len(), [0.0; G]);
+        self.hold(parameters, state, room);
+        // Derivatives of the forces at the end at fixed unknowns.
+        if has_history {
+            self.set_end_stress(parameters, &state.internal, &mut room.history);
+        }
+        match self.averages {
+            false => self.set_forces(parameters, state, has_history, room),
+            true => self.set_average_forces(parameters, state, has_history, room),
+        }
+        self.add_drag(parameters, state, &room.held, &mut room.drag, &mut room.direct);
+        // Right-hand side of the equations, their solution, and the state at the end.
+        match state.acceleration.is_empty() {
+            true => self.set_right::<G, false>(state, room),
+            false => self.set_right::<G, true>(state, room),
+        }
+        self.add_numbers(parameters, room);
+        self.solve(room)?;
+        match state.acceleration.is_empty() {
+            true => self.set_end::<G, false>(state, room),
+            false => self.set_end::<G, true>(state, room),
+        }
+        self.add_scheme(parameters, state, room);
+        // Internal variables, and the forces that the next step takes as those of its start.
+        if has_history {
+            self.advance_history(parameters, state, &mut room.history);
+            self.set_next_forces(parameters, state, room);
+            self.add_next_drag(parameters, state, &mut room.drag);
+        } else if self.averages {
+            state.unbalanced.fill([0.0; G]);
+        }
+        self.step.end.move_frame_rates(&mut state.frames, &state.q);
+        Ok(())
+    }
+
+    /// Writes the derivatives at the end of the step of all unknowns that supports hold.
+    fn hold<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) {
+        room.held.clear();
+        // Supports without parameters: a held unknown keeps its derivative, and does not move.
+        let Some(motions) = &parameters.boundary_motion else {
+            room.held.extend(self.fixed().map(|i| Held { i, q: state.q[i], v: [0.0; G] }));
+            return;
+        };
+        let (step, now) = (self.step, self.step.after);
+        let moment = MotionTime::Time(now.time);
+        let frames = &mut room.dual_frames;
+        // The motion of the supports over dual numbers, one parameter after the other.
+        let ends: [_; G] = std::array::from_fn(|g| {
+            let dual = |x: &[f64], rates: &[[f64; G]]| -> Vec<Dual64> {
+                x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
+            };
+            set_dual_frames(&step.before.frames, &state.frames, g, &mut frames[g]);
+            let (mut q, mut v) = (dual(&now.q, &state.q), dual(&now.v, &state.v));
+            motions[g].advance::<R::Dual>(moment, moment, &mut q, &frames[g]);
+            motions[g].velocities(now.time, &mut v);
+            (q, v)
+        });
+        room.held.extend(self.fixed().map(|i| {
+            let [q, v] = [components(|g| ends[g].0[i].eps), components(|g| ends[g].1[i].eps)];
+            Held { i, q, v }
+        }));
+    }
+
+    /// Writes the derivatives of the forces at the end, at fixed free unknowns: by parameters, frames and supports.
+    #[inline(always)]
+    fn set_forces<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &StateRates<G>,
+        has_history: bool,
+        StepWorkspace { direct, held, history, .. }: &mut StepWorkspace<R, G>,
+    ) {
+        let (step, elastic) = (self.step, parameters.changed_rods());
+        let (q, frames) = (&step.after.q[..], &step.before.frames);
+        // With a history the stresses have derivatives of their own; otherwise only laws and
+        // loads change.
+        match has_history {
+            true => {
+                let stress = &history.stress;
+                R::stressed_rate(
+                    Some(elastic),
+                    stress,
+                    step.end,
+                    q,
+                    frames,
+                    step.derivatives,
+                    direct,
+                );
+            }
+            false => R::gradient_rate(elastic, step.end, q, frames, step.derivatives, direct),
+        }
+        // In space the frames at the start turn with parameters, and the forces with them.
+        step.end.add_frame_rates(&state.frames, step.gradient, step.tangent, direct);
+        // Held unknowns are no unknowns of the equations: their columns go to the right-hand
+        // side.
+        for Held { i, q, .. } in held.iter().filter(|held| held.q != [0.0; G]) {
+            step.tangent.add_column(*i, *q, direct);
+        }
+    }
+
+    /// The same of the average over the step, at a fixed end: by the start too.
+    fn set_average_forces<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &StateRates<G>,
+        has_history: bool,
+        StepWorkspace { direct, held, history, .. }: &mut StepWorkspace<R, G>,
+    ) {
+        let (step, elastic) = (self.step, parameters.changed_rods());
+        let stages = step.coefficients(step.parameter).stages;
+        let mut sum = vec![[0.0; G]; direct.len()];
+        for (k, forces) in step.stages.iter().enumerate() {
+            let (place, frames) = (&forces.geometry, &step.before.frames);
+            let stage = stages.get(k).unwrap_or(&END);
+            // The last stage is the viscous stress at the end; those before are elastic.
+            match has_history && k >= stages.len() {
+                true => {
+                    let stress = &history.stress;
+                    R::stressed_rate(
+                        None,
+                        stress,
+                        place,
+                        &forces.q,
+                        frames,
+                        step.derivatives,
+                        direct,
+                    );
+                }
+                false => {
+                    R::gradient_rate(elastic, place, &forces.q, frames, step.derivatives, direct)
+                }
+            }
+            place.add_frame_rates(&state.frames, &forces.gradient, &forces.tangent, direct);
+            // A stage lies at q0 + place (q1 - q0): its part of the start is known.
+            for (j, start) in state.q.iter().enumerate() {
+                forces.tangent.add_column(j, (Lanes(*start) * (1.0 - stage.place)).0, direct);
+            }
+            for Held { i, q, .. } in &*held {
+                forces.tangent.add_column(*i, (Lanes(*q) * stage.place).0, direct);
+            }
+            // The weights of the quadrature over the step.
+            for (sum, direct) in sum.iter_mut().zip(&*direct) {
+                (0..G).for_each(|g| sum[g] += stage.weight * direct[g]);
+            }
+        }
+        *direct = sum;
+    }
+
+    /// Adds mass damping to the derivatives of the forces, and writes the right-hand side of the equations. `A`: whether
+    /// the scheme goes on from accelerations.
+    #[inline(always)]
+    fn set_right<const G: usize, const A: bool>(
+        &self,
+        state: &StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) {
+        let (nodal, free) = (self.nodal, self.step.free.clone());
+        let mass = &self.step.rod.mass()[free.clone()];
+        let count = mass.len();
+        let (q, v) = (&state.q[free.clone()][..count], &state.v[free.clone()][..count]);
+        let n0 = &state.unbalanced[free.clone()][..count];
+        let a = if A { &state.acceleration[free.clone()] } else { &[][..] };
+        let direct = &mut room.direct[free.clone()][..count];
+        let right = &mut room.right[free][..count];
+        // One unknown after the other, G parameters in SIMD lanes each: see the equations in
+        // `nodal`.
+        for i in 0..count {
+            for g in 0..G {
+                let a0 = if A { a[i][g] } else { 0.0 };
+                let start = [q[i][g], v[i][g], a0, n0[i][g], direct[i][g]];
+                [direct[i][g], right[i][g]] = nodal.residual::<A>(mass[i], start);
+            }
+        }
+    }
+
+    /// Adds the parts by the masses, the mass damping and the scheme's parameter, where any of them changes.
+    fn add_numbers<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        room: &mut StepWorkspace<R, G>,
+    ) {
+        let [damping, scheme] = [parameters.numbers[MASS], parameters.numbers[SCHEME]];
+        let (nodal, step, mass) = (self.nodal, self.step, self.step.rod.mass());
+        if parameters.mass.is_some() || damping != Lanes::ZERO {
+            for i in step.free.clone() {
+                let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
+                let (rates, step_motion) = ([Lanes(of_mass), damping], self.step_motion(i));
+                let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
+                let [n, r] = nodal.with_mass_and_damping(mass[i], &step_motion, rates, at_fixed);
+                (room.direct[i], room.right[i]) = (n.0, r.0);
+            }
+        }
+        // Most runs do not vary the parameter of the scheme.
+        if scheme == Lanes::ZERO {
+            return;
+        }
+        for i in step.free.clone() {
+            let (step_motion, forces) =
+                (self.step_motion(i), [step.total[i], step.before.unbalanced[i]]);
+            let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
+            let [n, r] = nodal.with_scheme(mass[i], &step_motion, forces, scheme, at_fixed);
+            (room.direct[i], room.right[i]) = (n.0, r.0);
+        }
+    }
+
+    /// Solves `J x = right` for `G` right-hand sides with the factors of the step, prescribed unknowns zero, into `room.solution`.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved to half of all digits.
+    fn solve<const G: usize>(&self, room: &mut StepWorkspace<R, G>) -> Result<(), Error> {
+        let (step, StepWorkspace { right, solution, .. }) = (self.step, room);
+        // Prescribed unknowns follow a recording: their equations are q1 = recorded place.
+        step.prescribed.fill(right, [0.0; G]);
+        solution.copy_from_slice(right);
+        step.factors.solve_many(solution);
+        // A positive definite matrix is always solved well: LDL^T without pivoting is backward
+        // stable.
+        if step.factors.negative_pivots() == 0 {
+            return Ok(());
+        }
+        (0..G).try_for_each(|g| {
+            let lane = |list: &[[f64; G]]| list.iter().map(|x| x[g]).collect::<Vec<f64>>();
+            step.check_solution(&lane(solution), &lane(right))
+        })
+    }
+
+    /// Takes the solution as the derivatives of the unknowns, and writes those of velocities, accelerations and forces.
+    #[inline(always)]
+    fn set_end<const G: usize, const A: bool>(
+        &self,
+        state: &mut StateRates<G>,
+        room: &mut StepWorkspace<R, G>,
+    ) {
+        let (nodal, free) = (self.nodal, self.step.free.clone());
+        let mass = &self.step.rod.mass()[free.clone()];
+        let count = mass.len();
+        let (q, v) = (&mut state.q[free.clone()][..count], &mut state.v[free.clone()][..count]);
+        let n1 = &mut state.unbalanced[free.clone()][..count];
+        let a = if A { &mut state.acceleration[free.clone()] } else { &mut [][..] };
+        let (direct, right) = (&room.direct[free.clone()][..count], &room.right[free.clone()]);
+        let (right, solution) = (&right[..count], &room.solution[free][..count]);
+        for i in 0..count {
+            for g in 0..G {
+                let a0 = if A { a[i][g] } else { 0.0 };
+                // Velocity, acceleration and force follow from q1 by the equations of the scheme.
+                let [v1, a1] = nodal.end::<A>([q[i][g], v[i][g], a0, solution[i][g]]);
+                let solved = [direct[i][g], right[i][g], solution[i][g]];
+                n1[i][g] = nodal.force(mass[i], solved);
+                (q[i][g], v[i][g]) = (solution[i][g], v1);
+                if A {
+                    a[i][g] = a1;
+                }
+            }
+        }
+    }
+
+    /// Adds the parts of velocities and accelerations by the scheme's parameter, and sets held and prescribed unknowns.
+    fn add_scheme<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        room: &StepWorkspace<R, G>,
+    ) {
+        let scheme = parameters.numbers[SCHEME];
+        if scheme != Lanes::ZERO {
+            for i in self.step.free.clone() {
+                let [v, a] = self.nodal.end_by_scheme(&self.step_motion(i));
+                state.v[i] = (Lanes(state.v[i]) + scheme * v).0;
+                if let Some(own) = state.acceleration.get_mut(i) {
+                    *own = (Lanes(*own) + scheme * a).0;
+                }
+            }
+        }
+        for Held { i, q, v } in &room.held {
+            (state.q[*i], state.v[*i]) = (*q, *v);
+        }
+        // Recorded velocities do not depend on the scheme.
+        self.step.prescribed.fill(&mut state.v, [0.0; G]);
+        if !state.acceleration.is_empty() {
+            self.step.prescribed.fill(&mut state.acceleration, [0.0; G]);
+        }
+    }
+
+    /// Writes the derivatives of the forces that the next step takes as those of its start.
+    #[inline(always)]
+    fn set_next_forces<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        state: &mut StateRates<G>,
+        StepWorkspace { direct, history, .. }: &mut StepWorkspace<R, G>,
+    ) {
+        let (step, StartForces { gradient, tangent }) = (self.step, self.step.next);
+        // An averaging scheme takes the viscous stress alone, without loads and natural strains.
+        let elastic = (!self.averages).then(|| parameters.changed_rods());
+        let (q, frames) = (&step.after.q[..], &step.before.frames);
+        R::stressed_rate(elastic, &history.stress, step.end, q, frames, step.derivatives, direct);
+        step.end.add_frame_rates(&state.frames, gradient, tangent, direct);
+        // The tangent with the elastic stiffness has the part by all unknowns.
+        tangent.add_product(&state.q, direct);
+        let free = step.free.clone();
+        state.unbalanced[free.clone()].copy_from_slice(&direct[free.clone()]);
+        if self.averages {
+            return;
+        }
+        // Mass damping c M v at the end, by mass, damping and velocity.
+        let (by_damping, damping) = (parameters.numbers[MASS], step.damping.mass);
+        let mass = &step.rod.mass()[free.clone()];
+        let (count, v) = (mass.len(), &step.after.v[free.clone()][..mass.len()]);
+        let rates = &state.v[free.clone()][..count];
+        let forces = &mut state.unbalanced[free.clone()][..count];
+        let of_mass = parameters.mass.as_ref().map(|of_mass| &of_mass[free][..count]);
+        for i in 0..count {
+            let of_mass = of_mass.map_or([0.0; G], |of_mass| of_mass[i]);
+            for g in 0..G {
+                let by_numbers = (by_damping.0[g] * mass[i] + of_mass[g] * damping) * v[i];
+                forces[i][g] += by_numbers + rates[i][g] * (damping * mass[i]);
+            }
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The transposed derivative of a step: from the derivatives of a misfit by the state at its end to those by the state at its
+//! start and by the numbers of the simulation.
+
+use crate::dynamics::linearization::{Linearization, StartForces};
+use crate::dynamics::step_map::numbers::{MASS, SCHEME};
+use crate::dynamics::step_map::workspace::HistoryMoment;
+use crate::dynamics::step_map::{
+    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace,
+};
+use crate::error::Error;
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::{RodGeometry, Transposed, still_frames};
+
+impl<'a, R: Transposed> StepMap<'a, R> {
+    /// The transposed derivative of a step. `has_own_times`: whether kinds of strain have, or could have, damping times of
+    /// their own.
+    pub fn transposed(
+        step: &'a Linearization<'a, f64, R>,
+        frames: usize,
+        has_own_times: bool,
+    ) -> Self {
+        Self { has_own_times, still: still_frames(frames), ..Self::new(step) }
+    }
+
+    /// Replaces the derivatives of a misfit by the state at the end of the step by those by the state at its start, and
+    /// adds those by the numbers of the simulation.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`] where the step has no derivatives.
+    pub fn apply_transposed(
+        &self,
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        supports: &mut MovingSupports<R>,
+        room: &mut StepWorkspace<R, 1>,
+    ) -> Result<(), Error> {
+        let step = self.step;
+        // In reverse order of the forward map: frames first, because they moved last.
+        step.end.move_frames_back(&mut state.frames, state.q.as_flattened_mut());
+        // Prescribed unknowns have no derivatives, and forces do not move them.
+        step.prescribed.fill(&mut state.unbalanced, [0.0]);
+        if !state.internal.strain.is_empty() {
+            self.next_forces_transposed(state, slopes, room);
+        }
+        for by in [&mut state.q, &mut state.v, &mut state.acceleration] {
+            step.prescribed.fill(by, [0.0]);
+        }
+        // State at the end, solution, right-hand side: the three stages of a step, transposed.
+        self.end_transposed(state, slopes, room);
+        self.solve_transposed(room)?;
+        self.right_transposed(state, slopes, room);
+        // `d` is the derivative of the misfit by the forces at fixed unknowns, to be carried to
+        // laws, loads and frames.
+        let d = std::mem::take(&mut room.direct).into_flattened();
+        self.forces_transposed(&d, state, slopes, room);
+        let by_place = self.drag_transposed(&d, state, slopes);
+        let [q, v] = [&mut state.q, &mut state.v].map(|list| list.as_flattened_mut());
+        // Supports that parameters move take the derivatives by the unknowns that they hold.
+        supports.transpose(step, q, v, &mut state.frames);
+        // Drag acts at the places expected from the start, q0 + h v0.
+        for (i, by_place) in by_place.into_iter().enumerate() {
+            q[i] += by_place;
+            v[i] += self.nodal.h() * by_place;
+        }
+        room.direct = d.into_iter().map(|d| [d]).collect();
+        Ok(())
+    }
+
+    /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history).
+    fn next_forces_transposed(
+        &self,
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut StepWorkspace<R, 1>,
+    ) {
+        let step = self.step;
+        let d = std::mem::take(&mut state.unbalanced).into_flattened();
+        let damping = step.damping.mass;
+        for i in step.free.clone() {
+            let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
+            state.v[i][0] += damping * mass * d[i];
+            slopes.numbers[MASS] += mass * v * d[i];
+            slopes.mass[i] += damping * v * d[i];
+        }
+        self.next_drag_transposed(&d, state, slopes);
+        let StartForces { gradient, tangent } = step.next;
+        tangent.product(&d, &mut room.stiff);
+        state.q.as_flattened_mut().iter_mut().zip(&room.stiff).for_each(|(q, stiff)| *q += stiff);
+        step.end.add_to_frames(gradient, &d, &room.stiff, &mut state.frames);
+        self.stress_transposed(HistoryMoment::NextStart, &d, state, slopes, &mut room.history);
+        self.history_transposed(state, slopes, &mut room.history);
+        self.add_loads(&d, slopes);
+        state.unbalanced = vec![[0.0]; d.len()];
+    }
+
+    /// The transpose of [`set_end`](Self::set_end) and [`add_scheme`](Self::add_scheme), up to the solution.
+    fn end_transposed(
+        &self,
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut StepWorkspace<R, 1>,
+    ) {
+        let has_acceleration = !self.step.after.acceleration.is_empty();
+        room.direct.fill([0.0]);
+        room.right.fill([0.0]);
+        room.solution.fill([0.0]);
+        for i in self.step.free.clone() {
+            let (v1, n1) = (state.v[i][0], state.unbalanced[i][0]);
+            let a1 = if has_acceleration { state.acceleration[i][0] } else { 0.0 };
+            let [v_slope, a_slope] = self.nodal.end_by_scheme(&self.step_motion(i));
+            slopes.numbers[SCHEME] += v1 * v_slope;
+            slopes.numbers[SCHEME] += a1 * a_slope;
+            let [q0, v0, a0, change] = self.nodal.end_transposed([v1, a1]);
+            let [n, r, q1] = self.nodal.force_transposed(self.step.rod.mass()[i], n1);
+            room.solution[i][0] = state.q[i][0] + change + q1;
+            (room.direct[i], room.right[i]) = ([n], [r]);
+            (state.q[i], state.v[i], state.acceleration[i]) = ([q0], [v0], [a0]);
+        }
+    }
+
+    /// Adds the derivatives by the right-hand side that follow from those by the solution.
+    fn solve_transposed(
+        &self,
+        StepWorkspace { right, solution, .. }: &mut StepWorkspace<R, 1>,
+    ) -> Result<(), Error> {
+        let (factors, x) = (self.step.factors, solution.as_flattened_mut());
+        let b = (factors.negative_pivots() > 0).then(|| x.to_vec());
+        factors.solve(x);
+        if let Some(b) = b {
+            self.step.check_solution(x, &b)?;
+        }
+        right.as_flattened_mut().iter_mut().zip(x).for_each(|(right, x)| *right += *x);
+        Ok(())
+    }
+
+    /// The transpose of [`set_right`](Self::set_right) and [`add_numbers`](Self::add_numbers).
+    fn right_transposed(
+        &self,
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut StepWorkspace<R, 1>,
+    ) {
+        let step = self.step;
+        for i in step.free.clone() {
+            let (mass, by) = (step.rod.mass()[i], [room.direct[i][0], room.right[i][0]]);
+            let [q0, v0, a0, n0, direct] = self.nodal.residual_transposed(mass, by);
+            state.q[i][0] += q0;
+            state.v[i][0] += v0;
+            state.acceleration[i][0] += a0;
+            (state.unbalanced[i], room.direct[i]) = ([n0], [direct]);
+            let forces = [step.total[i], step.before.unbalanced[i]];
+            let [of_mass, damping, scheme] =
+                self.nodal.numbers_transposed(mass, &self.step_motion(i), forces, by);
+            slopes.mass[i] += of_mass;
+            slopes.numbers[MASS] += damping;
+            slopes.numbers[SCHEME] += scheme;
+        }
+    }
+
+    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces), where the
+    /// derivatives by the forces are `d`.
+    fn forces_transposed(
+        &self,
+        d: &[f64],
+        state: &mut StateRates<1>,
+        slopes: &mut ParameterSlopes,
+        room: &mut StepWorkspace<R, 1>,
+    ) {
+        let step = self.step;
+        self.stress_transposed(HistoryMoment::End, d, state, slopes, &mut room.history);
+        self.add_loads(d, slopes);
+        if R::HAS_FRAMES {
+            let stiff = &mut room.stiff;
+            step.tangent.product(d, stiff);
+            step.end.add_to_frames(step.gradient, d, stiff, &mut state.frames);
+            self.fixed().for_each(|i| state.q[i][0] += stiff[i]);
+        } else {
+            for i in self.fixed() {
+                let near = step.tangent.coupled(i, d.len());
+                state.q[i][0] += near.map(|j| step.tangent.get(i, j) * d[j]).sum::<f64>();
+            }
+        }
+    }
+
+    /// Adds the derivatives by loads and dead moments, where those by the forces are `d`.
+    fn add_loads(&self, d: &[f64], slopes: &mut ParameterSlopes) {
+        slopes.laws.load.iter_mut().zip(d).for_each(|(load, d)| *load -= d);
+        self.step.rod.add_to_moments(&self.step.after.q, d, &mut slopes.laws);
+    }
+}
