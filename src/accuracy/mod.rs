@@ -49,6 +49,13 @@ impl Scene {
     /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
     /// simulation needs.
     ///
+    /// ```
+    /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
+    /// assert_eq!(problem.model().0, "planar");
+    /// assert_eq!((problem.nodes(), problem.length()), (51, 0.5)); // m
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, what was found and what is allowed. Where something is to be chosen,
     /// those of a simulation.

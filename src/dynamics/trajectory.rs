@@ -34,6 +34,14 @@ impl Problem {
     /// The numerics are those of the problem, and are not checked by the run: where the program chose them, use
     /// [`Scene::simulate`](crate::Scene::simulate), which repeats a run that is less accurate than requested.
     ///
+    /// ```
+    /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
+    /// let run = problem.simulate()?;
+    /// assert_eq!(run.times().len(), 1001); // the start and 1000 steps
+    /// assert!(run.tip(1000)[1] < 0.0); // m
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// Those of [`Trajectory::run`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
@@ -42,6 +50,15 @@ impl Problem {
 
     /// Simulates the whole scene with the derivatives of every node's motion with respect to
     /// `parameters`.
+    ///
+    /// ```
+    /// use rodfit::{Parameter, Point, Scene};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let run = problem.simulate_with(&[Parameter::YoungsModulus])?;
+    /// let (_, slopes) = run.at(Point::Tip, 0.1)?;
+    /// assert!(slopes[0][1] > 0.0); // m/Pa: a stiffer rod falls less
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     ///
     /// # Errors
     /// Those of [`Trajectory::new`] and [`Trajectory::run`].
@@ -122,6 +139,15 @@ impl Trajectory {
     /// The [equilibrium](Problem::equilibrium) of a problem as a record at time 0: the nodes
     /// `tracked` where the rod comes to rest under its loads, and their exact derivatives
     /// by `parameters`. The scene needs no `[time]`. The work counts the Newton iterations of the way.
+    ///
+    /// ```
+    /// use rodfit::{Parameter, Point, Scene, Trajectory};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let rest = Trajectory::at_rest(&problem, &[50], &[Parameter::YoungsModulus])?;
+    /// let (place, slopes) = rest.at(Point::Tip, 0.0)?;
+    /// assert!(place[1] < 0.0 && slopes[0][1] > 0.0); // m, m/Pa
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     ///
     /// # Errors
     /// Those of [`Problem::equilibrium`]. A rod that can move without a force, as at the limit of its
@@ -301,6 +327,14 @@ impl Trajectory {
     /// [`parameters`](Self::parameters), in world axes. Between steps the cubic Hermite
     /// interpolant of positions and velocities.
     ///
+    /// ```
+    /// use rodfit::{Point, Scene};
+    /// let run = Scene::load("data/cantilever.toml")?.problem()?.simulate()?;
+    /// let ([x, y, _], _) = run.at(Point::ArcLength(0.31), 0.0123)?;
+    /// assert!((x - 0.31).abs() < 1e-3 && y < 0.0); // m
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod
     /// or whose nodes were not tracked.
@@ -358,6 +392,13 @@ impl<D: Scalar> Trajectory<D> {
 
     /// Position of the rod's end after `k` steps in world coordinates, m: its last node, or the wall that holds this end
     /// between two nodes. Panics if `k` was not recorded or its nodes not tracked.
+    ///
+    /// ```
+    /// let run = rodfit::Scene::load("data/cantilever.toml")?.problem()?.simulate()?;
+    /// let [x, y, z] = run.tip(0);
+    /// assert!((x - 0.5).abs() < 1e-12 && [y, z] == [0.0, 0.0]); // m, at the start
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     pub fn tip(&self, k: usize) -> [D; 3] {
         let nodes = self.problem.tip().nodes.into_iter();
         Stencil { nodes: nodes.map(|(i, weight)| (i, D::from(weight))).collect() }

@@ -294,6 +294,14 @@ impl schemars::JsonSchema for FitFile {
 impl FitFile {
     /// Reads and validates a fit file, its scenes and its data.
     ///
+    /// ```
+    /// use rodfit::Parameter;
+    /// use rodfit::fit::FitFile;
+    /// let file = FitFile::load("data/cantilever-fit.toml")?;
+    /// assert_eq!(file.unknowns[0].parameter, Parameter::YoungsModulus);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// A file that cannot be read or is no fit file, scenes and data likewise, and fits that cannot be

@@ -318,6 +318,19 @@ impl Fit {
     /// Finds the parameters. The report includes whether the fit converged or was interrupted, and the
     /// parameters that are not identifiable.
     ///
+    /// ```
+    /// use rodfit::{Fit, Observation, Parameter, Scene};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let report = Fit::new(&problem)
+    ///     .observe(Observation::read("data/cantilever-tip.csv")?)
+    ///     .identify(Parameter::YoungsModulus)
+    ///     .solve()?;
+    /// let estimate = report.estimate(Parameter::YoungsModulus).expect("an identified parameter");
+    /// let [low, high] = estimate.interval95.expect("an interval"); // Pa
+    /// assert!(report.converged && low < 1e8 && 1e8 < high);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// A fit that cannot be solved, recordings that cannot be of this rod,

@@ -90,6 +90,13 @@ impl fmt::Display for Unknown {
 
 impl Unknown {
     /// An unknown without start and bounds.
+    ///
+    /// ```
+    /// use rodfit::{Parameter, Unknown};
+    /// let unknown = Unknown::new(Parameter::YoungsModulus).start(1e8).bounds(1e6, 1e10); // Pa
+    /// assert_eq!(unknown.start, Some(1e8));
+    /// assert_eq!(unknown.from_scale(unknown.to_scale(2.0)), 2.0_f64.ln().exp());
+    /// ```
     pub fn new(parameter: Parameter) -> Self {
         parameter.into()
     }

@@ -34,6 +34,7 @@ impl<D: Scalar> Envelope<D> {
         self.first.len()
     }
 
+    /// Index of the entry of row `i`, column `j`, which is inside the envelope, in the list of all entries.
     fn index(&self, i: usize, j: usize) -> usize {
         self.start[i].wrapping_add(j)
     }

@@ -406,6 +406,15 @@ impl Problem {
     /// and scheme stay the same, also if the program chose them; for another choice build the problem of the
     /// [reopened](Scene::reopened) scene.
     ///
+    /// ```
+    /// use rodfit::{Parameter, Scene};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let softer = problem.with([(Parameter::YoungsModulus, 5e7)])?; // Pa
+    /// assert!(softer.equilibrium()?.tip[1] < problem.equilibrium()?.tip[1]);
+    /// assert!(problem.with([(Parameter::Radius, -1.0)]).is_err());
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// A parameter that the scene does not have, or a value that it cannot take.

@@ -55,6 +55,12 @@ impl From<Vec<f64>> for Along {
 
 impl<D> Along<D> {
     /// Linear function of arc length from the value at the start to the value at the end.
+    ///
+    /// ```
+    /// use rodfit::scene::Along;
+    /// let along = Along::linear(1.0, 0.5);
+    /// assert_eq!([along.at(0.0), along.at(0.5), along.at(1.0)], [1.0, 0.75, 0.5]);
+    /// ```
     pub fn linear(from: D, to: D) -> Self {
         Self::Linear(Linear { from, to })
     }

@@ -35,6 +35,13 @@ impl Scene {
 
     /// Reads and validates a scene file.
     ///
+    /// ```
+    /// let scene = rodfit::Scene::load("data/cantilever.toml")?;
+    /// assert_eq!(scene.rod.segments, Some(50));
+    /// assert_eq!(scene.material.youngs_modulus, 1e8); // Pa
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// A file that cannot be read or is not a scene, and values that are not allowed.
@@ -154,6 +161,14 @@ impl Scene {
     }
 
     /// The scene as TOML text; without `time.end` if its own file has none.
+    ///
+    /// ```
+    /// use rodfit::Scene;
+    /// let scene = Scene::load("data/cantilever.toml")?;
+    /// let read = Scene::from_toml(&scene.to_toml()?, "data")?;
+    /// assert_eq!(read.rod, scene.rod);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     pub fn to_toml(&self) -> Result<String, Error> {
         let mut written = self.clone();
         written.leave_end_to_recording();

@@ -180,6 +180,16 @@ impl<D: Scalar> Scene<D> {
 
 impl Scene {
     /// Scene of a rod that is clamped at its start (mid-edge), without loads and without `[time]`.
+    ///
+    /// ```
+    /// use rodfit::scene::{Material, Section, Shape};
+    /// let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] }; // m
+    /// let section = Section::Circle { radius: 0.005 }; // m
+    /// let mut scene = rodfit::Scene::new(20, shape, section, Material::new(1200.0, 1e8)); // kg/m^3, Pa
+    /// scene.loads.gravity = [0.0, -9.81, 0.0]; // m/s^2
+    /// assert!(scene.problem()?.equilibrium()?.tip[1] < 0.0);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     pub fn new(segments: usize, shape: Shape, section: Section, material: Material) -> Self {
         Self {
             accuracy: None,

@@ -149,6 +149,13 @@ impl Parameter {
     }
 
     /// The parameter of a name: a path in the scene file, or a short name; none for an unknown name.
+    ///
+    /// ```
+    /// use rodfit::Parameter;
+    /// assert_eq!(Parameter::named("youngs_modulus"), Some(Parameter::YoungsModulus));
+    /// assert_eq!(Parameter::named("material.youngs_modulus"), Some(Parameter::YoungsModulus));
+    /// assert_eq!(Parameter::named("elasticity"), None);
+    /// ```
     pub fn named(name: &str) -> Option<Self> {
         if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
             return Some(*parameter);
@@ -169,6 +176,14 @@ impl Parameter {
     }
 
     /// All parameters of a scene.
+    ///
+    /// ```
+    /// use rodfit::{Parameter, Scene};
+    /// let scene = Scene::load("data/cantilever.toml")?;
+    /// assert!(Parameter::all(&scene).contains(&Parameter::Density));
+    /// assert_eq!(Parameter::Density.of(&scene), Some(1273.52)); // kg/m^3
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     pub fn all(scene: &Scene) -> Vec<Self> {
         let mut all = Vec::new();
         scene.map_numbers(|path, value, _| {

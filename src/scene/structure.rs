@@ -341,6 +341,7 @@ impl StructureScene {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
+    /// The checks of [`validate`](Self::validate), without the file in the error.
     fn check(&self) -> Result<(), Error> {
         self.check_numbers("", TABLE)?;
         ensure(!self.rods.is_empty(), "rods", "an empty list", "at least one rod")?;

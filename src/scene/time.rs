@@ -160,6 +160,11 @@ table!(@numbers Time {
 
 impl Time {
     /// Duration and step, s, with Newmark-beta at beta = 0.5.
+    ///
+    /// ```
+    /// let time = rodfit::scene::Time::new(1.0, 1e-3); // s
+    /// assert_eq!((time.steps(), time.at(500)), (1000, 0.5));
+    /// ```
     pub fn new(end: f64, step: f64) -> Self {
         Self {
             end,

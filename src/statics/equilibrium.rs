@@ -135,6 +135,14 @@ impl Equilibrium {
 impl Problem {
     /// The equilibrium under the loads that the rod reaches from its rest shape.
     ///
+    /// ```
+    /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
+    /// let rest = problem.equilibrium()?;
+    /// assert_eq!(rest.stable, Some(true));
+    /// assert!(rest.tip[1] < 0.0 && rest.residual < 1e-6); // m, N
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
     pub fn equilibrium(&self) -> Result<Equilibrium, Error> {

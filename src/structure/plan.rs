@@ -175,6 +175,7 @@ impl StructurePlan {
         Ok(())
     }
 
+    /// Adds a joint of the scene: its body, if it names none, its springs, and what holds the ends that it connects.
     fn add_joint(
         &mut self,
         scene: &StructureScene,

@@ -152,6 +152,7 @@ impl Structure {
         self.simulation_of(&self.scene.map_numbers(seed))
     }
 
+    /// The simulation of a scene over any number type, at its start.
     fn simulation_of<D: Nestable>(
         &self,
         scene: &StructureScene<D>,

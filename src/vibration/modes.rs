@@ -141,6 +141,17 @@ fn is_zero(count: &usize) -> bool {
 impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones.
     ///
+    /// ```
+    /// use rodfit::vibration::{LinearizationPoint, ModeKind};
+    /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
+    /// let modes = problem.modes(3, LinearizationPoint::Rest)?;
+    /// // A clamped beam: (1.875/L)^2 sqrt(EI/(rho A)).
+    /// let exact = (1.8751_f64 / 0.5).powi(2) * 0.0025 * (1e8_f64 / 1273.52).sqrt();
+    /// assert!((modes.frequencies_rad_s[0] / exact - 1.0).abs() < 1e-2); // rad/s
+    /// assert_eq!(modes.modes[0].kind, ModeKind::Bending);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium), about it.
     pub fn modes(&self, count: usize, about: LinearizationPoint) -> Result<Modes, Error> {

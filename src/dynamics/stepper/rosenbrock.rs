@@ -64,6 +64,7 @@ pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
 }
 
 impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
+    /// The work arrays for a rod.
     pub(crate) fn new(rod: &R) -> Self {
         let (n, tangent) = (rod.mass().len(), rod.zero_tangent());
         let zero = || vec![D::from(0.0); n];

@@ -43,6 +43,12 @@ impl Frequencies {
     }
 
     /// Measured frequencies given in Hz.
+    ///
+    /// ```
+    /// use rodfit::fit::Frequencies;
+    /// let measured = Frequencies::hz(&[4.21, 26.3], 0.02); // Hz
+    /// assert_eq!(measured.values(), 2);
+    /// ```
     pub fn hz(hz: &[f64], sigma: f64) -> Self {
         let tau = std::f64::consts::TAU;
         let mut own = Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau);

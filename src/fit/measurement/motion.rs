@@ -58,6 +58,14 @@ const MOST_PLANNED: f64 = 1e6;
 
 impl Observation {
     /// Observed positions of the tip.
+    ///
+    /// ```
+    /// use rodfit::fit::Sample;
+    /// use rodfit::{Observation, Point};
+    /// let sample = Sample { time: 0.1, position: [Some(0.5), Some(-0.02), None] }; // s, m
+    /// let observation = Observation::new(vec![sample]).at(Point::Tip).sigma(1e-3); // m
+    /// assert_eq!(observation.values(), 2);
+    /// ```
     pub fn new(samples: Vec<Sample>) -> Self {
         Self { header: Header::in_meters(), data: PointMotion::new(samples) }
     }
@@ -127,6 +135,13 @@ impl Observation {
     }
 
     /// Reads a CSV file as [`read_as`](Self::read_as) does, in SI units or those of its header.
+    ///
+    /// ```
+    /// use rodfit::{Observation, Point};
+    /// let observation = Observation::read("data/cantilever-tip.csv")?.at(Point::Tip);
+    /// assert!(observation.samples.len() > 50 && observation.samples[0].time >= 0.0); // s
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -51,6 +51,14 @@ impl Sighting {
 
 impl RestShape {
     /// A shape by observed positions of points.
+    ///
+    /// ```
+    /// use rodfit::Point;
+    /// use rodfit::fit::{RestShape, Sighting};
+    /// let sighting = |s: f64, y: f64| Sighting { point: Point::ArcLength(s), position: [None, Some(y), None] };
+    /// let shape = RestShape::new(vec![sighting(0.2, -0.01), sighting(0.4, -0.04)]).sigma(1e-3); // m
+    /// assert_eq!(shape.values(), 2);
+    /// ```
     pub fn new(sightings: Vec<Sighting>) -> Self {
         let data = EquilibriumShape { sightings, arc_lengths_fitted: false };
         Self { header: Header::in_meters(), data }
