@@ -38,7 +38,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     note(
         "Effects that these data do not exclude, at the largest plausible size, and the bias that each would cause. A bias is \
          relative to the true value; the next column has it in statistical standard errors of the estimate. \u{b1}: the data \
-         do not determine the sign. A bias of 100 % or more means that the effect alone could cause the estimate. A size in \
+         do not determine the sign. At a bias of 100 % half of the estimate comes from the effect. A size in \
          per cent is a part of the number of the scene that changes. The test would reveal the effect.",
     ) + &table.render_folded(SHOWN_EFFECTS, "effects")
         + &explanation(Code::UndetectedBias)
