@@ -27,7 +27,7 @@ pub fn simulate(
     }
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
-    outputs.check(std::slice::from_ref(&options.scene))?;
+    outputs.check(&structure.scene().files())?;
     let stop = terminal::stop_on_ctrl_c(global);
     let structure = structure.with_derivatives(options.derivatives.into());
     let time = structure.time()?.clone();
@@ -82,7 +82,7 @@ pub fn rest(
     let structure = Structure::new(scene)?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
-    outputs.check(std::slice::from_ref(&options.scene))?;
+    outputs.check(&structure.scene().files())?;
     let found = structure.equilibrium()?;
     let table = outputs.write(out, || Ok(found.shape.to_csv().into_bytes()));
     let summary = found.summary().with_subject(options.scene.display());
@@ -96,8 +96,7 @@ pub fn modes(
     global: GlobalOptions,
 ) -> Result<u8, Error> {
     let structure = Structure::new(scene)?;
-    let inputs = std::slice::from_ref(&options.scene);
-    let outputs = Outputs::with_json(&options.json, inputs, global)?;
+    let outputs = Outputs::with_json(&options.json, &structure.scene().files(), global)?;
     let found = structure.modes(usize::from(options.count), options.rest)?;
     let summary = found.summary().with_subject(options.scene.display());
     Ok(outputs.finish(0, &found, None, &summary))

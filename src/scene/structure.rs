@@ -11,7 +11,7 @@ use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
-use crate::scene::support::{End, Support};
+use crate::scene::support::Support;
 use crate::scene::table::{NumberTree, TABLE, TableKind, table};
 use crate::scene::taper::Taper;
 use crate::scene::time::Time;
@@ -36,7 +36,7 @@ table! {
         /// Joints between rods, and of rods with bodies.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub joints: Vec<StructureJoint<D>> = TABLE,
-        /// Supports of rod ends and bodies.
+        /// Supports of the ends of rods.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub supports: Vec<StructureSupport>,
         /// Gravity, forces and damping.
@@ -251,38 +251,28 @@ impl RodEnd {
     pub fn index(self) -> usize {
         usize::from(self == Self::End)
     }
-
-    /// The end of a rod with one rod only.
-    pub fn end(self) -> End {
-        if self == Self::Start { End::Start } else { End::End }
-    }
 }
 
-/// `[[supports]]`: the support of an end of a rod, or of a body.
+/// `[[supports]]`: the support of an end of a rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct StructureSupport {
-    /// The end of a rod, or the body.
-    pub of: Supported,
-    /// Kind of the support: `clamped`, `pinned` or `free`; of a body `clamped` only.
+    /// The end of a rod.
+    pub of: SupportedEnd,
+    /// Kind of the support: `clamped`, `pinned` or `free`.
     pub kind: Support,
 }
 
-/// An end of a rod, `{ rod = "a", at = "start" }`, or a body, `{ body = "b" }`.
+/// An end of a rod, `{ rod = "a", at = "start" }`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Supported {
+pub struct SupportedEnd {
     /// Name of the rod.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rod: Option<String>,
+    pub rod: String,
     /// End of the rod.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at: Option<RodEnd>,
-    /// Name of the body.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub body: Option<String>,
+    pub at: RodEnd,
 }
 
 /// `[initial]` of a structure.

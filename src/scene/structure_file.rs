@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};
 use crate::input::missing_keys::{Rule, always, if_there, parse};
-use crate::scene::StructureScene;
 use crate::scene::required::{section_keys, shape_keys};
+use crate::scene::{Shape, StructureScene};
 use std::path::{Path, PathBuf};
 
 /// Required keys of every table of a structure.
@@ -50,6 +50,18 @@ impl StructureScene {
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
         Self::read(text, &folder.as_ref().join("scene"))
+    }
+
+    /// Files of the structure: its own, and those of its shapes.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let folder = self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let shapes = self.rods.iter().filter_map(|rod| match &rod.shape {
+            Shape::Polyline { file, .. } if !file.as_os_str().is_empty() => {
+                Some(marker_files::file::at(folder, file))
+            }
+            _ => None,
+        });
+        self.path.iter().cloned().chain(shapes).collect()
     }
 
     /// Reads and validates the text of the file of a structure with this path.

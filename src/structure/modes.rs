@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 const DIGITS: usize = 7;
 
 /// Estimated rounding error of a squared frequency, over itself, above which a warning is given.
-const LOST: f64 = 2e-3;
+const MAX_ROUNDING: f64 = 2e-3;
 
 /// A mode of vibration of a structure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,12 +53,12 @@ impl Structure {
         let scale = self.bending_frequency_squared();
         let zero = scale * NEGLIGIBLE + self.rounding_frequency_squared();
         let found = pencil.lowest(count, scale)?;
-        let lost = |mode: &PencilMode| {
+        let is_rounded = |mode: &PencilMode| {
             let squared = mode.squared.abs();
-            squared > zero && pencil.rounding(&mode.vector) > LOST * squared
+            squared > zero && pencil.rounding(&mode.vector) > MAX_ROUNDING * squared
         };
         let mut warnings = Vec::new();
-        if found.iter().any(lost) {
+        if found.iter().any(is_rounded) {
             warnings.push(
                 "rounding errors of fine edges may exceed 1e-3 of the lowest frequencies. Use fewer segments"
                     .to_string(),

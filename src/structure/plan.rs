@@ -4,7 +4,7 @@
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;
 use crate::scene::Support;
-use crate::scene::structure::{JointEnd, StructureJoint, StructureScene, Supported};
+use crate::scene::structure::{JointEnd, StructureJoint, StructureScene};
 
 /// What holds an end of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,25 +104,6 @@ fn joint_point(
     }
 }
 
-/// The rod and end of a support, or its body as an error of `Err`.
-fn supported_end(
-    scene: &StructureScene,
-    key: &str,
-    of: &Supported,
-) -> Result<(usize, usize), Error> {
-    match (&of.rod, of.at, &of.body) {
-        (Some(rod), Some(at), None) => Ok((scene.rod(&format!("{key}.rod"), rod)?, at.index())),
-        (None, None, Some(_)) => {
-            let allowed = "{ rod = \"..\", at = \"start\" or \"end\" }; a rod that ends at a fixed body has a support";
-            Err(Error::invalid(key, "a body", allowed))
-        }
-        _ => {
-            let allowed = "{ rod = \"..\", at = \"start\" or \"end\" }";
-            Err(Error::invalid(key, "no end of a rod", allowed))
-        }
-    }
-}
-
 impl StructurePlan {
     /// The choices for a validated scene.
     pub fn new(scene: &StructureScene) -> Result<Self, Error> {
@@ -137,7 +118,8 @@ impl StructurePlan {
         let own = |i| BodyPlan { own: Some(i), joint: None, rotates: true, coordinate: 0 };
         plan.bodies.extend((0..scene.bodies.len()).map(own));
         for (i, support) in scene.supports.iter().enumerate() {
-            let (rod, end) = supported_end(scene, &format!("supports[{i}].of"), &support.of)?;
+            let rod = scene.rod(&format!("supports[{i}].of.rod"), &support.of.rod)?;
+            let end = support.of.at.index();
             let key = format!("supports[{i}].kind");
             let hold = match support.kind {
                 Support::Clamped => EndHold::Wall { pinned: false },

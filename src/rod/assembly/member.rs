@@ -111,7 +111,7 @@ impl<D: Nestable> Member<D> {
 
 /// Unknowns of one rod, as work space; empty in a clone.
 #[derive(Debug)]
-pub(super) struct Room<D>(Mutex<RodUnknowns<D>>);
+pub(super) struct MemberWorkspace<D>(Mutex<RodUnknowns<D>>);
 
 /// Unknowns of one rod.
 #[derive(Debug)]
@@ -140,20 +140,20 @@ impl<D> Default for RodUnknowns<D> {
     }
 }
 
-impl<D> Default for Room<D> {
+impl<D> Default for MemberWorkspace<D> {
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<D> Clone for Room<D> {
+impl<D> Clone for MemberWorkspace<D> {
     /// A copy of the room.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl<D> Room<D> {
+impl<D> MemberWorkspace<D> {
     /// The work space, which no other thread uses meanwhile.
     pub fn borrow(&self) -> MutexGuard<'_, RodUnknowns<D>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)

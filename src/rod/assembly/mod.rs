@@ -17,7 +17,7 @@ use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::bodies::{Bodies, CarriedPosition};
-use crate::rod::assembly::member::{RodUnknowns, Room};
+use crate::rod::assembly::member::{MemberWorkspace, RodUnknowns};
 use crate::rod::assembly::tangent::{Coupling, MemberTangent, ROWS};
 use crate::rod::{Energies, Rod, Viscosity};
 use num_dual::Dual64;
@@ -32,7 +32,7 @@ pub struct Assembly<D: Scalar> {
     first: usize,
     /// Mass of every unknown, kg; without a meaning for carried and fixed nodes.
     mass: Vec<D>,
-    room: Room<D>,
+    room: MemberWorkspace<D>,
 }
 
 impl<D: Nestable> Assembly<D> {
@@ -50,7 +50,7 @@ impl<D: Nestable> Assembly<D> {
                 mass[member.range.start + i] = any.unwrap_or(D::from(1.0));
             }
         }
-        Self { members, bodies, first, mass, room: Room::default() }
+        Self { members, bodies, first, mass, room: MemberWorkspace::default() }
     }
 
     /// The rods.
