@@ -1,15 +1,18 @@
-//! Derivatives of a trajectory with respect to parameters, by the implicit function theorem.
+//! Derivatives of a trajectory with respect to parameters, forward in time, by the implicit function theorem.
 //!
-//! A converged step satisfies `R(q1; q0, v0, n0, p) = 0`, so its derivative solves
-//! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` follows from the
-//! derivatives of the start and of the parameters by the [linear map](crate::dynamics) of the step, which the adjoint
-//! applies transposed.
+//! A converged step satisfies `R(q1; q0, v0, n0, p) = 0`, so its derivative solves `J dq1 = -dR|q1` with the tangent
+//! `J` of the step at its solution. `dR|q1` follows from the derivatives of the start and of the parameters by the
+//! [linear map](crate::dynamics) of the step, which the adjoint applies transposed.
 //!
-//! Several parameters go side by side (in lanes), four, two or one at once: where the edges are and how
-//! they are strained is found once for all of them, and solves share their memory traffic and fill
-//! each other's waiting times. Each derivative is the same, to the last bit, in any company.
+//! Input: one simulation over dual numbers per parameter, for the derivatives of the scene's numbers. Output: `dq/dp`
+//! and `dv/dp` after every step, for the misfit's Jacobian. Explicit and Rosenbrock schemes solve no such equations:
+//! the steps are made in dual numbers.
 //!
-//! The oracle is the whole simulation run in dual numbers
+//! Parameters are advanced in SIMD lanes, four, two or one at once. The geometry of a step is computed once for all of
+//! them, and their solves share memory traffic. The derivative along a parameter does not depend, to the last bit, on
+//! the other parameters of its group.
+//!
+//! The independent check is the whole simulation run in dual numbers
 //! ([`Discretized::simulation_over`](crate::Discretized::simulation_over)).
 
 use crate::dynamics::linearization::Linearization;
@@ -21,23 +24,29 @@ use crate::error::Error;
 use crate::rod::{DualFrames, InternalVariables, Sensitive, State, set_dual_frames};
 use num_dual::Dual64;
 
-/// The derivatives of an implicit scheme's states along `G` parameters.
+/// A group of `G` parameters of an implicit scheme: derivatives of the scene's numbers and of the present state along
+/// each.
 struct Implicit<R: Sensitive, const G: usize> {
+    /// Derivatives of laws, loads, masses, damping and supports.
     parameters: ParameterRates<R, G>,
+    /// Derivatives of the state.
     state: StateRates<G>,
+    /// Reusable lists for the map of a step.
     room: StepWorkspace<R, G>,
     /// Frames with the derivatives along each parameter.
     dual_frames: [DualFrames<R, f64>; G],
 }
 
-/// Whether the stress of a simulation, or its derivative, depends on the history of strains.
+/// Whether the stress of a simulation, or its derivative, depends on earlier strains: viscosity of the material,
+/// internal friction, or an averaging scheme, which treats the viscous stress separately.
 fn depends_on_history<R: Sensitive>(simulation: &DualSimulation<R>) -> bool {
     // Averaging schemes take the viscous stress apart from the rest.
     !simulation.can_linearize_again() || simulation.damping().depends_on_history()
 }
 
 impl<R: Sensitive, const G: usize> Implicit<R, G> {
-    /// At the start of simulations, one for each parameter; none for schemes that solve no equations.
+    /// The derivatives at the start of `simulations`, one for each parameter. `None` for schemes that solve no
+    /// equations.
     fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameters = ParameterRates::new(simulations)?;
         let mut state = StateRates::new::<R>(simulations);
@@ -51,45 +60,45 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
     }
 }
 
-/// Parameters in lanes beside each other, whatever their number.
+/// A group of parameters whose derivatives are advanced in SIMD lanes; hides the number of lanes.
 trait LaneGroup<R: Sensitive>: Send + Sync {
-    /// dq/dp and dv/dp of the parameter in a lane and unknown `i`.
+    /// dq/dp and dv/dp of unknown `i` along the parameter in `lane`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2];
 
-    /// The frames `now` with their derivatives along the parameter in a lane.
+    /// The reference frames `now` with their derivatives along the parameter in `lane`.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64>;
 
-    /// Moves the derivatives over a step.
+    /// Advances the derivatives from the start of a linearized step to its end.
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error>;
 }
 
 impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
-    /// dq/dp and dv/dp of the parameter in a lane and unknown `i`.
+    /// dq/dp and dv/dp of unknown `i` along the parameter in `lane`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2] {
         [self.state.q[i][lane], self.state.v[i][lane]]
     }
 
-    /// The frames `now` with their derivatives along the parameter in a lane.
+    /// The reference frames `now` with their derivatives along the parameter in `lane`.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64> {
         let mut dual = self.dual_frames[lane].clone();
         set_dual_frames(now, &self.state.frames, lane, &mut dual);
         dual
     }
 
-    /// Moves the derivatives over a step.
+    /// Advances the derivatives over the step by [`StepMap::apply`].
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         StepMap::new(step).apply(&self.parameters, &mut self.state, &mut self.room)
     }
 }
 
-/// The group and the lane of a parameter.
+/// The place of a parameter: index of its group, and its lane there.
 #[derive(Clone, Copy)]
 struct LanePlace {
     group: usize,
     lane: usize,
 }
 
-/// The derivatives of a simulation's state with respect to parameters.
+/// The derivatives of a simulation's state with respect to parameters, advanced step by step beside the simulation.
 pub struct Sensitivities<R: Sensitive>(SensitivityMethod<R>);
 
 /// The method by which the derivatives of a state follow from those before a step.
@@ -102,8 +111,8 @@ enum SensitivityMethod<R: Sensitive> {
     Direct(Vec<DualSimulation<R>>),
 }
 
-/// Adds groups of four, two and one simulations, and the places of their parameters; nothing for schemes that solve no
-/// equations.
+/// Appends groups of four, two and one parameters to `groups`, taken in the `order` of their indices, and writes the
+/// place of each to `places`. `None` for schemes that solve no equations.
 fn add_groups<R: Sensitive>(
     mut order: &[usize],
     simulations: &[DualSimulation<R>],
@@ -130,7 +139,7 @@ fn add_groups<R: Sensitive>(
     Some(())
 }
 
-/// Nodes whose unknowns are `stride` apart, of which the first `axes` are coordinates.
+/// Selected nodes whose unknowns are `stride` apart; the first `axes` unknowns of a node are coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nodes<'a> {
     pub nodes: &'a [usize],
@@ -139,8 +148,8 @@ pub(crate) struct Nodes<'a> {
 }
 
 impl<R: Sensitive> Sensitivities<R> {
-    /// The derivatives at the start of simulations, whose numbers contain those along one parameter each. Parameters along
-    /// which stresses depend on the history of strains are in groups apart from the others.
+    /// The derivatives at the start of `simulations`, each with the derivative of its numbers along one parameter.
+    /// Parameters along which stresses depend on the history of strains form groups of their own.
     pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
         // A parameter without history would pay for that of its neighbors in the same group.
         let parts: (Vec<usize>, Vec<usize>) =
@@ -156,7 +165,7 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// How many parameters there are.
+    /// The number of parameters.
     pub fn count(&self) -> usize {
         match &self.0 {
             SensitivityMethod::Implicit(_, places) => places.len(),
@@ -164,7 +173,8 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Calls `each` with dq/dp and dv/dp of parameter `k`, of the coordinates of every node; then zeros.
+    /// Calls `each` once per node with `[dq/dp, dv/dp]` of its coordinates along parameter `k`; zeros beyond the rod's
+    /// axes.
     pub(crate) fn of_nodes(
         &self,
         k: usize,
@@ -180,7 +190,8 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Unknowns, velocities and frames of a state with their derivatives by parameter `k`.
+    /// Unknowns, velocities and frames of the state `plain` as dual numbers, with their derivatives along parameter
+    /// `k`.
     pub(crate) fn motion(
         &self,
         k: usize,
@@ -200,7 +211,7 @@ impl<R: Sensitive> Sensitivities<R> {
         (dual(&plain.q, 0), dual(&plain.v, 1), frames)
     }
 
-    /// dq/dp and dv/dp of parameter `k` and unknown `i`.
+    /// dq/dp and dv/dp of unknown `i` along parameter `k`.
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
             SensitivityMethod::Implicit(groups, places) => {
@@ -214,8 +225,8 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Makes the next step of `simulation`, to `time`: where its derivatives come from the same step in
-    /// dual numbers, the first of them makes it.
+    /// Makes the next step of `simulation`, to `time`, s. With a scheme that solves no equations the first dual
+    /// simulation makes the step, and `simulation` takes over its real part.
     ///
     /// # Errors
     /// Those of [`Simulation::step_to`].
@@ -229,7 +240,7 @@ impl<R: Sensitive> Sensitivities<R> {
         Ok(())
     }
 
-    /// Takes back the step that was just made, or tried.
+    /// Undoes the step that was just made or attempted, in `simulation` and in the first dual simulation.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         simulation.step_back();
         if let SensitivityMethod::Direct(duals) = &mut self.0
@@ -241,7 +252,7 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Advances over a step that a simulation made; nothing of schemes that solve no equations.
+    /// Advances the derivatives over a linearized step. Does nothing for schemes that solve no equations.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
@@ -254,7 +265,7 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Advances over the step `simulation` has just made. One of a scheme that solves equations must
+    /// Advances the derivatives over the step `simulation` has just made. One of a scheme that solves equations must
     /// [keep its tangents](Simulation::keep_tangent).
     ///
     /// # Errors

@@ -1,5 +1,9 @@
-//! Derivatives of drag. Drag acts at the velocities at the end of the step, on the tangents at the places that the nodes
-//! would reach with the velocities at its start.
+//! Derivatives of fluid drag over a step, forward and transposed.
+//!
+//! In the equations of a step drag acts at the velocities at its end, on the tangents at the predicted places
+//! `q0 + h v0`. The next step takes the drag at the state at the end. Forward: derivatives of places, velocities and
+//! drag numbers along parameters become those of the forces, N. Transposed: derivatives `d` of a misfit by the forces
+//! become those by the state at the start, the numbers of drag and the scheme's parameter.
 
 use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::numbers::SCHEME;
@@ -8,14 +12,15 @@ use crate::dynamics::step_map::workspace::{DragWorkspace, Held};
 use crate::rod::{Sensitive, Transposed};
 use num_dual::Dual64;
 
-/// Writes numbers with the derivatives in lane `g`.
+/// Overwrites `to` with the numbers `x` and their derivatives in lane `g` of `rates`.
 fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut Vec<Dual64>) {
     to.clear();
     to.extend(x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])));
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// Adds the derivatives of the drag in the equations of the step at fixed unknowns to `out`.
+    /// Adds to `out` the derivatives of the drag in the equations of the step, N, at fixed unknowns at the end. `held`
+    /// are the derivatives of unknowns that supports hold.
     pub fn add_drag<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -50,7 +55,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds the derivatives of the drag at the end of the step, which the next step takes as that of its start.
+    /// Adds to `state.unbalanced` the derivatives of the drag at the end of the step, N, the start of the next one.
     pub fn add_next_drag<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -66,8 +71,8 @@ impl<R: Sensitive> StepMap<'_, R> {
 }
 
 impl<R: Transposed> StepMap<'_, R> {
-    /// Adds the derivatives of a misfit by the arguments of the drag in the equations of the step, where those by the
-    /// forces are `d`, and returns those by the places that the nodes would reach.
+    /// Transpose of [`add_drag`](Self::add_drag): from the derivatives `d` of a misfit by the forces, adds those by the
+    /// state and by drag numbers. Returns those by the predicted places `q0 + h v0`; empty without drag.
     pub fn drag_transposed(
         &self,
         d: &[f64],
@@ -79,6 +84,7 @@ impl<R: Transposed> StepMap<'_, R> {
         };
         let (before, h) = (self.step.before, self.nodal.h());
         let places: Vec<f64> = before.q.iter().zip(&before.v).map(|(q, v)| q + v * h).collect();
+        // The velocities of the drag are those of mass damping: for an averaging scheme the mean over the step.
         let mut v = self.step.after.v.clone();
         for i in self.step.free.clone() {
             v[i] = self.nodal.damped_velocity(&self.step_motion(i))[0];
@@ -86,6 +92,8 @@ impl<R: Transposed> StepMap<'_, R> {
         let (mut by_place, mut by_v) = (vec![0.0; v.len()], vec![0.0; v.len()]);
         drag.add_slopes_of([&places, &v, d], by_drag, [&mut by_place, &mut by_v]);
         for (i, by_v) in by_v.into_iter().enumerate() {
+            // Held unknowns: the velocity at the end is prescribed. Free ones: it follows from change, velocity and
+            // acceleration.
             if !self.step.free.contains(&i) {
                 state.v[i][0] += by_v;
                 continue;
@@ -99,8 +107,8 @@ impl<R: Transposed> StepMap<'_, R> {
         by_place
     }
 
-    /// Adds the derivatives of a misfit by the arguments of the drag at the end of the step, where those by the forces
-    /// that the next step takes as those of its start are `d`.
+    /// Transpose of [`add_next_drag`](Self::add_next_drag): from the derivatives `d` of a misfit by the forces at the
+    /// start of the next step, adds those by unknowns, velocities and drag numbers.
     pub fn next_drag_transposed(
         &self,
         d: &[f64],

@@ -1,5 +1,9 @@
-//! Derivatives along parameters over a step: the right-hand side `-dR|q1` of its equations, their solution, and the state at
-//! its end.
+//! Derivatives of a state along `G` parameters over one implicit step, forward in time.
+//!
+//! Input: [`StateRates`] at the start and [`ParameterRates`] of laws, loads, masses, damping, drag and supports.
+//! Stages: forces at fixed unknowns, right-hand side `-dR|q1`, solution of `J dq1 = -dR|q1` with the factors of the
+//! step. Velocities, accelerations, internal variables, forces and frames at the end follow from `dq1`. Output:
+//! `StateRates` at the end, in place.
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StartForces;
@@ -15,7 +19,7 @@ use crate::rod::{RodGeometry, Sensitive, set_dual_frames};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
-/// The map of a step applied to derivatives, as work for a vector unit. A closure instead would be compiled without its
+/// The arguments of [`StepMap::apply`] as work for a vector unit. A closure instead would be compiled without its
 /// instructions.
 struct Application<'a, R: Sensitive, const G: usize> {
     map: &'a StepMap<'a, R>,
@@ -35,7 +39,7 @@ impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G>
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// Moves the derivatives of a state along parameters over the step.
+    /// Replaces the derivatives of the state at the start of the step by those at its end, along `G` parameters.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
@@ -48,7 +52,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         with_simd(Application { map: self, parameters, state, room })
     }
 
-    /// The derivatives over the step as [`apply`](Self::apply) moves them, compiled for the caller's instructions.
+    /// The work of [`apply`](Self::apply), compiled for the caller's instruction set.
     #[inline(always)]
     fn apply_inlined<const G: usize>(
         &self,
@@ -92,7 +96,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         Ok(())
     }
 
-    /// Writes the derivatives at the end of the step of all unknowns that supports hold.
+    /// Overwrites `room.held` with the derivatives, at the end of the step, of place and velocity of all unknowns that
+    /// supports hold. A support that no parameter moves keeps the derivative of its place.
     fn hold<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -125,7 +130,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }));
     }
 
-    /// Writes the derivatives of the forces at the end, at fixed free unknowns: by parameters, frames and supports.
+    /// Overwrites `direct` with the derivatives of the forces at the end, N, at fixed free unknowns: by laws, loads and
+    /// stresses, by frames and by held unknowns.
     #[inline(always)]
     fn set_forces<const G: usize>(
         &self,
@@ -162,7 +168,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The same of the average over the step, at a fixed end: by the start too.
+    /// The counterpart of [`set_forces`](Self::set_forces) for averaging schemes: the weighted sum over the quadrature
+    /// stages, at fixed unknowns at the end. The derivatives of the start enter through the stage positions.
     fn set_average_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -210,8 +217,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         *direct = sum;
     }
 
-    /// Adds mass damping to the derivatives of the forces, and writes the right-hand side of the equations. `A`: whether
-    /// the scheme goes on from accelerations.
+    /// Adds mass damping to the derivatives of the forces, `room.direct`, and overwrites `room.right` with the
+    /// right-hand side of the equations. `A`: whether the scheme uses accelerations.
     #[inline(always)]
     fn set_right<const G: usize, const A: bool>(
         &self,
@@ -226,6 +233,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         let a = if A { &state.acceleration[free.clone()] } else { &[][..] };
         let direct = &mut room.direct[free.clone()][..count];
         let right = &mut room.right[free][..count];
+        // The equations of `nodal` for one unknown after the other, with G parameters in SIMD lanes.
         // One unknown after the other, G parameters in SIMD lanes each: see the equations in
         // `nodal`.
         for i in 0..count {
@@ -237,7 +245,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds the parts by the masses, the mass damping and the scheme's parameter, where any of them changes.
+    /// Adds to `room.direct` and `room.right` the parts by masses, mass damping and the scheme's parameter, if any of
+    /// them changes.
     fn add_numbers<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -267,7 +276,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Solves `J x = right` for `G` right-hand sides with the factors of the step, prescribed unknowns zero, into `room.solution`.
+    /// Solves `J x = right` for `G` right-hand sides with the factors of the step, into `room.solution`. Entries of
+    /// prescribed unknowns are zero.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved to half of all digits.
@@ -288,7 +298,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         })
     }
 
-    /// Takes the solution as the derivatives of the unknowns, and writes those of velocities, accelerations and forces.
+    /// Overwrites unknowns, velocities, accelerations and forces of `state` with their derivatives at the end, from
+    /// `room.solution`. `A`: whether the scheme uses accelerations.
     #[inline(always)]
     fn set_end<const G: usize, const A: bool>(
         &self,
@@ -318,7 +329,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds the parts of velocities and accelerations by the scheme's parameter, and sets held and prescribed unknowns.
+    /// Adds the derivatives of velocities and accelerations by the scheme's parameter. Then sets the held unknowns to
+    /// `room.held`, and prescribed velocities and accelerations to zero.
     fn add_scheme<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -345,7 +357,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Writes the derivatives of the forces that the next step takes as those of its start.
+    /// Overwrites `state.unbalanced` with the derivatives of the forces that the next step takes as those of its start,
+    /// N: stresses, loads, frames, unknowns and mass damping. Only for rods whose stress depends on earlier strains.
     #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,

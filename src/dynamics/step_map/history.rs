@@ -1,8 +1,10 @@
-//! Stresses that depend on the history of strains: Kelvin-Voigt damping, relaxation and internal friction.
+//! Derivatives of stresses that depend on earlier strains: Kelvin-Voigt damping, relaxation and internal friction.
 //!
-//! The stress of a moment follows from effective strains, linear [forms](HistoryForm) of every strain `s1` at the end of
-//! the step, of the strain `s0` and its mean rate `r0` before, and of the stretch `z0` of its Maxwell spring. Their
-//! factors carry derivatives along strains forward, and those of a misfit back.
+//! The stress at the end of a step, or at the start of the next, is `K s`. The effective strain of a [`HistoryForm`] is
+//! `s = f1 s1 + f0 s0 + fr r0 + fz z0`. `s1` is the strain at the end of the step, `s0` the strain at its start. `r0`
+//! is the mean strain rate over the step before, `z0` the stretch of the Maxwell spring. Forward, derivatives of
+//! strains, rates and stretches become those of the stresses, and advance to the end of the step. Transposed,
+//! derivatives of a misfit by the forces become those by strains, rates, stretches, laws and damping numbers.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;
@@ -21,7 +23,7 @@ use crate::rod::{
 use crate::scene::Damping;
 use num_dual::Dual64;
 
-/// The factors of effective strains.
+/// The factors of the effective strains, or their derivatives by one number of the damping.
 #[derive(Clone, Copy, Debug)]
 struct HistoryForm {
     /// Factors of `s1`, `s0`, `r0` and `z0` for all strains.
@@ -31,7 +33,7 @@ struct HistoryForm {
 }
 
 impl HistoryForm {
-    /// The values or derivatives of the factors of the effective strains.
+    /// The factors of the form from those of the effective strain; `part` selects values or derivatives.
     fn new(factors: &EffectiveStrainFactors<Dual64>, part: fn(Dual64) -> f64) -> Self {
         let EffectiveStrainFactors { factor, strain, rate, relaxing, past, own_factor, time } =
             factors;
@@ -45,13 +47,13 @@ impl HistoryForm {
     }
 }
 
-/// The lists of a history with `s1` given apart.
+/// The lists `[s1, s0, r0, z0]`: strains `s1` at the end, and strains, rates and stretches of `past`.
 fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
     [s1, &past.strain, &past.strain_rate, &past.relaxing]
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// The coefficients of the step with the derivative that the scheme's parameter contains.
+    /// The coefficients of the step at a scheme's `parameter`, with the derivatives along it if it has one.
     pub fn coefficients(&self, parameter: Dual64) -> StepCoefficients<Dual64> {
         // Coefficients in dual numbers only where the parameter of the scheme has a derivative.
         match parameter.eps == 0.0 {
@@ -60,7 +62,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The factors with the derivative along the number at `place` of the [list](along).
+    /// The factors of the effective strain of a moment, with their derivatives by the entry `place` of the [list of
+    /// numbers](along).
     fn factors(&self, moment: HistoryMoment, place: usize) -> EffectiveStrainFactors<Dual64> {
         let (damping, parameter) = along(&self.step.damping, self.step.parameter, place);
         let of: fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> EffectiveStrainFactors<Dual64> =
@@ -76,18 +79,20 @@ impl<R: Sensitive> StepMap<'_, R> {
         HistoryForm::new(&self.factors(moment, COUNT), |x| x.re)
     }
 
-    /// The derivatives of the factors by the number at `place`.
+    /// The derivatives of the factors by the entry `place` of the list of numbers.
     fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
         HistoryForm::new(&self.factors(moment, place), |x| x.eps)
     }
 
-    /// The strains from which the stress of a moment follows.
+    /// The lists `[s1, s0, r0, z0]` from which the stress of a moment follows. At the start of the next step all are
+    /// those of its start.
     fn history(&self, moment: HistoryMoment) -> [&[f64]; 4] {
         let (before, now) = (&self.step.before.internal, &self.step.after.internal);
         lists(&now.strain, if moment == HistoryMoment::End { before } else { now })
     }
 
-    /// Writes the effective strains.
+    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0 + fz z0`. `has_own_times`
+    /// adds those of kinds of strain with damping times of their own.
     #[inline(always)]
     fn set_effective<const G: usize>(
         &self,
@@ -119,7 +124,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Writes the derivatives of the stresses at the end of the step, at fixed unknowns and frames.
+    /// Overwrites `room.stress` with the derivatives of the stresses at the end of the step, N or N m, at fixed
+    /// unknowns and frames. Leaves the derivatives of strains by rest lengths in `room.rest`.
     #[inline(always)]
     pub fn set_end_stress<const G: usize>(
         &self,
@@ -138,9 +144,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.set_stress(HistoryMoment::End, &form, parameters, internal, room);
     }
 
-    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
-    /// writes those of the stresses that the next step takes as those of its start, without the part that the tangent of
-    /// the elastic stiffness makes of unknowns and frames.
+    /// Replaces the derivatives of the internal variables in `state` by those at the end of the step, where those of
+    /// the unknowns are known. Writes to `room.stress` those of the stresses at the start of the next step. The part by
+    /// unknowns and frames at elastic stiffness is left out: the caller adds it through the tangent.
     #[inline(always)]
     pub fn advance_history<const G: usize>(
         &self,
@@ -174,7 +180,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.set_stress(HistoryMoment::NextStart, &form, parameters, internal, room);
     }
 
-    /// Writes the derivatives of the stretches of springs of internal friction.
+    /// Overwrites `room.slid` with the derivatives of the stretches of friction springs, with slip, at the end of the
+    /// step. `room.strain` has those of the strains.
     fn slide<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -198,7 +205,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.step.rod.slip_rates(&parameters.laws, z, slid);
     }
 
-    /// Moves the derivatives of the stretches of the springs of a Maxwell branch to the end of the step.
+    /// Replaces the derivatives of the stretches of the Maxwell springs by those at the end of the step. `strain` are
+    /// the derivatives of the strains there.
     fn relax<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -220,15 +228,16 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The parts of a Maxwell spring's stretch that are left over the step, and taken of the strain's change, with their
-    /// derivatives by the relaxation time.
+    /// The factors `[left, taken]` of a Maxwell spring, `z1 = left z0 + taken (s1 - s0)`, with derivatives by the
+    /// relaxation time. `None` without a Maxwell branch.
     fn relaxation(&self) -> Option<[Dual64; 2]> {
         let (damping, _) = along(&self.step.damping, self.step.parameter, RELAXATION);
         Some(relaxation(damping.maxwell.as_ref()?, self.step.after.time - self.step.before.time))
     }
 
-    /// Writes the derivatives of the stresses of a moment, where those of the part of the effective strains by `s1` are
-    /// in `room.strain`.
+    /// Overwrites `room.stress` with the derivatives of the stresses of a moment, N or N m. `room.strain` has the
+    /// derivatives of the part `f1 s1`; the parts by past strains, damping numbers, Maxwell and friction springs are
+    /// added.
     #[inline(always)]
     fn set_stress<const G: usize>(
         &self,
@@ -299,8 +308,9 @@ impl<R: Sensitive> StepMap<'_, R> {
 }
 
 impl<R: Transposed> StepMap<'_, R> {
-    /// Adds the derivatives of a misfit by laws, numbers and internal variables, where those by the forces of a moment
-    /// are `d`.
+    /// Transpose of `set_stress`. From the derivatives `d` of a misfit by the forces of a moment follow those by laws
+    /// and numbers, added to `slopes`. Those by past strains, rates and stretches are added to `state`. Those by the
+    /// strains `s1` stay in `room.by_strain`.
     pub fn stress_transposed(
         &self,
         moment: HistoryMoment,
@@ -371,8 +381,9 @@ impl<R: Transposed> StepMap<'_, R> {
         }
     }
 
-    /// Replaces the derivatives of a misfit by the internal variables at the end of the step by those at its start, and
-    /// adds the parts by the unknowns and frames at the end.
+    /// Transpose of [`advance_history`](Self::advance_history). The derivatives of a misfit by the internal variables
+    /// at the end of the step are replaced by those at its start. The parts by unknowns, frames, rest lengths and
+    /// relaxation time are added.
     pub fn history_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -413,7 +424,8 @@ impl<R: Transposed> StepMap<'_, R> {
     }
 }
 
-/// Adds the derivatives of a misfit by the unknowns and by frames that follow from those by the strains.
+/// Adds `(ds/dq)^T by_strain` to `by_q`, and the counterpart for the frames to `by_frames`. `by_strain` are the
+/// derivatives of a misfit by the strains, `q` the unknowns, `base` their reference frames.
 pub fn add_by_strains<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,

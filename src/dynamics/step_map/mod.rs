@@ -1,11 +1,13 @@
-//! The derivative of an implicit step as a linear map, and its transpose.
+//! The derivative of an implicit time step as a linear map, and its transpose.
 //!
-//! A converged step satisfies `R(q1; q0, v0, a0, n0, p) = 0`. Derivatives along parameters go forward through it: with the
-//! tangent `J` of the step at its solution, `J dq1 = -dR|q1`, and velocities, forces and internal variables follow from `dq1`. The
-//! derivatives of a misfit by the state at the end go back through it, with the transposed operations in reverse order;
-//! `J` is symmetric, so that its factors solve both. One description serves both directions: the factors of the
-//! [equations of every unknown](nodal), the [forms of the strains' history](history), and the rod's products with the
-//! derivatives of strains.
+//! A converged step satisfies `R(q1; q0, v0, a0, n0, p) = 0`, with unknowns `q`, velocities `v`, accelerations `a`,
+//! forces `n` and parameters `p`. Forward, for sensitivities: `J dq1 = -dR|q1` with the tangent `J` of the step at its
+//! solution. The derivatives of velocities, forces and internal variables follow from `dq1`. Transposed, for the
+//! adjoint: the derivatives of a misfit by the state at the end become those by the state at the start, in reverse
+//! order of the operations. `J` is symmetric, so that its factors solve both.
+//!
+//! One description serves both directions: the factors of the [equations of every unknown](nodal), the [effective
+//! strains of the history](history), and the rod's products with the derivatives of strains.
 
 mod drag;
 mod forward_derivatives;
@@ -28,19 +30,22 @@ use crate::rod::{FrameRate, Rod, Sensitive};
 use num_dual::Dual64;
 use std::ops::Range;
 
-/// A linearized step, ready to be applied to derivatives.
+/// A linearized step with the factors of its equations, ready to be applied to derivatives.
 pub struct StepMap<'a, R: Rod<f64>> {
+    /// States, tangents and factors of the step.
     step: &'a Linearization<'a, f64, R>,
+    /// Equations of each unknown.
     nodal: NodalEquations,
     /// Whether the forces are an average over the step.
     averages: bool,
-    /// Backwards: whether kinds of strain have, or could have, damping times of their own; frames that do not move.
+    /// Transposed map only: whether kinds of strain have, or could have, damping times of their own.
     has_own_times: bool,
+    /// Transposed map only: zero derivatives of the frames.
     still: Vec<FrameRate<1>>,
 }
 
 impl<'a, R: Sensitive> StepMap<'a, R> {
-    /// The derivative of a step.
+    /// The map of a `step`, with the factors of its equations and their derivatives by the scheme's parameter.
     pub fn new(step: &'a Linearization<'a, f64, R>) -> Self {
         let coefficients = step.coefficients(step.parameter);
         let dual = step.coefficients(Dual64::new(step.parameter, 1.0));
@@ -53,13 +58,14 @@ impl<'a, R: Sensitive> StepMap<'a, R> {
         }
     }
 
-    /// The unknowns outside the free range.
+    /// The indices of the unknowns outside the free range: those that supports hold.
     fn fixed(&self) -> impl Iterator<Item = usize> + use<R> {
         let (count, Range { start, end }) = (self.step.after.q.len(), self.step.free.clone());
         (0..start).chain(end..count)
     }
 
-    /// The change of an unknown over the step, and its velocity and acceleration at the start.
+    /// Of unknown `i`: change over the step, m, velocity, m/s, and acceleration, m/s^2, at the start; zero acceleration
+    /// for schemes without.
     #[inline(always)]
     fn step_motion(&self, i: usize) -> StepMotion {
         let (before, now) = (self.step.before, self.step.after);

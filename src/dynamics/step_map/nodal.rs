@@ -1,7 +1,8 @@
-//! The equations of a step, unknown by unknown, as linear maps of derivatives.
+//! The equations of an implicit step for one unknown, as linear maps of derivatives, each beside its transpose.
 //!
-//! From the derivatives `q0, v0, a0, n0` of places, velocities, accelerations and forces at the start, and `f` of the
-//! forces at the end at fixed unknowns follow
+//! From the derivatives `q0, v0, a0, n0` of place, velocity, acceleration and force at the start follow those at the
+//! end. `f` is the derivative of the force at the end at fixed unknowns, `m` the mass, `c` the mass damping, `h` the
+//! step size:
 //!
 //! ```text
 //! n  = f + c m (d . [-q0, v0, a0])               forces with mass damping at fixed unknowns
@@ -11,7 +12,7 @@
 //! n1 = n + (r - m q1)/end                        forces at the end: J = M + end dn1/dq1
 //! ```
 //!
-//! with the factors of the [coefficients](StepCoefficients) of the step. Every function here stands beside its transpose.
+//! The factors `d`, `i`, `end`, `start`, `w` and `b` are those of the [coefficients](StepCoefficients) of the step.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::lanes::Lanes;
@@ -19,11 +20,12 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::map_components;
 use num_dual::Dual64;
 
-/// The factors of the equations, or their derivatives by the scheme's parameter.
+/// The factors of the equations of a step, or their derivatives by the scheme's parameter.
 #[derive(Clone, Copy, Debug)]
 struct StepFactors {
-    /// Factors of the forces at both ends, s^2.
+    /// Factor of the forces at the end, s^2.
     end: f64,
+    /// Factor of the forces at the start, s^2.
     start: f64,
     /// Factor of mass and acceleration at the start, s^2; zero for schemes without accelerations.
     inertia: f64,
@@ -35,23 +37,25 @@ struct StepFactors {
     acceleration: [f64; 3],
 }
 
-/// The change of an unknown over a step, its velocity and its acceleration at the start.
+/// Of one unknown: change over a step, m, velocity, m/s, and acceleration, m/s^2, at the start.
 pub type StepMotion = [f64; 3];
 
-/// The equations of one unknown.
+/// The linear equations of one unknown over a step, with the same factors for all unknowns.
 #[derive(Clone, Copy, Debug)]
 pub struct NodalEquations {
     /// Length of the step, s.
     h: f64,
     /// Mass damping, 1/s.
     damping: f64,
+    /// Factors of the equations.
     value: StepFactors,
     /// Derivatives by the scheme's parameter.
     slope: StepFactors,
+    /// `1/end`, 1/s^2.
     by_end: f64,
 }
 
-/// The sum of the products of factors with displacement, velocity and acceleration of an unknown.
+/// The sum of the products of `factors` with change, velocity and acceleration of an unknown.
 #[inline(always)]
 fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]
@@ -65,7 +69,7 @@ fn combined<const A: bool>(factors: &[f64; 3], step_motion: &StepMotion) -> f64 
 }
 
 impl StepFactors {
-    /// A part of the factors that are made of coefficients.
+    /// The factors from the coefficients of a step; `part` selects their values or their derivatives.
     fn new<D: Scalar>(coefficients: &StepCoefficients<D>, part: fn(D) -> f64) -> Self {
         Self {
             end: part(coefficients.end),
@@ -106,7 +110,8 @@ impl NodalEquations {
         [n, moved * m - n * end - n0 * start]
     }
 
-    /// The derivatives of a number by the arguments of [`residual`](Self::residual) from those by its results.
+    /// Transpose of [`residual`](Self::residual): from the derivatives of a number by `[n, r]`, those by
+    /// `[q0, v0, a0, n0, f]`.
     #[inline(always)]
     pub fn residual_transposed(&self, m: f64, [n, r]: [f64; 2]) -> [f64; 5] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
@@ -131,7 +136,7 @@ impl NodalEquations {
         ]
     }
 
-    /// The derivatives of a number by the arguments of [`end`](Self::end) from those by its results.
+    /// Transpose of [`end`](Self::end): from the derivatives of a number by `[v1, a1]`, those by `[q0, v0, a0, q1]`.
     #[inline(always)]
     pub fn end_transposed(&self, [v1, a1]: [f64; 2]) -> [f64; 4] {
         let StepFactors { velocity: w, acceleration: b, .. } = &self.value;
@@ -139,20 +144,20 @@ impl NodalEquations {
         [-change, v1 * w[1] + a1 * b[1], v1 * w[2] + a1 * b[2], change]
     }
 
-    /// The forces `n1` at the end from `[n, r, q1]`.
+    /// The derivative `n1` of the force at the end of an unknown with mass `m` from `[n, r, q1]`.
     #[inline(always)]
     pub fn force(&self, m: f64, [n, r, q1]: [f64; 3]) -> f64 {
         n + (r - q1 * m) * self.by_end
     }
 
-    /// The derivatives of a number by the arguments of [`force`](Self::force) from that by its result.
+    /// Transpose of [`force`](Self::force): from the derivative of a number by `n1`, those by `[n, r, q1]`.
     #[inline(always)]
     pub fn force_transposed(&self, m: f64, n1: f64) -> [f64; 3] {
         [n1, n1 * self.by_end, -(m * n1 * self.by_end)]
     }
 
-    /// The velocity that mass damping acts on, the change over the step less that at constant momentum, and the force at
-    /// the end in all, where the others there are `force`, N.
+    /// Of an unknown with mass `m`: the velocity that mass damping acts on, m/s; its change less that at constant
+    /// momentum, m; the force at the end, N, where `force` is that without mass damping.
     #[inline(always)]
     fn motion(&self, m: f64, step_motion: &StepMotion, force: f64) -> [f64; 3] {
         let velocity = dot(&self.value.damped, step_motion);
@@ -161,7 +166,8 @@ impl NodalEquations {
         [velocity, inertial, force + self.damping * m * velocity]
     }
 
-    /// The derivative of minus the residual by the scheme's parameter at fixed forces, and that of the mass damping.
+    /// The derivatives by the scheme's parameter of the residual at fixed forces, and of the mass damping force. `n1`
+    /// and `n0`: forces at the end and at the start, N.
     #[inline(always)]
     fn by_scheme(&self, m: f64, step_motion: &StepMotion, [n1, n0]: [f64; 2]) -> [f64; 2] {
         let StepFactors { end, start, inertia, damped, .. } = &self.slope;
@@ -169,7 +175,7 @@ impl NodalEquations {
         [residual, self.damping * m * dot(damped, step_motion)]
     }
 
-    /// Adds the parts of `[n, r]` by the rates of the mass and the mass damping.
+    /// Adds to the derivatives `[n, r]` the parts by those of the mass and of the mass damping, `[mass, damping]`.
     #[inline(always)]
     pub fn with_mass_and_damping<const G: usize>(
         &self,
@@ -183,8 +189,8 @@ impl NodalEquations {
         [n + rate, r - mass * inertial - rate * self.value.end]
     }
 
-    /// Adds the parts of `[n, r]` by the rate of the scheme's parameter, where the other forces at the end and all forces
-    /// at the start are those given, N.
+    /// Adds to the derivatives `[n, r]` the parts by that of the scheme's parameter, `scheme`. `forces`: those at the
+    /// end without mass damping and all at the start, N.
     #[inline(always)]
     pub fn with_scheme<const G: usize>(
         &self,
@@ -200,7 +206,8 @@ impl NodalEquations {
         [n + rate, r - rate * self.value.end - scheme * residual]
     }
 
-    /// The derivatives of a number by the mass, the mass damping and the scheme's parameter from those by `[n, r]`.
+    /// Transpose of [`with_mass_and_damping`](Self::with_mass_and_damping) and [`with_scheme`](Self::with_scheme): from
+    /// the derivatives of a number by `[n, r]`, those by mass, mass damping and the scheme's parameter.
     #[inline(always)]
     pub fn numbers_transposed(
         &self,
@@ -219,7 +226,7 @@ impl NodalEquations {
         ]
     }
 
-    /// The derivatives of `[v1, a1]` by the scheme's parameter.
+    /// The derivatives of velocity and acceleration at the end, `[v1, a1]`, by the scheme's parameter.
     #[inline(always)]
     pub fn end_by_scheme(&self, step_motion: &StepMotion) -> [f64; 2] {
         [dot(&self.slope.velocity, step_motion), dot(&self.slope.acceleration, step_motion)]
@@ -235,7 +242,7 @@ impl NodalEquations {
         self.value.damped
     }
 
-    /// That velocity, and its derivative by the scheme's parameter.
+    /// The velocity that mass damping and drag act on, m/s, and its derivative by the scheme's parameter.
     pub fn damped_velocity(&self, step_motion: &StepMotion) -> [f64; 2] {
         [dot(&self.value.damped, step_motion), dot(&self.slope.damped, step_motion)]
     }

@@ -1,19 +1,24 @@
-//! The numbers of damping and of the scheme in the equations of a step, as one list.
+//! The scalar numbers of damping and of the time integration scheme in the equations of a step, as one list of
+//! [`COUNT`] entries.
+//!
+//! Order: mass damping (1/s); Kelvin-Voigt times of all strains, stretching, bending and twisting (s); stiffness
+//! fraction and relaxation time (s) of the Maxwell branch; parameter of the scheme. The step map loops over the list
+//! for derivatives by each number.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
 
-/// How many numbers there are.
+/// The number of entries of the list.
 pub const COUNT: usize = 8;
-/// Place of the mass damping in the list.
+/// Index of the mass damping, 1/s, in the list.
 pub const MASS: usize = 0;
-/// Place of the relaxation time of a Maxwell branch in the list.
+/// Index of the relaxation time of the Maxwell branch, s, in the list.
 pub const RELAXATION: usize = 6;
-/// Place of the scheme's parameter in the list.
+/// Index of the scheme's parameter in the list.
 pub const SCHEME: usize = 7;
 
-/// The numbers of damping, zero for those of an absent Maxwell branch, and the scheme's parameter.
+/// The list from the damping and the scheme's parameter; zeros for an absent Maxwell branch.
 pub fn list<D: Scalar>(damping: &Damping<D>, parameter: D) -> [D; COUNT] {
     let Damping { mass, stiffness, stretching, bending, twisting, maxwell, .. } = *damping;
     let zero = D::from(0.0);
@@ -22,8 +27,8 @@ pub fn list<D: Scalar>(damping: &Damping<D>, parameter: D) -> [D; COUNT] {
     [mass, stiffness, stretching, bending, twisting, branch, time, parameter]
 }
 
-/// Damping and the scheme's parameter with the derivative along the number at `place` of the list; along none for a
-/// place beyond it.
+/// Damping and the scheme's parameter as dual numbers, with derivative 1 of the entry `place` of the list and 0 of all
+/// others. `place >= COUNT`: no derivatives. Internal friction is left out.
 pub fn along(damping: &Damping<f64>, parameter: f64, place: usize) -> (Damping<Dual64>, Dual64) {
     let dual = |k: usize, x: f64| Dual64::new(x, f64::from(u8::from(k == place)));
     let maxwell = damping.maxwell.map(|Maxwell { stiffness, time }| Maxwell {

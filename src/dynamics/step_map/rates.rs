@@ -1,4 +1,9 @@
-//! Derivatives of states and of the numbers of a simulation along parameters, and of a misfit by both.
+//! The derivatives that the linear map of a step takes and returns.
+//!
+//! Forward: [`StateRates`] of the state and [`ParameterRates`] of the scene's numbers along `G` parameters, extracted
+//! from simulations over dual numbers. Transposed: `StateRates` with one lane and [`ParameterSlopes`], the derivatives
+//! of a misfit by state and numbers. The product of both is the derivative of the misfit along a parameter,
+//! `dm/dp = dm/dx . dx/dp`.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::{COUNT, list};
@@ -31,19 +36,19 @@ pub struct StateRates<const G: usize> {
     pub internal: InternalVariables<Lanes<G>>,
 }
 
-/// The derivatives of one list of `G` simulations.
+/// The derivatives in `G` lists of dual numbers, one SIMD lane per list; as long as the shortest list.
 fn lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<[f64; G]> {
     let count = lists.iter().map(|list| list.len()).min().unwrap_or(0);
     (0..count).map(|i| map_components(&lists, |list| list[i].eps)).collect()
 }
 
-/// The same of a list of internal variables.
+/// The derivatives in `G` lists of internal variables, one SIMD lane per list.
 fn internal_lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<Lanes<G>> {
     lanes(lists).into_iter().map(Lanes).collect()
 }
 
 impl<const G: usize> StateRates<G> {
-    /// The derivatives that the states of simulations contain.
+    /// The derivatives that the present states of `simulations` contain, one lane per simulation.
     pub fn new<R: Sensitive>(simulations: [&DualSimulation<R>; G]) -> Self {
         let states = simulations.map(|simulation| simulation.state());
         let internal = states.map(|state| &state.internal);
@@ -64,7 +69,7 @@ impl<const G: usize> StateRates<G> {
 }
 
 impl StateRates<1> {
-    /// No derivatives of a misfit, by the state of a simulation with so many frames.
+    /// Zero derivatives of a misfit by the state of a simulation with so many reference `frames`.
     pub fn zeros<R: Rod<f64>>(simulation: &Simulation<f64, R>, frames: usize) -> Self {
         let state = simulation.state();
         let (unknowns, strains) = (vec![[0.0]; state.q.len()], state.internal.strain.len());
@@ -84,7 +89,8 @@ impl StateRates<1> {
         }
     }
 
-    /// The sum of the products of all derivatives of a misfit by a state with those of the state along one parameter.
+    /// The derivative of a misfit through the state: the sum of these derivatives by the state times those of the state
+    /// along one parameter.
     pub fn product(&self, along: &Self) -> f64 {
         let unknowns = |a: &[[f64; 1]], b: &[[f64; 1]]| dot(a.as_flattened(), b.as_flattened());
         let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
@@ -142,7 +148,7 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
 }
 
 impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
-    /// The derivatives that the numbers of simulations contain; none for schemes that solve no equations.
+    /// The derivatives that the numbers of `simulations` contain. `None` for schemes that solve no equations.
     pub fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameter = |simulation: &DualSimulation<R>| Some(simulation.newton()?.parameter());
         let parameters: [Dual64; G] = all(simulations.map(parameter))?;
@@ -175,7 +181,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
         })
     }
 
-    /// The rods with the derivatives of their laws and loads.
+    /// The dual rods and the derivatives of their laws and loads, as the rod's products take them.
     #[inline(always)]
     pub fn changed_rods(&self) -> ChangedRods<'_, R, G> {
         ChangedRods { duals: &self.rods, rates: &self.laws }
@@ -195,7 +201,7 @@ pub struct ParameterSlopes {
 }
 
 impl ParameterSlopes {
-    /// Zeros for a simulation. `moments`: whether those by dead moments are needed.
+    /// Zero derivatives by all numbers of a simulation. `moments`: whether those by dead moments are needed.
     pub fn zeros<R: Transposed>(simulation: &Simulation<f64, R>, moments: bool) -> Self {
         Self {
             laws: simulation.rod().no_laws(moments),
@@ -205,7 +211,8 @@ impl ParameterSlopes {
         }
     }
 
-    /// The sum of the products with the derivatives of the numbers along one parameter; `rod` is that of the run.
+    /// The derivative of a misfit through the numbers of the simulation: the sum of these derivatives times those of
+    /// the numbers along one parameter. `rod` is that of the run.
     pub fn product<R: Transposed>(&self, rod: &R, along: &ParameterRates<R, 1>) -> f64 {
         let [dual] = &along.rods;
         let mut total = rod.along(dual, &along.laws, &self.laws)

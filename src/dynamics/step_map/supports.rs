@@ -1,4 +1,9 @@
-//! Derivatives of a misfit by parameters that move supports.
+//! Derivatives of a misfit by parameters that move supports, for the adjoint method.
+//!
+//! Input: derivatives of the misfit by places and velocities of prescribed unknowns at the end of each step, and the
+//! support motion over dual numbers. Each step adds `dm/dq dq/dp + dm/dv dv/dp` to the sum of every parameter. The
+//! derivatives by prescribed unknowns are then set to zero: their values at the end do not depend on those at the
+//! start.
 
 use crate::dynamics::linearization::Linearization;
 use crate::problem::boundary::BoundaryMotion;
@@ -6,10 +11,11 @@ use crate::rod::{DualFrames, FrameRate, RodGeometry, Transposed, set_dual_frames
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
-/// The supports of a rod, with the parameters that move them.
+/// The supports of a rod with a prescribed motion, and the derivative of the misfit by each parameter that moves them.
 pub struct MovingSupports<R: Transposed> {
-    /// The unknowns with a prescribed motion, and those of them that are angles.
+    /// Indices of the unknowns with a prescribed motion.
     prescribed: Vec<usize>,
+    /// Those of them that are angles.
     angles: Vec<usize>,
     /// The parameters with their motions.
     moved: Vec<MovingParameter<R>>,
@@ -17,7 +23,8 @@ pub struct MovingSupports<R: Transposed> {
     still: Vec<FrameRate<1>>,
 }
 
-/// A parameter, the motion of supports with the derivative along it, and the derivative of the misfit so far.
+/// A parameter that moves supports: its index, the motion with the derivative along it, and the derivative of the
+/// misfit so far.
 struct MovingParameter<R: Transposed> {
     parameter: usize,
     motion: BoundaryMotion<Dual64>,
@@ -26,7 +33,8 @@ struct MovingParameter<R: Transposed> {
 }
 
 impl<R: Transposed> MovingSupports<R> {
-    /// The supports of a rod with a prescribed motion, if it depends on numbers of the scene.
+    /// Supports that move by `motion`. The lists stay empty without a motion, or if it does not depend on numbers of
+    /// the scene. `still`: zero derivatives of all frames.
     pub fn new(motion: Option<&BoundaryMotion>, still: Vec<FrameRate<1>>) -> Self {
         let [prescribed, angles] = motion
             .filter(|motion| motion.has_numbers())
@@ -39,7 +47,7 @@ impl<R: Transposed> MovingSupports<R> {
         !self.prescribed.is_empty()
     }
 
-    /// Adds a parameter with the motion that contains the derivative along it.
+    /// Adds the parameter with index `parameter`; `motion` contains the derivatives along it, `frames` are work space.
     pub fn add(
         &mut self,
         parameter: usize,
@@ -49,13 +57,14 @@ impl<R: Transposed> MovingSupports<R> {
         self.moved.push(MovingParameter { parameter, motion, frames, sum: 0.0 });
     }
 
-    /// The derivatives of the misfit through the motion of supports, with the indices of the parameters.
+    /// Indices of the parameters, each with the derivative of the misfit through the motion of supports.
     pub fn sums(&self) -> impl Iterator<Item = (usize, f64)> {
         self.moved.iter().map(|moved| (moved.parameter, moved.sum))
     }
 
-    /// Adds the derivatives by the parameters, from those by places `q` and velocities `v` at the end of a step, and
-    /// removes those by prescribed unknowns.
+    /// Adds `q dq/dp + v dv/dp` to each sum. `q` and `v` are the derivatives of a misfit by places and velocities at
+    /// the end of a step. Then sets `q` and `v` of prescribed unknowns to zero; without such a motion `v` of held
+    /// unknowns only.
     pub fn transpose(
         &mut self,
         step: &Linearization<'_, f64, R>,

@@ -1,5 +1,9 @@
-//! The transposed derivative of a step: from the derivatives of a misfit by the state at its end to those by the state at its
-//! start and by the numbers of the simulation.
+//! The transposed derivative of one implicit step, for the adjoint method.
+//!
+//! Input: derivatives of a misfit by the state at the end of the step ([`StateRates`] with one lane). Output: those by
+//! the state at its start, in place, and the added derivatives by laws, masses, damping numbers and drag
+//! ([`ParameterSlopes`]) and by moving supports. Every stage of the forward map has its transpose here, in reverse
+//! order, with one solve with the same factors.
 
 use crate::dynamics::linearization::{Linearization, StartForces};
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};
@@ -12,8 +16,8 @@ use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{RodGeometry, Transposed, still_frames};
 
 impl<'a, R: Transposed> StepMap<'a, R> {
-    /// The transposed derivative of a step. `has_own_times`: whether kinds of strain have, or could have, damping times of
-    /// their own.
+    /// The map of a `step` for transposed use. `frames`: number of reference frames; `has_own_times`: whether kinds of
+    /// strain have, or could have, damping times of their own.
     pub fn transposed(
         step: &'a Linearization<'a, f64, R>,
         frames: usize,
@@ -22,8 +26,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Self { has_own_times, still: still_frames(frames), ..Self::new(step) }
     }
 
-    /// Replaces the derivatives of a misfit by the state at the end of the step by those by the state at its start, and
-    /// adds those by the numbers of the simulation.
+    /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its
+    /// start. Adds those by the numbers of the simulation to `slopes` and `supports`.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
@@ -75,6 +79,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     ) {
         let step = self.step;
         let d = std::mem::take(&mut state.unbalanced).into_flattened();
+        // Mass damping c M v: by velocity, damping and mass.
         let damping = step.damping.mass;
         for i in step.free.clone() {
             let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
@@ -83,6 +88,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
             slopes.mass[i] += damping * v * d[i];
         }
         self.next_drag_transposed(&d, state, slopes);
+        // By unknowns and frames through the tangent with the elastic stiffness, then by stresses and internal
+        // variables.
         let StartForces { gradient, tangent } = step.next;
         tangent.product(&d, &mut room.stiff);
         state.q.as_flattened_mut().iter_mut().zip(&room.stiff).for_each(|(q, stiff)| *q += stiff);
@@ -118,7 +125,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// Adds the derivatives by the right-hand side that follow from those by the solution.
+    /// Adds `J^-1` times the derivatives by the solution to those by the right-hand side. `J` is symmetric.
     fn solve_transposed(
         &self,
         StepWorkspace { right, solution, .. }: &mut StepWorkspace<R, 1>,
@@ -157,8 +164,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces), where the
-    /// derivatives by the forces are `d`.
+    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces): from the
+    /// derivatives `d` by the forces, adds those by laws, loads, frames, past strains and held unknowns.
     fn forces_transposed(
         &self,
         d: &[f64],
@@ -182,7 +189,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// Adds the derivatives by loads and dead moments, where those by the forces are `d`.
+    /// Adds to `slopes` the derivatives by loads and dead moments, from those `d` by the forces. A load enters the
+    /// gradient with negative sign.
     fn add_loads(&self, d: &[f64], slopes: &mut ParameterSlopes) {
         slopes.laws.load.iter_mut().zip(d).for_each(|(load, d)| *load -= d);
         self.step.rod.add_to_moments(&self.step.after.q, d, &mut slopes.laws);

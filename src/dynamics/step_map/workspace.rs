@@ -1,39 +1,46 @@
-//! Lists that the linear map of a step works in: derivatives of forces, strains, stresses and drag along `G` parameters, kept
-//! from step to step so that a step does not allocate.
+//! Reusable lists of the linear map of a step: derivatives of forces, strains, stresses and drag along `G` parameters.
+//!
+//! Allocated once and kept from step to step, so that a step does not allocate. With `G = 1` the transposed map uses
+//! the same lists for derivatives of a misfit.
 
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;
 use crate::rod::{DualFrames, EffectiveStrains, NodalDrag, Rod};
 use num_dual::Dual64;
 
-/// The forces whose stresses are meant.
+/// The moment at which stresses are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HistoryMoment {
-    /// Those at the end of the step, in its equations.
+    /// The end of the step, in its equations.
     End,
-    /// Those that the next step takes as the forces at its start.
+    /// The start of the next step.
     NextStart,
 }
 
 /// Strains and stresses of a step with their derivatives along `G` parameters.
 #[derive(Clone, Default)]
 pub struct HistoryWorkspace<const G: usize> {
-    /// Derivatives of the strains at the end: at fixed unknowns, and in all.
+    /// Derivatives of the strains at the end of the step at fixed unknowns, by rest lengths.
     pub rest: Vec<Lanes<G>>,
+    /// Derivatives of the strains at the end of the step in all.
     pub strain: Vec<Lanes<G>>,
-    /// Stretches of springs of internal friction without slip, and the derivatives of those with slip.
+    /// Stretches of springs of internal friction without slip.
     pub z: Vec<f64>,
+    /// Derivatives of those stretches with slip.
     pub slid: Vec<Lanes<G>>,
+    /// Effective strains with their derivatives.
     pub effective: EffectiveStrains<G>,
     /// Derivatives of the stresses.
     pub stress: Vec<Lanes<G>>,
-    /// Strains along a change of the forces' unknowns; derivatives of a misfit by effective strains.
+    /// Transposed map: strains along the direction `d` of the derivatives by the forces.
     pub along: Vec<f64>,
+    /// Transposed map: derivatives of the misfit by the effective strains.
     pub by_strain: Vec<f64>,
+    /// Transposed map: the same by the strains with damping times of their own.
     pub by_own: Vec<f64>,
 }
 
-/// Places and velocities with their derivatives along one parameter, and the drag there.
+/// Places, m, and velocities, m/s, of all unknowns with their derivatives along one parameter, and the drag there.
 #[derive(Clone, Default)]
 pub struct DragWorkspace {
     pub places: Vec<Dual64>,
@@ -43,7 +50,7 @@ pub struct DragWorkspace {
 }
 
 impl DragWorkspace {
-    /// Adds the derivatives of the drag to lane `g`.
+    /// Adds to lane `g` of `out` the derivatives of the drag, N, at the places and velocities of this workspace.
     pub fn add_rates<const G: usize>(
         &mut self,
         drag: &NodalDrag<Dual64>,
@@ -58,7 +65,8 @@ impl DragWorkspace {
     }
 }
 
-/// An unknown that a support holds, with the derivatives of its place and velocity at the end of the step.
+/// An unknown that a support holds: its index `i`, and the derivatives of its place and velocity at the end of the
+/// step.
 #[derive(Clone, Copy)]
 pub struct Held<const G: usize> {
     pub i: usize,
@@ -66,14 +74,16 @@ pub struct Held<const G: usize> {
     pub v: [f64; G],
 }
 
-/// Lists that the map works in.
+/// All lists of the map of a step.
 #[derive(Clone)]
 pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
-    /// Derivatives of the forces at fixed unknowns, or of a misfit by the forces.
+    /// Derivatives of the forces at fixed unknowns, or transposed those of a misfit by the forces.
     pub direct: Vec<[f64; G]>,
-    /// The right-hand side of the step's equations, and its solution.
+    /// Right-hand sides of the step's equations.
     pub right: Vec<[f64; G]>,
+    /// Their solutions: derivatives of the unknowns at the end.
     pub solution: Vec<[f64; G]>,
+    /// Product of the tangent with a vector.
     pub stiff: Vec<f64>,
     pub held: Vec<Held<G>>,
     /// Frames with derivatives, for supports that parameters move; empty elsewhere.
@@ -83,7 +93,8 @@ pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
 }
 
 impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
-    /// StepWorkspace for a rod with so many unknowns.
+    /// Zeros for a rod with so many `unknowns`. `dual_frames`: one per parameter if parameters may move supports, else
+    /// empty.
     pub fn new(unknowns: usize, dual_frames: Vec<DualFrames<R, f64>>) -> Self {
         let zero = vec![[0.0; G]; unknowns];
         Self {

@@ -1,4 +1,10 @@
-//! How the forces of a rod change with parameters.
+//! Derivatives of the forces of a [`DiscreteRod`] along `G` parameters at fixed unknowns: the implementation of
+//! [`Sensitive`].
+//!
+//! Input: the geometry of the rod, and `G` rods over dual numbers. Each has the derivatives of stiffnesses, rest
+//! lengths, natural strains and loads along one parameter. [`Rates`] collects the derivatives of the stresses,
+//! `d(K s) = K ds + dK s`, and of the loads. Output: derivatives of strains, of stresses (N, N m) and of the energy
+//! gradient (N), `G` values each in SIMD lanes. Forward sensitivities use them for the right-hand side of each step.
 
 use crate::energy::law::slip::SliderRates;
 use crate::energy::law::{LawRate, Symmetric};
@@ -12,10 +18,13 @@ use crate::rod::{
 };
 use num_dual::Dual64;
 
-/// Derivatives of the forces of a [`Layout`] along parameters.
+/// A planar or spatial layout with two products: derivatives of stresses to those of forces, derivatives of unknowns to
+/// those of strains.
 pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the strain
-    /// of an edge, of the stresses, by those of a joint, and of the loads.
+    /// Overwrites `out` with the derivatives of the gradient at fixed unknowns and frames, N: `B^T` times the stress
+    /// derivatives, less those of the loads. `axial` returns the derivative of the axial force of an edge from its
+    /// index and strain. `stress` returns those of a joint from its index and strains, `load` those of the load on a
+    /// node.
     fn pull<const G: usize>(
         geometry: &Self::Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
@@ -24,7 +33,8 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         out: &mut [[f64; G]],
     );
 
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those of the unknowns, `q`, and of
+    /// the reference frames: the product with `B = ds/dq`.
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, N>],
         frames: &[FrameRate<G>],
@@ -35,21 +45,24 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
     );
 }
 
-/// Derivatives of the law of a joint along `G` parameters.
+/// Derivatives of stiffness and natural stress of one joint along `G` parameters.
 type JointRate<L, const N: usize, const S: usize, const G: usize> =
     LawRate<<L as Layout<N, S>>::Stiffness<Lanes<G>>, S, G>;
 
 /// Derivatives of the laws and loads of a rod along `G` parameters.
 #[derive(Clone, Debug)]
 pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> {
-    /// Whether anything elastic changes.
+    /// Whether any derivative of a stretching, bending or twisting law differs from zero.
     elastic: bool,
-    /// Laws of the edges at fixed unknowns.
+    /// Laws of the edges as functions of the unknowns: they include the change of strain by the rest length.
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
-    /// Rest lengths, over themselves.
+    /// Derivatives of the rest lengths, over the rest lengths.
     pub(super) rest: Vec<Lanes<G>>,
+    /// Laws of the joints.
     pub(super) joint: Vec<JointRate<L, N, S, G>>,
+    /// Dead loads on the nodes, N.
     pub(super) load: Vec<[Lanes<G>; N]>,
+    /// Springs of internal friction, if there are any.
     sliders: Option<SliderRates<G>>,
 }
 
@@ -68,17 +81,17 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
     }
 }
 
-/// A rod over dual numbers.
+/// A rod over dual numbers: every number with its derivative along one parameter.
 type Dual<L, const N: usize, const S: usize> = DiscreteRod<Dual64, L, N, S>;
 
-/// One number of each of `G` dual rods.
+/// One number `of` each of the `G` dual rods, one SIMD lane per rod.
 #[inline(always)]
 fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> {
     Lanes(components(|g| of(&duals[g])))
 }
 
-/// Adds the derivatives of the forces of moments and of user-defined energies, and of edges and joints where they are
-/// those by num-dual, at fixed unknowns and frames.
+/// Adds to lane `g` of `out` the gradient derivatives of dead moments and user-defined energies of dual rod `g`, N, at
+/// fixed unknowns and frames. `with_elements` adds those of edges and joints by num-dual, for checks.
 fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize>(
     duals: &[Dual<L, N, S>; G],
     q: &[f64],
@@ -87,6 +100,7 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     with_elements: bool,
     out: &mut [[f64; G]],
 ) {
+    // Moments and user-defined energies are rare: without them no dual vectors are allocated.
     let has_others = |rod: &Dual<L, N, S>| !rod.moments.list.is_empty() || !rod.own.is_empty();
     if !with_elements && !duals.iter().any(has_others) {
         return;
@@ -109,7 +123,8 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     }
 }
 
-/// Writes the derivatives of the stresses of laws with these rates, whose effective strains are those from `first` on.
+/// Overwrites `out` with the derivatives of the stresses of `laws`: `K ds + dK s`, plus the natural part. Their
+/// effective strains begin at index `first` of `strains`; `rate(i)` is the derivative of law `i`.
 #[inline(always)]
 fn stress_rates<W, K, const S: usize, const G: usize>(
     laws: &[W],
@@ -152,7 +167,8 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
-    /// Writes the derivatives that dual rods contain.
+    /// Overwrites `rates` with the derivatives that the dual rods contain: laws, rest lengths, loads and friction
+    /// springs.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
         let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
@@ -187,8 +203,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
     }
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
-    /// numbers that have `changed`.
+    /// Overwrites `out` with the derivatives of the gradient along all parameters, N, at fixed unknowns `q` and frames.
+    /// They follow from the changes of laws, loads, moments and user-defined energies. `geometry` is that of the rod at
+    /// `q`.
     #[inline(always)]
     fn gradient_rate<const G: usize>(
         ChangedRods { duals, rates }: ChangedRods<'_, Self, G>,
@@ -199,6 +216,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         out: &mut [[f64; G]],
     ) {
         let Rates { elastic, stretch, joint, load, .. } = rates;
+        // An elastic law that changes needs the sweep over all elements; otherwise only loads have derivatives.
         // Only loads change: the derivatives of the gradient are those of the loads.
         if derivatives == Derivatives::Hand && *elastic {
             let axial = |i: usize, strain: f64| stretch[i].stress(&[strain])[0];
@@ -215,12 +233,13 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         add_others(duals, q, frames, derivatives, with_elements, out);
     }
 
-    /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
+    /// The kind of the strain with this index: 0 stretching, 1 bending, 2 twisting.
     fn kind(&self, strain: usize) -> usize {
         strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % S == 2))
     }
 
-    /// Writes the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
+    /// Overwrites `out` with the derivatives of the strains at fixed unknowns. Only those of edges differ from zero, by
+    /// the rest length `l`: `d eps = -(1 + eps) dl/l`.
     #[inline(always)]
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
@@ -249,7 +268,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         L::add_strain_rates(&self.stretch, frames, geometry, q, edges, joints);
     }
 
-    /// Converts the derivatives of the stretches `z` of springs without slip to those with slip.
+    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip. `z` are
+    /// the stretches without slip; a slipping spring keeps the limit, whose derivative replaces that of its stretch.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]) {
         let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
         let (z, out) = (z.as_chunks::<S>().0, out.as_chunks_mut::<S>().0);
@@ -259,7 +279,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         }
     }
 
-    /// Writes the derivatives of the stresses of all elements: N, and N m.
+    /// Overwrites `out` with the derivatives of the stresses of all elements at the given effective strains and their
+    /// derivatives: N for edges, N m for joints.
     #[inline(always)]
     fn stress_rates<const G: usize>(
         &self,
@@ -270,6 +291,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let edges = self.stretch.len();
         let (axial, joints) = out.split_at_mut(edges);
         let stretch = |i: usize| {
+            // `rates.stretch` is at fixed unknowns; here the strain is given, so that the part by the rest length is
+            // taken out.
             // At fixed strains.
             let (mut rate, shorter) = (rates.stretch[i], rates.rest[i] * self.stretch[i].stiffness);
             rate.stiffness[0] += shorter;
@@ -280,8 +303,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         stress_rates(&self.joint, |i| rates.joint[i], strains, edges, joints);
     }
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from the derivatives `stress` of the
-    /// stresses, and of the loads and user-defined energies that have `changed`, if any.
+    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives
+    /// `stress` of the stresses of all elements. `changed` adds those of loads, moments and user-defined energies;
+    /// `None` leaves them out.
     #[inline(always)]
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,

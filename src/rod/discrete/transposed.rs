@@ -1,4 +1,9 @@
-//! The derivatives of a rod's forces, transposed.
+//! Transposed derivatives of the forces of a [`DiscreteRod`], for the adjoint method: the implementation of
+//! [`Transposed`].
+//!
+//! Input: derivatives `d` of a misfit by the forces, or `w = B d` by the stresses. Output: derivatives of the misfit by
+//! the stiffness and natural stress of each law, by rest lengths, loads and moments ([`Laws`]). Their product with the
+//! forward rates of one parameter is the derivative of the misfit along that parameter.
 
 use crate::energy::Law;
 use crate::energy::law::{LawSlopes, Symmetric};
@@ -9,7 +14,8 @@ use crate::rod::moments;
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
-/// Adds the derivatives by the laws whose strains are those from `first` on.
+/// Adds to `slopes`, one per law, the derivatives of the misfit by stiffness and natural stress: `w` times the strains.
+/// The entries of `w` and of the strains for these laws begin at index `first`.
 fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
     w: &[f64],
     Strained { strains, own, .. }: Strained<'_>,
@@ -24,7 +30,8 @@ fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
 }
 
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for DiscreteRod<f64, L, N, S> {
-    /// Zero derivatives. `moments`: whether those by dead moments are needed.
+    /// Zero derivatives for this rod. Those by dead moments are kept only in the plane, if the rod has moments or
+    /// `moments` is true.
     fn no_laws(&self, moments: bool) -> Laws {
         let edges = self.stretch.len();
         let any = N == 2 && (moments || !self.moments.list.is_empty());
@@ -38,7 +45,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         }
     }
 
-    /// Writes `K w`, with the `coupled` part of bending and twisting or without.
+    /// Overwrites `out` with `K w`, the elastic stiffness of each element times its entries of `w`. `coupled`: with the
+    /// coupling of bending and twisting in a joint.
     fn stiffened(&self, w: &[f64], coupled: bool, out: &mut Vec<f64>) {
         let (axial, joints) = w.split_at(self.stretch.len());
         out.clear();
@@ -51,7 +59,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         }
     }
 
-    /// Adds the derivatives by the laws at these strains, where those by the stresses are `w`.
+    /// Adds to `to` the derivatives of the misfit by all laws, from those `w` by the stresses, at the effective strains
+    /// `strained`. Where strains have a history, those by rest lengths are added too.
     fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut Laws) {
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
@@ -66,12 +75,13 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         }
     }
 
-    /// Adds the derivatives by the dead moments at `q`, where those by the forces are `d`.
+    /// Adds the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by the forces.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws) {
         moments::add_slopes(q, d, &mut laws.moment);
     }
 
-    /// The derivative along one parameter, of which `dual` and `rates` contain the changes of the rod.
+    /// The derivative of the misfit along one parameter: the sum of `laws` times the rates of stiffnesses, natural
+    /// stresses, rest lengths, loads and moments along it.
     fn along(
         &self,
         dual: &DiscreteRod<Dual64, L, N, S>,
@@ -91,7 +101,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
             + Self::along_joints(rates, laws).iter().sum::<f64>()
     }
 
-    /// The parts of it by the law of each joint.
+    /// The part of [`along`](Transposed::along) by stiffness and natural stress of each joint, one number per joint.
     fn along_joints(rates: &Rates<L, N, S, 1>, laws: &Laws) -> Vec<f64> {
         rates.joint.iter().zip(&laws.joint).map(|(rate, law)| rate.along(law).0[0]).collect()
     }
