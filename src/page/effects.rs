@@ -37,7 +37,8 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         .html("test", |bias| format!("<td class=\"long\">{}</td>", escaped(&bias.test)));
     note(
         "Effects that these data do not exclude, at the largest plausible size, and the bias that each would cause. A bias is \
-         relative to the true value; the next column has it in statistical standard errors of the estimate. \u{b1}: the data \
+         relative to the true value. The next column is the same bias in the unit of the estimate, divided by the \
+         statistical standard error. The list contains effects that the residuals show, unless their size is excluded. \u{b1}: the data \
          do not determine the sign. At a bias of 100 % half of the estimate comes from the effect. A size in \
          per cent is a part of the number of the scene that changes. The test would reveal the effect.",
     ) + &table.render_folded(SHOWN_EFFECTS, "effects")
@@ -62,8 +63,8 @@ fn effect_size(value: f64, unit: &str) -> String {
     if unit.is_empty() { signed_percent(value) } else { signed_quantity(value, unit) }
 }
 
-/// The score tests of omitted effects, with their biases of the `parameters`; those that noise explains as well are folded.
-pub(super) fn likely_omitted(tests: &[ScoreTest], parameters: &[Estimate]) -> String {
+/// The score tests of omitted effects, with their biases; those that noise explains as well are folded.
+pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     // Only effects that noise does not explain are shown at once.
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
     let mut html = String::new();
@@ -73,22 +74,23 @@ pub(super) fn likely_omitted(tests: &[ScoreTest], parameters: &[Estimate]) -> St
     if !likely.is_empty() {
         html += &note(
             "Score tests: effects that explain the residuals better than noise does. Rank 1 explains the largest part of \
-             them. Effects that share a rank are not distinguishable by these data: one of them is enough. The bias is that \
-             of the estimate by the effect of this size, of either sign.",
+             their sum of squares; p also depends on the autocorrelation along the shape of the effect. Effects that share \
+             a rank are not distinguishable by these data: one of them is enough. The bias by the effect of this size is \
+             relative to the true value.",
         );
-        html += &score_table(likely, parameters).render_folded(SHOWN_EFFECTS, "effects");
+        html += &score_table(likely).render_folded(SHOWN_EFFECTS, "effects");
         html += &explanation(Code::OmittedEffect);
     }
     if !others.is_empty() {
         let count = counted(others.len(), "effect");
         let summary = format!("{count} tested that noise explains as well");
-        html += &folded(&summary, &score_table(others, parameters).render());
+        html += &folded(&summary, &score_table(others).render());
     }
     html
 }
 
 /// The table of score tests.
-fn score_table<'a>(tests: Vec<&'a ScoreTest>, parameters: &[Estimate]) -> HtmlTable<&'a ScoreTest> {
+fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
     HtmlTable::new("score tests of omitted effects", tests)
         .html("effect", |test| {
             format!("{} <code>{}</code>", escaped(&test.effect), escaped(&test.source))
@@ -98,7 +100,7 @@ fn score_table<'a>(tests: Vec<&'a ScoreTest>, parameters: &[Estimate]) -> HtmlTa
         .text("estimate / standard error", |test| {
             three_digits(test.z_score.abs().copysign(test.estimate))
         })
-        .text("bias", |test| largest_bias(test, parameters).filter(|_| test.is_significant()))
+        .text("bias", |test| largest_bias(test).filter(|_| test.is_significant()))
         .text("bias / standard error", |test| {
             test.is_significant().then(|| three_digits(test.bias_std_errors))
         })
@@ -106,11 +108,9 @@ fn score_table<'a>(tests: Vec<&'a ScoreTest>, parameters: &[Estimate]) -> HtmlTa
         .text("p for autocorrelated noise", |test| test.p_value_if_correlated.map(three_digits))
 }
 
-/// The largest bias by an effect of the estimated size, as a part of the estimate; none where an estimate may be zero.
-fn largest_bias(test: &ScoreTest, parameters: &[Estimate]) -> Option<String> {
-    let e = parameters.iter().find(|e| e.label() == test.biased_parameter)?;
-    let value = e.value.filter(|value| e.name.is_positive() && *value > 0.0)?;
-    let relative = percent(test.bias_std_errors * e.std_error? / value);
+/// The largest bias by an effect of the estimated size, relative to the true value; none where the parameter may be zero.
+fn largest_bias(test: &ScoreTest) -> Option<String> {
+    let relative = signed_percent(test.relative_bias?);
     Some(format!("{relative} of {}", test.biased_parameter))
 }
 
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn no_effects_give_no_content() {
-        assert!(undetected_bias(&[]).is_empty() && likely_omitted(&[], &[]).is_empty());
+        assert!(undetected_bias(&[]).is_empty() && likely_omitted(&[]).is_empty());
         assert!(largest_biases(&[], &[]).is_empty());
     }
 }

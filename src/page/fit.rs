@@ -45,10 +45,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         + &section("Discretization error", &errors)
         + &section("Uncertainty budget", &budgets(&report.parameters))
         + &section("Undetected bias", &undetected_bias(&report.undetected_bias))
-        + &section(
-            "Likely omitted effects",
-            &likely_omitted(&report.score_tests, &report.parameters),
-        )
+        + &section("Likely omitted effects", &likely_omitted(&report.score_tests))
         + &section("Correlation matrix", &matrix)
         + &section("Likelihood profiles", &profiles.unwrap_or_default())
         + &section("Global scan and local minima", &search(report, plots))

@@ -53,7 +53,7 @@ pub(super) fn list(entries: &[String], plural: &str) -> String {
     match entries.split_at_checked(SHOWN_ENTRIES) {
         _ if entries.is_empty() => String::new(),
         Some((shown, others)) if others.len() > 1 => {
-            items(shown) + &folded(&format!("{} more {plural}", others.len()), &items(others))
+            items(shown) + &folded(&format!("Show {} more {plural}", others.len()), &items(others))
         }
         _ => items(entries),
     }

@@ -83,6 +83,8 @@ fn density_free_ratios(report: &FitReport) -> String {
             let std = group.value * group.relative_std_error;
             Scale::for_size(group.value, &group.unit).format_with_unit(group.value, Some(std))
         })
-        .text("standard error (statistical)", |group| percent(group.relative_std_error));
+        .text("standard error (noise, or between experiments)", |group| {
+            percent(group.relative_std_error)
+        });
     subsection("Known without the density", &table.render())
 }

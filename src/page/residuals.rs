@@ -39,7 +39,7 @@ pub(super) fn summary(report: &FitReport) -> String {
     }));
     lines.extend(report.predictions.iter().map(|p| {
         let [rms, expected] = [p.rms, p.expected].map(|x| in_unit(x, &p.unit));
-        format!("Validation data, {}: RMS error {rms}, {expected} expected", p.observation)
+        format!("Validation data, {}: RMS error {rms}, {expected} expected from sigma and the parameter errors", p.observation)
     }));
     let dropped = report.dropped.iter();
     lines.extend(dropped.map(|d| format!("Left out, {}: rows {}", d.observation, d.rows)));
@@ -72,7 +72,7 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
     }
     match shown.split_at_checked(UNFOLDED_SERIES) {
         Some((first, others)) if others.len() > 1 => {
-            let summary = format!("{} more coordinates", others.len());
+            let summary = format!("Show {} more coordinates", others.len());
             html + &observations(first, tests) + &folded(&summary, &observations(others, tests))
         }
         _ => html + &observations(&shown, tests),

@@ -70,7 +70,7 @@ impl<T> HtmlTable<T> {
         if all <= shown + 1 {
             return self.render();
         }
-        let summary = format!("{} more {plural}", all - shown);
+        let summary = format!("Show {} more {plural}", all - shown);
         self.render_rows(0..shown) + &folded(&summary, &self.render_rows(shown..all))
     }
 

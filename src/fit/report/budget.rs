@@ -11,6 +11,8 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 const NAMED: usize = 3;
 /// Significant digits of uncertainties.
 const DIGITS: usize = 2;
+/// Significant digits of the values of inputs.
+const VALUE_DIGITS: usize = 4;
 
 /// Adds the budget of an estimate if an input has a stated uncertainty, and its Monte Carlo check.
 pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
@@ -54,32 +56,34 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// Adds the changes of the estimates for +1 % of the inputs with the largest sensitivities, in columns.
+/// Adds a table of the changes of the estimates for +1 % of the inputs with the largest sensitivities.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
-    let is_alone = estimates.len() == 1;
-    let mut rows: Vec<[String; 3]> = Vec::new();
-    for e in estimates {
-        let label = if is_alone { String::new() } else { e.label() };
+    let mut rows = estimates.iter().flat_map(|e| {
         let named = e.input_sensitivities.iter().take(NAMED);
-        rows.extend(
-            named.map(|input| {
-                [label.clone(), format!("+1 % of {}", input.source), change(input, e)]
-            }),
-        );
+        named.map(move |input| (e, input))
+    });
+    let Some(first) = rows.next() else { return summary };
+    // A single estimate is named in the title instead of in a column.
+    let is_alone = estimates.len() == 1;
+    let mut columns = vec![TextColumn::left("input"), TextColumn::left("value")];
+    if !is_alone {
+        columns.push(TextColumn::left("parameter"));
     }
-    if rows.is_empty() {
-        return summary;
+    columns.push(TextColumn::right("change"));
+    let mut table = SummaryTable::new(columns);
+    for (e, input) in std::iter::once(first).chain(rows) {
+        // The value of the input lets the reader judge its uncertainty.
+        let value = input.value.map(|x| quantity(x, &input.unit, VALUE_DIGITS));
+        let mut cells = vec![input.source.clone(), value.unwrap_or_default()];
+        if !is_alone {
+            cells.push(e.label());
+        }
+        cells.push(change(input, e));
+        table.row(cells);
     }
-    // Columns are aligned by their widest cells.
-    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
-    let [label_width, input_width, change_width] = [0, 1, 2].map(width);
-    let gap = if is_alone { 0 } else { 2 };
-    let line = |[label, input, change]: &[String; 3]| {
-        format!("{label:<label_width$}{:gap$}{input:<input_width$}  {change:>change_width$}", "")
-    };
-    let advice = "for an expanded interval: --known NAME=SIGMA";
-    let lines = rows.iter().map(line).chain([advice.to_string()]);
-    summary.facts("Input sensitivities", lines)
+    let changed = if is_alone { estimates[0].label() } else { "the parameter".into() };
+    let title = format!("Input sensitivities: change of {changed} for +1 % of an input");
+    summary.table(title, table)
 }
 
 /// A relative sensitivity in two decimals; zero has no sign.

@@ -80,7 +80,7 @@ impl FitReport {
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
             format!(
-                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors x {:.2} (applied)",
+                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors {:.2} times those of least squares with this sigma",
                 l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
@@ -141,10 +141,17 @@ impl FitReport {
         let unit = &first.unit;
         let [low, high] =
             values.iter().fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)]);
-        let missing = self.noise_scale.iter().find_map(|scale| scale.unavailable.as_ref());
+        // Coordinates without an estimate are counted by their reason.
+        let mut reasons: Vec<(&str, usize)> = Vec::new();
+        for reason in self.noise_scale.iter().filter_map(|scale| scale.unavailable.as_deref()) {
+            match reasons.iter_mut().find(|(known, _)| *known == reason) {
+                Some((_, count)) => *count += 1,
+                None => reasons.push((reason, 1)),
+            }
+        }
         let shown = match values.len() {
             0 => {
-                let reason = missing?;
+                let (reason, _) = reasons.first()?;
                 return Some(format!(
                     "none from the samples ({reason}); state sigma to separate noise from model error"
                 ));
@@ -155,9 +162,10 @@ impl FitReport {
         let of = match values.len() == self.noise_scale.len() {
             true => String::new(),
             false => {
-                let reason = missing.map(|reason| format!("; the others: {reason}"));
-                let reason = reason.unwrap_or_default();
-                format!(" ({} of {} coordinates{reason})", values.len(), self.noise_scale.len())
+                let others =
+                    reasons.iter().map(|(reason, count)| format!("; {count} without: {reason}"));
+                let others: String = others.collect();
+                format!(" ({} of {} coordinates{others})", values.len(), self.noise_scale.len())
             }
         };
         Some(format!("{shown} from differences of the samples{of}"))

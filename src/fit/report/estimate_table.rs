@@ -32,7 +32,7 @@ pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> Su
 }
 
 /// Whether the reported interval is that of the differences between experiments.
-fn is_from_clusters(e: &Estimate) -> bool {
+pub(crate) fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
@@ -56,11 +56,14 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
              experiments have in common are taken as exact."
         }
         false if is_corrected => {
-            "contains noise and discretization error: all inputs are taken as exact."
+            "contains noise and discretization error: all inputs are taken as exact (state errors with --known)."
         }
-        false if is_estimated => "contains noise only: all inputs are taken as exact.",
+        false if is_estimated => {
+            "contains noise only: all inputs are taken as exact (state errors with --known)."
+        }
         false => {
-            "contains noise only: all inputs are taken as exact, and the discretization error is not estimated."
+            "contains noise only: all inputs are taken as exact (state errors with --known), and the \
+             discretization error is not estimated."
         }
     };
     let has_interval = report.parameters.iter().filter(|e| e.interval95.is_some()).count();
@@ -82,7 +85,10 @@ fn largest_biases(report: &FitReport) -> Option<String> {
         format!("{} of {} ({})", percent(*relative), bias.parameter, bias.effect)
     };
     let texts: Vec<String> = biases.iter().map(text).collect();
-    (!texts.is_empty()).then(|| format!("undetected bias, up to {}", texts.join(", ")))
+    (!texts.is_empty()).then(|| {
+        let verb = if texts.len() == 1 { "the largest is" } else { "the largest are" };
+        format!("undetected biases, {verb} {}", texts.join(", "))
+    })
 }
 
 /// The cells of estimate, standard error and interval.

@@ -1,6 +1,7 @@
 //! Details of the uncertainty of the estimates: discretization errors, intervals by other methods, correlations, budgets and
 //! input sensitivities.
 
+use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
@@ -21,7 +22,9 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     summary = summary.facts("Correlation", correlations(report));
     // Combinations of parameters are in the table of estimates.
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
-    let groups = groups.map(|group| format!("{group} (statistical)"));
+    let is_compared = report.parameters.iter().any(is_from_clusters);
+    let source = if is_compared { "between experiments" } else { "noise only" };
+    let groups = groups.map(|group| format!("{group} ({source})"));
     summary = summary.facts("Known without density", groups);
     summary = report.parameters.iter().fold(summary, budget::add_budget);
     budget::add_input_sensitivities(summary, &report.parameters)
@@ -67,19 +70,22 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         summary = summary.fact("Observed information", text);
     }
     if let Some(across) = &e.cluster_jackknife {
-        let (reported, other) = match across.reported {
-            true => ("reported", "too narrow, not reported"),
-            false => ("narrower than that of the residuals, not reported", "reported"),
+        let experiments = with(across.std_error, across.interval95);
+        let residuals = with(across.residual_std_error, across.residual_interval95);
+        let source = format!("the differences between {} experiments", across.experiments);
+        // The wider interval is reported; the other one is named with the reason.
+        let text = match across.reported {
+            true if across.std_error > DIFFERENCE * across.residual_std_error => format!(
+                "{label} from {source}, which exceed noise; not reported, too narrow: {residuals} from the residuals"
+            ),
+            true => format!(
+                "{label} from {source}; not reported, narrower: {residuals} from the residuals"
+            ),
+            false => format!(
+                "{label} from the residuals; not reported, narrower: {experiments} from {source}"
+            ),
         };
-        let differ = with(across.std_error, across.interval95);
-        let excess = match across.std_error > DIFFERENCE * across.residual_std_error {
-            true => "; the experiments differ by more than noise",
-            false => "",
-        };
-        let text = format!("{differ} ({} experiments, {reported}){excess}", across.experiments);
-        summary = summary.fact("Between experiments", text);
-        let own = with(across.residual_std_error, across.residual_interval95);
-        summary = summary.fact("Residuals alone", format!("{own} ({other})"));
+        summary = summary.fact("Interval", text);
     }
     if let Some(ends) = e.profile95 {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));

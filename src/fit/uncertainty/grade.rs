@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Verdict on residuals with a small effect only.
-const MINOR: &str = "an effect is missing in the model, which changes the estimates by less than their standard errors. Add it \
-                     to the scene, or fit it (--extend)";
+const MINOR: &str = "a part of the residuals has the shape of an effect that the scene omits. Alone it would change the estimates \
+                     by less than their standard errors. Add it to the scene, or fit it (--extend)";
 
 /// Grade of a result, the best first; in JSON in kebab case, as `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -78,6 +78,12 @@ pub struct MonteCarlo {
 pub struct InputSensitivity {
     /// Name of the input; a vector by the name of its components.
     pub source: String,
+    /// Value of the input in the scene, in its unit; null for a vector, and where experiments differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// Unit of the input; empty for a pure number.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// Change of the estimate, in its unit.
     pub change: f64,
     /// Relative change of the estimate, as a fraction, where the estimate is positive.

@@ -101,6 +101,11 @@ impl InputChange {
         (is_density && experiments.iter().all(is_changed)).then_some(first)
     }
 
+    /// The unit of the number; that of the first component of a vector.
+    pub fn unit(&self) -> &'static str {
+        self.parts.first().map_or("", |part| part.number.parameter.unit())
+    }
+
     /// The value of the number, if all its experiments have the same one.
     pub fn value(&self) -> Option<f64> {
         match &self.parts[..] {

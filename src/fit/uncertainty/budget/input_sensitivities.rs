@@ -97,6 +97,8 @@ impl InputSensitivities {
                 let relative = is_positive.then_some(response);
                 (change.abs() > NEGLIGIBLE * size).then_some(InputSensitivity {
                     source,
+                    value: input.value(),
+                    unit: input.unit().into(),
                     change,
                     relative,
                 })

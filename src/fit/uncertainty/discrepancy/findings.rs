@@ -42,6 +42,10 @@ pub struct ScoreTest {
     /// Name of the parameter with that change.
     #[serde(default)]
     pub biased_parameter: String,
+    /// Bias of that parameter as a fraction of its true value, if the effect has this size; null where the parameter may be
+    /// zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_bias: Option<f64>,
 }
 
 /// The size of an effect with its unit; a pure number, a factor of a number of the scene, in per cent.

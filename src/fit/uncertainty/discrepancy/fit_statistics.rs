@@ -9,7 +9,7 @@ use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discrepancy::undetected_bias::{
     EffectResponse, Likelihood, Relinearization,
 };
-use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::estimate::{Estimate, ParameterBias};
 use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
 use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::unknown::Unknown;
@@ -29,6 +29,8 @@ pub(crate) struct StandardizedBias {
     pub std_errors: f64,
     /// Name of the parameter.
     pub parameter: String,
+    /// Bias as a fraction of the true value, if the effect has the given size; none where the parameter may be zero.
+    pub relative: Option<f64>,
 }
 
 impl FitStatistics<'_> {
@@ -50,9 +52,11 @@ impl FitStatistics<'_> {
     pub fn largest_bias(&self, responses: &[Option<f64>], sizes: f64) -> StandardizedBias {
         let unknowns = self.fitted.search.unknowns;
         let bias = |((e, response), unknown): ((&Estimate, &Option<f64>), &Unknown)| {
-            let change = sizes * (*response)? * unknown.slope(e.value?);
-            let std_errors = (change / e.std_error?).abs();
-            Some(StandardizedBias { std_errors, parameter: e.label() })
+            // A model with the effect has another optimum: without it the estimate is biased by the opposite.
+            let (value, shift) = (e.value?, -sizes * (*response)?);
+            let std_errors = (shift * unknown.slope(value) / e.std_error?).abs();
+            let relative = ParameterBias::new(unknown, value, shift).relative;
+            Some(StandardizedBias { std_errors, parameter: e.label(), relative })
         };
         let all = self.estimates.iter().zip(responses).zip(unknowns).filter_map(bias);
         all.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors)).unwrap_or_default()

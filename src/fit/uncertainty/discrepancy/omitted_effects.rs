@@ -263,7 +263,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
     OmittedEffect {
         path: "camera.pixel_scale",
-        name: "different scale of the camera",
+        name: "different scale of the recording",
         test: "place a scale in the plane of motion",
         plausible: |_| Some(LENGTH),
         ..EVERY_SCENE

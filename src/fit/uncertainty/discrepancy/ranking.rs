@@ -94,6 +94,7 @@ mod tests {
                 p_value_if_correlated: None,
                 bias_std_errors: 0.0,
                 biased_parameter: String::new(),
+                relative_bias: None,
             };
             ScoredEffect { test, explained: sigmas.abs(), direction }
         };

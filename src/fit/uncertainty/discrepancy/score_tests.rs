@@ -257,7 +257,8 @@ impl TestedEffect {
         let fewest = correlations.fewest_degrees_of_freedom();
         let p = |variance: f64, freedom| p_value(product / variance.sqrt(), is_one_sided, freedom);
         let sizes = product / direction.norm_squared();
-        let StandardizedBias { std_errors, parameter } = statistics.largest_bias(responses, sizes);
+        let StandardizedBias { std_errors, parameter, relative } =
+            statistics.largest_bias(responses, sizes);
         let test = ScoreTest {
             source: self.effect.path.to_string(),
             effect: self.name.clone(),
@@ -269,6 +270,7 @@ impl TestedEffect {
             p_value_if_correlated: (correlated > variance).then(|| p(correlated, fewest)),
             bias_std_errors: std_errors,
             biased_parameter: parameter,
+            relative_bias: relative.filter(|relative| relative.is_finite()),
         };
         ScoredEffect { test, explained: explained / direction.norm(), direction }
     }
