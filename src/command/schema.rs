@@ -32,6 +32,8 @@ enum SchemaKind {
     Campaign,
     /// JSON of `rodfit fit`.
     Result,
+    /// JSON of `rodfit fit` with `[[field]]`.
+    FieldResult,
     /// JSON of `rodfit simulate`.
     Simulation,
     /// JSON of `rodfit static`.
@@ -85,6 +87,7 @@ impl SchemaKind {
             Self::Fit => include_str!("schema/fit.json"),
             Self::Campaign => include_str!("schema/campaign.json"),
             Self::Result => include_str!("schema/result.json"),
+            Self::FieldResult => include_str!("schema/field-result.json"),
             Self::Simulation => include_str!("schema/simulation.json"),
             Self::Static => include_str!("schema/static.json"),
             Self::Modes => include_str!("schema/modes.json"),

@@ -82,6 +82,13 @@ fn sensitivities(e: &Estimate) -> String {
     let name = format!("sensitivities of {label} to inputs");
     let table = HtmlTable::new(&name, &e.input_sensitivities)
         .text("input", |input| input.source.clone())
+        .text("value", |input| {
+            let value = input.value?;
+            Some(
+                Scale::for_size(value, &input.unit)
+                    .format_with_unit(value, Some(1e-3 * value.abs())),
+            )
+        })
         .text("change by +1 % of the input", |input| {
             let change = || signed_quantity(input.change, e.name.unit());
             input.relative.map_or_else(change, signed_percent)

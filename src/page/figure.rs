@@ -27,8 +27,11 @@ pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) 
         (link, true) => format!("<span class=\"csv\">{link}</span>"),
         (link, false) => format!("<span class=\"csv\"> \u{2013} {link}</span>"),
     };
+    // Narrow screens have no room for the label of a vertical axis beside the drawing.
+    let axis = escaped(&chart.axes[1].label);
+    let axis = format!("<span class=\"axis\"> \u{2013} {axis}</span>");
     format!(
-        "<figure><h3 class=\"small\">{}</h3>{drawing}<figcaption>{}{link}</figcaption></figure>\n",
+        "<figure><h3 class=\"small\">{}{axis}</h3>{drawing}<figcaption>{}{link}</figcaption></figure>\n",
         escaped(title),
         parts.join(" \u{2013} ")
     )

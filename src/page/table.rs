@@ -93,7 +93,7 @@ impl<T> HtmlTable<T> {
             for k in &kept {
                 let cell = row.cells[*k].as_deref().unwrap_or(MISSING);
                 body += &match k {
-                    0 => format!("<th scope=\"row\">{cell}</th>"),
+                    0 => format!("<th scope=\"row\">{}</th>", with_line_breaks(cell)),
                     _ if cell.starts_with("<td") => cell.to_string(),
                     _ => format!("<td>{cell}</td>"),
                 };
@@ -107,6 +107,27 @@ impl<T> HtmlTable<T> {
              <thead><tr>{heads}</tr></thead>\n<tbody>{body}</tbody></table></div>\n"
         )
     }
+}
+
+/// HTML whose text may be broken after a period or an underscore before a letter, so that narrow screens do not break
+/// names of parameters within a word. Tags and entities stay as they are.
+fn with_line_breaks(html: &str) -> String {
+    let (mut broken, mut is_markup) = (String::with_capacity(html.len()), false);
+    let mut characters = html.chars().peekable();
+    while let Some(c) = characters.next() {
+        broken.push(c);
+        match c {
+            '<' | '&' => is_markup = true,
+            '>' | ';' => is_markup = false,
+            '.' | '_'
+                if !is_markup && characters.peek().is_some_and(|next| next.is_alphabetic()) =>
+            {
+                broken += "<wbr>";
+            }
+            _ => {}
+        }
+    }
+    broken
 }
 
 /// An attribute of an element; nothing without a value.
@@ -139,6 +160,12 @@ impl KeyTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn row_headings_break_after_periods_but_not_within_tags() {
+        let html = with_line_breaks("rod.section_a <code title=\"a.b\">x.y</code> 1.5");
+        assert_eq!(html, "rod.<wbr>section_<wbr>a <code title=\"a.b\">x.<wbr>y</code> 1.5");
+    }
 
     #[test]
     fn empty_columns_are_left_out_and_missing_cells_have_a_dash() {

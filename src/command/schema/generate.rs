@@ -4,7 +4,7 @@ use super::SchemaKind;
 use clap::ValueEnum;
 use rodfit::campaign::Plan;
 use rodfit::dynamics::SimulationReport;
-use rodfit::fit::{Design, FitFile, FitReport, ValidationReport};
+use rodfit::fit::{Design, FieldReport, FitFile, FitReport, ValidationReport};
 use rodfit::statics::Equilibrium;
 use rodfit::structure::{StructureEquilibrium, StructureModes, StructureReport};
 use rodfit::study::Study;
@@ -35,6 +35,9 @@ fn generated(of: SchemaKind) -> Schema {
         SchemaKind::Fit => schema::<FitFile>(false, "Fit of rodfit"),
         SchemaKind::Campaign => schema::<Plan>(false, "Campaign of rodfit"),
         SchemaKind::Result => schema::<FitReport>(true, "Result of a fit by rodfit"),
+        SchemaKind::FieldResult => {
+            schema::<FieldReport>(true, "Result of a fit of values along the rod by rodfit")
+        }
         SchemaKind::Simulation => {
             schema::<SimulationReport>(true, "Result of a simulation by rodfit")
         }

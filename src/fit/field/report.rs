@@ -20,6 +20,7 @@ const USUAL_RMS: [f64; 2] = [0.8, 1.25];
 
 /// Estimates of a list along the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FieldEstimate {
     /// Name of the list.
@@ -38,6 +39,7 @@ pub struct FieldEstimate {
 
 /// Estimate of a scalar parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SingleEstimate {
     /// Name of the parameter.
@@ -50,6 +52,7 @@ pub struct SingleEstimate {
 
 /// Result of a fit of distributed parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FieldReport {
     /// Whether a minimum was reached.
