@@ -190,7 +190,8 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let bending = material.youngs_modulus * i1.max(i2) / (per_length * length.powi(4));
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
     let pulls = scene.loads.point.iter().chain(&scene.initial.point).map(|load| size(&load.force));
-    let pull = pulls.sum::<f64>() / (per_length * length);
+    let lines = scene.loads.line.iter().map(|line| line.size(length));
+    let pull = pulls.chain(lines).sum::<f64>() / (per_length * length);
     let squares = [12.4 * bending, (size(&scene.loads.gravity) + pull) / length];
     let rates = [
         torsional_rate(scene, length),

@@ -18,9 +18,9 @@ pub(crate) struct FrequenciesForm {
     rad_s: Option<Vec<f64>>,
     /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
     modes: Option<Vec<usize>>,
-    /// ModePlane of the modes relative to the plane of the scene; default: in the plane.
+    /// Plane of the modes relative to the plane of the scene; default: in the plane.
     plane: Option<ModePlane>,
-    /// ModeKind of the modes; mode numbers count within it.
+    /// Kind of the modes; mode numbers count within it.
     kind: Option<ModeKind>,
     /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]

@@ -40,7 +40,14 @@ pub(crate) const SCENE: FileKind = FileKind {
         "time",
         "camera",
     ],
-    repeated: &["rod.mass", "loads.point", "initial.point", "supports.motion", "energy"],
+    repeated: &[
+        "rod.mass",
+        "loads.point",
+        "loads.line",
+        "initial.point",
+        "supports.motion",
+        "energy",
+    ],
 };
 
 /// A structure.

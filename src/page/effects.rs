@@ -28,8 +28,15 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     let table = HtmlTable::new("undetected bias", shown)
         .text("effect", |bias| bias.effect.clone())
         .text("size", |bias| without_sign(bias, &effect_size(bias.size, &bias.unit)))
+        .text("usual size", |bias| {
+            let usual = effect_size(bias.plausible_size.abs(), &bias.unit);
+            format!("\u{b1}{}", usual.trim_start_matches('+'))
+        })
         .text("parameter", |bias| bias.parameter.clone())
         .text("bias", |bias| {
+            if let Some(ends) = bias.both_signs() {
+                return ends.map(signed_percent).join(" to ");
+            }
             let change = || three_digits(bias.change);
             without_sign(bias, &bias.relative.map_or_else(change, signed_percent))
         })
@@ -38,9 +45,9 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     note(
         "Effects that these data do not exclude, at the largest plausible size, and the bias that each would cause. A bias is \
          relative to the true value. The next column is the same bias in the unit of the estimate, divided by the \
-         statistical standard error. The list contains effects that the residuals show, unless their size is excluded. \u{b1}: the data \
-         do not determine the sign. At a bias of 100 % half of the estimate comes from the effect. A size in \
-         per cent is a part of the number of the scene that changes. The test would reveal the effect.",
+         statistical standard error. The largest number of standard errors comes first. Likely omitted effects are listed too, with the size \
+         that the residuals allow. \u{b1}: the data do not determine the sign. A size in per cent is relative to the \
+         value in the scene. The usual size is that of similar rods and set-ups. The test would reveal the effect.",
     ) + &table.render_folded(SHOWN_EFFECTS, "effects")
         + &explanation(Code::UndetectedBias)
 }
@@ -83,7 +90,7 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     }
     if !others.is_empty() {
         let count = counted(others.len(), "effect");
-        let summary = format!("{count} tested that noise explains as well");
+        let summary = format!("{count} without evidence");
         html += &folded(&summary, &score_table(others).render());
     }
     html

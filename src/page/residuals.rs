@@ -33,7 +33,7 @@ pub(super) fn summary(report: &FitReport) -> String {
     let mut lines = vec![format!("RMS residual {}", in_unit(report.residual_rms, unit))];
     lines.extend(report.losses.iter().map(|l| {
         format!(
-            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; standard errors {:.2} times those of least squares with this \u{3c3}",
+            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; standard errors multiplied by {:.2} (already applied)",
             l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
         )
     }));

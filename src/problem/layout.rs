@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
+use crate::problem::line_loads::{check_line_loads, line_loads};
 use crate::problem::model::{Correction, NodalLoad};
 use crate::problem::model_with_setup::{AnyModel, ModelWithSetup};
 use crate::problem::planar::PlanarModel;
@@ -99,7 +100,9 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads,
         let recorded = scene.supports.path.is_some();
         check_edges(if recorded { "supports.path" } else { "initial.shape" }, start)?;
     }
-    let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
+    let mut loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
+    check_line_loads(&scene.loads.line, mesh.length.value())?;
+    loads.extend(line_loads(&scene.loads.line, mesh));
     setup::nodal(&scene.initial.point, "initial", mesh)?;
     setup::nodal_masses(scene, mesh)?;
     Ok(StartAndLoads { start, loads })

@@ -4,6 +4,7 @@ mod axes;
 pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
+mod line_loads;
 pub mod model;
 mod model_with_setup;
 pub(crate) mod natural_turn;
@@ -44,6 +45,7 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, choose};
+use crate::problem::line_loads::line_loads;
 use crate::problem::model_with_setup::AnyModel;
 use crate::rod::Rod;
 use crate::scene::Parameter;
@@ -283,7 +285,8 @@ impl Problem {
     /// The spatial model of the scene, also of a planar problem.
     pub(crate) fn spatial_model(&self) -> Result<ModelWithSetup<SpatialModel>, Error> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
-        let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
+        let mut loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
+        loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
         let correction = correction(&self.scene, &self.mesh, &self.varying);
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
         Ok(ModelWithSetup::new(model, &self.scene))

@@ -41,6 +41,9 @@ impl<D: Scalar> PlanarVectors<D> {
                 normal.push(keyed(&format!("{table}.point[{i}].moment"), load.moment));
             }
         }
+        for (i, load) in scene.loads.line.iter().enumerate() {
+            within.push(keyed(&format!("loads.line[{i}].force"), load.force));
+        }
         for (i, motion) in scene.supports.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             within.push(keyed(&format!("{key}.displacement"), motion.displacement));

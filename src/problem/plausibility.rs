@@ -67,6 +67,7 @@ impl Problem {
             || initial.shape.is_some()
             || initial.point.iter().any(acts)
             || scene.loads.point.iter().any(acts)
+            || scene.loads.line.iter().any(|load| load.force != [0.0; 3])
             || scene.loads.have_flow()
             || !scene.supports.motion.is_empty()
             || scene.supports.path.is_some()

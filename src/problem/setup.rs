@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
+use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
 use crate::rod::{AssembledRod, NodalDrag, ReferenceFrames};
@@ -82,9 +83,11 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// Point loads on the nodes.
+    /// Point loads and line loads on the nodes.
     pub fn loads(&self) -> Vec<NodalLoad<D>> {
-        self.nodal(&self.scene.loads.point)
+        let mut loads = self.nodal(&self.scene.loads.point);
+        loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
+        loads
     }
 
     /// The rod with the additional forces until t = 0.

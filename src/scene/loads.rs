@@ -32,6 +32,9 @@ table! {
         /// Constant forces and moments on nodes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub point: Vec<PointForce<D>> = TABLE,
+        /// Constant forces per unit length along parts of the rod.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub line: Vec<LineForce<D>> = TABLE,
     }
 }
 
@@ -104,6 +107,37 @@ table! {
             skip_serializing_if = "is_default"
         )]
         pub moment: [D; 3] = Quantity::signed("N m"),
+    }
+}
+
+table! {
+    /// `[[loads.line]]`: a constant force per unit length along a part of the rod.
+    #[derive(Default)]
+    pub struct LineForce {
+        /// Arc length from the start of the rod where the load begins, m; default: 0.
+        #[serde(default)]
+        pub from: D = Quantity::positive("m").vanishing(),
+        /// Arc length where the load ends, m; default: the length of the rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub to: Option<D> = Quantity::positive("m"),
+        /// Force per unit length at rest in world axes, N/m.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub force: [D; 3] = Quantity::signed("N/m"),
+    }
+}
+
+impl Loads {
+    /// Whether there are point loads or line loads.
+    pub(crate) fn have_forces(&self) -> bool {
+        !self.point.is_empty() || !self.line.is_empty()
+    }
+}
+
+impl LineForce {
+    /// Size of the force on a rod of a length, m, in N.
+    pub(crate) fn size(&self, length: f64) -> f64 {
+        let per_length = self.force.iter().map(|c| c * c).sum::<f64>().sqrt();
+        per_length * (self.to.unwrap_or(length).min(length) - self.from).max(0.0)
     }
 }
 

@@ -49,7 +49,7 @@ pub use drag::Drag;
 pub use fault::Fault;
 pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
-pub use loads::{Damping, Friction, Loads, Maxwell, PointForce};
+pub use loads::{Damping, Friction, LineForce, Loads, Maxwell, PointForce};
 pub use mass::PointMass;
 pub use material::Material;
 pub use own::{At, Attached};

@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
-use crate::scene::loads::{Damping, Friction, Loads, Maxwell, PointForce};
+use crate::scene::loads::{Damping, Friction, LineForce, Loads, Maxwell, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
 use crate::scene::nearest::{LONGEST_NAME, nearest};
@@ -547,7 +547,8 @@ fn catalog_scenes() -> [Scene; 6] {
             ..Damping::default()
         };
         let drag = Some(Drag::default());
-        scene.loads = Loads { damping, drag, point: point.clone(), ..Loads::default() };
+        let line = vec![LineForce { to: Some(1.0), ..LineForce::default() }];
+        scene.loads = Loads { damping, drag, point: point.clone(), line, ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
         let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };

@@ -3,7 +3,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// Required keys of every table of a scene file.
-pub(crate) const REQUIRED: [Rule; 11] = [
+pub(crate) const REQUIRED: [Rule; 12] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
@@ -12,6 +12,7 @@ pub(crate) const REQUIRED: [Rule; 11] = [
     if_there("rod.mass[]", |_| &["node", "mass"]),
     if_there("time", |_| &["end"]),
     if_there("loads.point[]", |_| &["node"]),
+    if_there("loads.line[]", |_| &["force"]),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
     if_there("supports.path", |_| &["file"]),

@@ -82,6 +82,9 @@ impl<M: Model> Discretized<'_, M> {
             scaled(&mut load.force);
             scaled(&mut load.moment);
         }
+        for load in &mut scene.loads.line {
+            scaled(&mut load.force);
+        }
         let setup = Setup::new(self.model, scene);
         let rod = setup.rod(self.model);
         if held { setup.rod_with_release_forces(self.model, &rod) } else { rod }

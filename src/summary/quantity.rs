@@ -51,6 +51,8 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
 pub(crate) fn p_value(p: f64) -> String {
     match p < SMALLEST_P {
         true => format!("p < {SMALLEST_P:e}"),
+        // Values near the usual limits need their second digit.
+        false if p >= 0.01 => format!("p = {p:.3}"),
         false => format!("p = {p:.0e}"),
     }
 }
@@ -78,6 +80,7 @@ mod tests {
     fn p_value_below_rounding_errors_is_a_bound() {
         // Zero is below any double.
         assert_eq!([p_value(0.0), p_value(3.2e-7)], ["p < 1e-99", "p = 3e-7"]);
+        assert_eq!([p_value(0.047), p_value(0.0047)], ["p = 0.047", "p = 5e-3"]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use num_dual::HyperDual64;
 use rodfit::scene::{
-    Clamp, Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support,
+    Clamp, Dimension, End, LineForce, Material, Motion, PointForce, Scene, Section, Shape, Support,
 };
 use rodfit::vibration::{LinearizationPoint, Mode, ModeFilter, ModeKind, ModeName, ModePlane};
 use rodfit::{Error, Parameter, Point, Problem, Trajectory};
@@ -485,6 +485,33 @@ fn directors_of_round_rods_follow_the_direction() {
             let apart = exact.iter().zip(&differences).map(|(a, b)| (a - b).abs());
             let apart = apart.fold(0.0, f64::max);
             assert!(apart < 1e-7, "{direction:?}, {axis}: {apart:e}");
+        }
+    }
+}
+
+/// Equilibria of an arc under a line load by both ends of the load and its components, in the plane and in space.
+#[test]
+fn equilibrium_derivatives_by_line_loads_equal_differences() {
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        let mut scene = arc();
+        scene.rod.dimension = dimension;
+        // Both ends of the load are within edges, on which the nodal forces are smooth.
+        let force = [0.1, -0.3, 0.0];
+        scene.loads.line = vec![LineForce { from: 0.111, to: Some(0.404), force }];
+        let problem = scene.problem().unwrap();
+        for (name, h) in [("from", 1e-4), ("to", 1e-4), ("force.x", 1e-2), ("force.y", 1e-2)] {
+            let parameter: Parameter = format!("loads.line.0.{name}").parse().unwrap();
+            let positions = |problem: &Problem| {
+                let (_, motions, _) = at_rest(problem, &[]).into_parts();
+                motions.iter().flat_map(|[x, _]| *x).collect::<Vec<f64>>()
+            };
+            let expected = difference(&problem, parameter, h, positions);
+            let (_, _, exact) = at_rest(&problem, &[parameter]).into_parts();
+            let found: Vec<f64> = exact[0].iter().flat_map(|[x, _]| *x).collect();
+            let size = expected.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let error = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            println!("{dimension:?}, {name}: {:.1e} of the largest", error / size);
+            assert!(error < 1e-6 * size, "{name}: {error:e}");
         }
     }
 }

@@ -6,6 +6,7 @@ mod common;
 mod bifurcations;
 mod equilibrium;
 mod growth;
+mod line_loads;
 mod masses;
 mod modes;
 mod prescribed_motion;

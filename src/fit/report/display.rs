@@ -80,7 +80,7 @@ impl FitReport {
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
             format!(
-                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors {:.2} times those of least squares with this sigma",
+                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors multiplied by {:.2} (already applied)",
                 l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
@@ -159,15 +159,17 @@ impl FitReport {
             1 => quantity(low, unit, DIGITS),
             _ => format!("{} to {}", quantity(low, unit, DIGITS), quantity(high, unit, DIGITS)),
         };
+        let range = if values.len() > 1 { " (range of the coordinates)" } else { "" };
         let of = match values.len() == self.noise_scale.len() {
             true => String::new(),
             false => {
-                let others =
-                    reasons.iter().map(|(reason, count)| format!("; {count} without: {reason}"));
+                let others = reasons
+                    .iter()
+                    .map(|(reason, count)| format!("; no estimate for {count}: {reason}"));
                 let others: String = others.collect();
                 format!(" ({} of {} coordinates{others})", values.len(), self.noise_scale.len())
             }
         };
-        Some(format!("{shown} from differences of the samples{of}"))
+        Some(format!("{shown}{range} from differences of the samples{of}"))
     }
 }

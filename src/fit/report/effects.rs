@@ -61,8 +61,11 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     }
 }
 
-/// The bias in per cent, or in the unit of the parameter if that may be zero.
+/// The bias in per cent, of both signs where they differ, or in the unit of the parameter if that may be zero.
 fn size_of_bias(bias: &UndetectedBias) -> String {
+    if let Some([low, high]) = bias.both_signs() {
+        return format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high);
+    }
     let sign = match (bias.estimate, bias.change < 0.0) {
         (None, _) => "+-",
         (_, true) => "-",

@@ -82,7 +82,13 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
-        format!("{} of {} ({})", percent(*relative), bias.parameter, bias.effect)
+        let size = match (bias.both_signs(), bias.estimate, bias.relative) {
+            (Some([low, high]), ..) => format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high),
+            (None, Some(_), Some(signed)) if signed < 0.0 => format!("-{}", percent(*relative)),
+            (None, Some(_), _) => format!("+{}", percent(*relative)),
+            (None, None, _) => format!("+-{}", percent(*relative)),
+        };
+        format!("{size} of {} ({})", bias.parameter, bias.effect)
     };
     let texts: Vec<String> = biases.iter().map(text).collect();
     (!texts.is_empty()).then(|| {

@@ -70,19 +70,21 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         summary = summary.fact("Observed information", text);
     }
     if let Some(across) = &e.cluster_jackknife {
-        let experiments = with(across.std_error, across.interval95);
-        let residuals = with(across.residual_std_error, across.residual_interval95);
+        let of = |error: f64, [low, high]: [f64; 2]| {
+            let [size, low, high] = [error, low, high].map(|x| digits(x, error));
+            format!("+- {size} {unit}, 95 % [{low}, {high}]")
+        };
+        let experiments = of(across.std_error, across.interval95);
+        let residuals = of(across.residual_std_error, across.residual_interval95);
         let source = format!("the differences between {} experiments", across.experiments);
         // The wider interval is reported; the other one is named with the reason.
         let text = match across.reported {
             true if across.std_error > DIFFERENCE * across.residual_std_error => format!(
-                "{label} from {source}, which exceed noise; not reported, too narrow: {residuals} from the residuals"
+                "{label}: from {source}, which exceed noise. The residuals alone give {residuals}, which is too narrow"
             ),
-            true => format!(
-                "{label} from {source}; not reported, narrower: {residuals} from the residuals"
-            ),
+            true => format!("{label}: from {source}. The residuals alone give {residuals}"),
             false => format!(
-                "{label} from the residuals; not reported, narrower: {experiments} from {source}"
+                "{label}: from the residuals. From {source} follows {experiments}, which is narrower"
             ),
         };
         summary = summary.fact("Interval", text);

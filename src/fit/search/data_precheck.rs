@@ -115,7 +115,7 @@ impl Experiment {
         // A rod that the scene keeps at rest, or starts with a velocity, may be recorded without motion.
         let released = scene.initial.state == InitialState::Rest;
         let driven = scene.loads.gravity != [0.0; 3]
-            || !scene.loads.point.is_empty()
+            || scene.loads.have_forces()
             || scene.supports.move_ends()
             || scene.loads.have_flow()
             || scene.initial.moves();
@@ -336,7 +336,7 @@ impl<'a> Release<'a> {
             [true, true] => false,
         };
         // Other forces than weight change the relation between way and period.
-        let other_drives = !scene.loads.point.is_empty()
+        let other_drives = scene.loads.have_forces()
             || scene.loads.drag.is_some()
             || scene.supports.move_ends()
             || scene.initial.moves();

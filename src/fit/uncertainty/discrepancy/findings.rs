@@ -133,9 +133,24 @@ pub struct UndetectedBias {
     pub test: String,
 }
 
+/// Relative bias of undetermined sign above which both signs are listed: they then differ in size.
+const ASYMMETRIC_BIAS: f64 = 0.2;
+
 impl UndetectedBias {
+    /// Relative biases by the effect of either sign, the negative one first, if the data do not determine the sign and the two
+    /// differ visibly in size; the estimate is then too large or too small by the same factor.
+    pub(crate) fn both_signs(&self) -> Option<[f64; 2]> {
+        let relative = self.relative.filter(|_| self.estimate.is_none())?;
+        let opposite = (1.0 + relative).recip() - 1.0;
+        (relative.abs().max(opposite.abs()) > ASYMMETRIC_BIAS)
+            .then_some([relative.min(opposite), relative.max(opposite)])
+    }
+
     /// Text of the parameter and its bias, of either sign where the data do not determine the sign of the effect.
     fn signed_bias(&self) -> String {
+        if let Some([low, high]) = self.both_signs() {
+            return format!("{} {:+.0} to {:+.0} %", self.parameter, 100.0 * low, 100.0 * high);
+        }
         let bias = match self.relative {
             Some(relative) => format!("{:+.1} %", 100.0 * relative),
             None => format!("{:+.1e}", self.change),

@@ -93,6 +93,7 @@ fn strain_bound(problem: &Problem) -> f64 {
     let [force, moment] = points.fold([0.0; 2], |[force, moment], point| {
         [force + size(&point.force), moment + size(&point.moment)]
     });
+    let force = force + scene.loads.line.iter().map(|line| line.size(length)).sum::<f64>();
     let gravity = size(&scene.loads.gravity);
     let attached = scene.rod.mass.iter().map(|mass| mass.mass * gravity).sum::<f64>();
     let speed = size(&scene.initial.velocity) + size(&scene.initial.angular_velocity) * length;

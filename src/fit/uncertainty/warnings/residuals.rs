@@ -257,7 +257,7 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
     let Some(strongest) = strongest.filter(|_| is_noted) else { return };
     // The interval widens with the correlation, and becomes uncertain with few independent values.
     let mut text = format!(
-        "{}, {}: neighboring residuals correlate by {:.2}, most of all coordinates. The {values:.0} samples of all \
+        "{}, {}: neighboring residuals correlate by {:.2}, the highest value of all coordinates. The {values:.0} samples of all \
          coordinates carry the information of {effective:.0} independent ones. The intervals allow for such noise, \
          not for a missing effect",
         strongest.observation, strongest.axis, strongest.autocorrelation
