@@ -1,8 +1,13 @@
-//! Central differences of fourth order over a valley of step sizes.
+//! Finite differences of fourth order of a function of several unknowns, for the check of hand-derived derivatives.
+//!
+//! Central differences `D(h)` over `2 h` and `D(2 h)` over `4 h` give `(4 D(h) - D(2 h)) / 3` (Richardson extrapolation, error
+//! `O(h^4)`). They are taken at seven step sizes (`STEPS`), relative to the length over which the energy is smooth ([`scale`]).
+//! [`compare_differences`] returns the largest error for each step size, and each entry at the step with its smallest error.
+//! `CheckReport` compares these with its tolerance.
 
-/// Step sizes relative to the [length scale](scale) of the energy.
+/// Step sizes of the differences, relative to the [length scale](scale) of the energy: large ones truncate, small ones round.
 pub(crate) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// Decades below the largest unknown over which a length scale is searched for.
+/// Decades below the largest unknown over which a length scale is searched for. More decades find energies that vary faster.
 const DECADES: i32 = 10;
 /// Step, relative to the length scale, at which a difference must not have changed by more than the same fraction of the
 /// stiffest entry.
@@ -32,6 +37,7 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
     // From small steps to large ones: far from the state an energy may be smooth again, with other derivatives.
     for k in (0..=DECADES).rev() {
         let scale = largest * 0.1_f64.powi(k);
+        // Differences by every unknown over one and two steps.
         let all: Vec<[f64; 2]> =
             (0..q.len()).flat_map(|j| pairs(q, j, SMOOTH * scale, gradient)).collect();
         // The first accepted step must be large against rounding errors.
@@ -40,6 +46,7 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
             let as_before = found.as_ref().is_none_or(|(_, before)| near(one, before[k][0], part));
             near(one, two, part) && as_before
         });
+        // The scale grows as long as the differences remain those of the smaller steps.
         match (smooth, &found) {
             (true, _) => found = Some((scale, all)),
             // Too small a step: rounding errors dominate.
@@ -50,7 +57,8 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
     found.map_or(largest, |(scale, _)| scale)
 }
 
-/// Central differences of every component of a function over one and two steps of size `h` along unknown `j`.
+/// Central differences of every component of `function` by unknown `j` at `q`: for each component, that over steps of `h` and
+/// that over steps of `2 h`.
 fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<[f64; 2]> {
     // Differences are divided by the rounded step.
     let shifted = |s: f64| {
@@ -64,7 +72,7 @@ fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> 
     (0..a1.len()).map(pair).collect()
 }
 
-/// Derivative that a finite difference is compared with, and the size to which its error is relative.
+/// Hand-derived derivative that a finite difference is compared with, and the size that its error is divided by.
 pub(crate) struct Expected {
     pub derivative: f64,
     pub size: f64,
@@ -78,8 +86,8 @@ pub(crate) struct DifferenceErrors {
     pub best: Vec<Difference>,
 }
 
-/// Fourth-order differences of `function` by every unknown at every step size, compared with `expected(place, h)`: the
-/// derivative by unknown `place[0]` of component `place[1]`, for the step `h`.
+/// Fourth-order differences of `function` at `q` by every unknown, at every step size `h = STEPS * scale`. Each is compared
+/// with `expected(place, h)`: the derivative by unknown `place[0]` of component `place[1]`, and the size for the relative error.
 pub(crate) fn compare_differences(
     q: &[f64],
     scale: f64,
@@ -92,6 +100,7 @@ pub(crate) fn compare_differences(
         let all = (0..q.len()).flat_map(|j| {
             pairs(q, j, h, function).into_iter().enumerate().map(move |(i, pair)| ([j, i], pair))
         });
+        // Richardson extrapolation: the error terms of second order cancel.
         let at_step: Vec<Difference> = all
             .map(|(place, [near, far])| {
                 let found = (4.0 * near - far) / 3.0;
@@ -101,6 +110,7 @@ pub(crate) fn compare_differences(
             })
             .collect();
         let worst = at_step.iter().fold(0.0_f64, |worst, d| worst.max(d.error));
+        // Each entry keeps its most accurate step: entries of an energy have different length scales.
         if best.is_empty() {
             best = at_step;
         } else {
@@ -115,7 +125,8 @@ pub(crate) fn compare_differences(
     DifferenceErrors { worst_per_step, best }
 }
 
-/// Error relative to the sum of terms; infinite for an error of vanishing terms, and for NaN.
+/// Absolute value of `error` over `terms`, the sum of absolute terms. It is 0 for errors below the smallest normal number, and
+/// infinite if the quotient is not finite (an error of vanishing terms, NaN).
 pub(crate) fn relative(error: f64, terms: f64) -> f64 {
     match error.abs() {
         0.0 => 0.0,

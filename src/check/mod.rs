@@ -2,9 +2,10 @@
 //!
 //! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding errors of a
 //! cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains, so that an
-//! element at rest, whose terms vanish, is not compared with zero. Finite differences have a verdict of their own: whether
-//! both derivatives are those of the energy. [`check`] compares any energy with hand-derived derivatives, [`check_hessian`]
-//! a given Hessian, and [`check_problem`] all elements of a scene.
+//! element at rest, whose terms vanish, is not compared with zero. Finite differences have a verdict of their own: whether both
+//! derivatives are those of the energy. [`check`] compares any energy with hand-derived derivatives, [`check_hessian`] a given
+//! Hessian, and [`check_problem`] all elements of a scene. The result is a [`CheckReport`]: largest errors, verdicts, the worst
+//! entry and the entries above the [`Tolerance`].
 
 mod finite_difference;
 mod own;
@@ -29,7 +30,7 @@ use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Largest allowed errors.
+/// Largest allowed relative errors of derivatives. Defaults: 1e-12 against dual numbers, 1e-7 against finite differences.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Largest error of hand-derived gradients against dual numbers.
@@ -41,6 +42,7 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
+    /// Tolerances of 1e-12 against dual numbers and 1e-7 against finite differences.
     fn default() -> Self {
         Self { gradient: 1e-12, hessian: 1e-12, finite_difference: 1e-7 }
     }
@@ -121,7 +123,8 @@ pub struct Verdicts {
     pub finite_difference: Verdict,
 }
 
-/// Largest size of an entry that must vanish, relative to its terms.
+/// Largest size of an entry that must vanish, relative to its terms. Smaller values report rounding errors, larger ones hide
+/// small forces out of the plane.
 const LARGEST_ZERO: f64 = 1e-9;
 /// Number of entries above the limits that a report lists.
 const MOST_ABOVE: usize = 20;
@@ -163,7 +166,7 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// A report before the first state.
+    /// An empty report before the first state: errors of zero, both verdicts `Agree`, no compared states.
     pub fn new(tolerance: Tolerance) -> Self {
         let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
         Self {
@@ -178,17 +181,19 @@ impl CheckReport {
         }
     }
 
-    /// Whether every error is within its tolerance.
+    /// Whether at least one state was compared, and hand-derived derivatives agree with dual numbers and finite differences.
     pub fn passed(&self) -> bool {
         self.derivatives_agree() && self.verdicts.finite_difference == Verdict::Agree
     }
 
-    /// Whether hand-derived and automatic derivatives agree, independent of finite differences.
+    /// Whether at least one state was compared and hand-derived derivatives agree with dual numbers, independent of finite
+    /// differences.
     pub fn derivatives_agree(&self) -> bool {
         self.states > 0 && self.verdicts.hand_dual == Verdict::Agree
     }
 
-    /// Compares one state; `element` and `dof` name it and its unknowns.
+    /// Compares the hand-derived gradient and Hessian of `energy` at the unknowns `q` with dual numbers and finite differences,
+    /// and adds the errors to this report. `element` names the energy, `dof(i)` its unknown `i`.
     pub fn compare<const N: usize>(
         &mut self,
         energy: &impl Analytic<N>,
@@ -209,7 +214,8 @@ impl CheckReport {
         self.compare_routes(routes, q, element, &dof);
     }
 
-    /// Compares the derivatives of several methods at the unknowns `q`.
+    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the largest
+    /// errors, verdicts, listed entries, errors by step size and the number of states.
     fn compare_routes(
         &mut self,
         routes: Routes<'_>,
@@ -264,7 +270,8 @@ impl CheckReport {
         self.states += 1;
     }
 
-    /// Compares a hand-derived entry with its value by dual numbers; `terms` is the sum of its absolute terms.
+    /// Compares a hand-derived entry with its value by dual numbers; `terms` is the sum of its absolute terms. Updates the
+    /// largest error and the worst entry; an error above the tolerance is listed and sets the verdict `Disagree`.
     fn compare_entry(&mut self, entry: &DerivativeEntry<'_>, hand: f64, dual: f64, terms: f64) {
         let relative_error = relative(hand - dual, terms);
         let (largest, allowed) = match entry.quantity {
@@ -277,6 +284,7 @@ impl CheckReport {
             self.verdicts.hand_dual = Verdict::Disagree;
             self.list_above(entry, hand, "dual", dual, relative_error);
         }
+        // The worst entry of all states, by its relative error.
         let before = self.worst.as_ref().map_or(0.0, |worst| worst.relative_error);
         if relative_error > before {
             let (element, quantity) = (entry.element.into(), entry.quantity.into());
@@ -285,7 +293,8 @@ impl CheckReport {
         }
     }
 
-    /// Compares a hand-derived entry with its finite difference at the best step.
+    /// Compares a hand-derived entry with its finite difference at the best step; an error above the tolerance is listed and
+    /// sets the verdict `Disagree`.
     fn compare_difference(&mut self, entry: &DerivativeEntry<'_>, d: &Difference) {
         let largest = &mut self.max_relative_error.finite_difference;
         *largest = largest.max(d.error);
@@ -295,7 +304,8 @@ impl CheckReport {
         }
     }
 
-    /// Compares a component of a gradient that must vanish with the size of its terms.
+    /// Compares `found`, a component of a gradient that must vanish, with `size`, the size of its terms. Above [`LARGEST_ZERO`]
+    /// the entry is listed and the verdict of the hand-derived derivatives is `Disagree`.
     fn compare_with_zero(&mut self, name: &str, found: f64, size: f64, element: &str) {
         let relative_error = relative(found, size);
         if relative_error > LARGEST_ZERO {
@@ -306,7 +316,7 @@ impl CheckReport {
         }
     }
 
-    /// Counts an entry above the limits, and lists it if it is one of the first.
+    /// Counts an entry above the limits; lists it if it is one of the first [`MOST_ABOVE`].
     fn list_above(
         &mut self,
         entry: &DerivativeEntry<'_>,
@@ -330,7 +340,7 @@ impl CheckReport {
     }
 }
 
-/// Name of an entry of a gradient or Hessian.
+/// Names of an entry of a gradient or Hessian, for a report.
 struct DerivativeEntry<'a> {
     /// `gradient` or `hessian`.
     quantity: &'static str,
@@ -340,14 +350,15 @@ struct DerivativeEntry<'a> {
     dof: &'a dyn Fn() -> String,
 }
 
-/// Gradient and Hessian, or their terms, of any size: a check is compiled more often than its speed matters.
+/// Gradient and Hessian of any size, or the sums of their absolute terms. Its size is no type parameter, because compile time
+/// matters more than run time here.
 struct GradientAndHessian {
     gradient: Vec<f64>,
     hessian: Vec<Vec<f64>>,
 }
 
 impl GradientAndHessian {
-    /// Copies derivatives by `N` unknowns.
+    /// Copies a gradient and a Hessian by `N` unknowns into lists.
     fn new<const N: usize>(gradient: &[f64; N], hessian: &[[f64; N]; N]) -> Self {
         Self {
             gradient: gradient.to_vec(),
@@ -370,8 +381,8 @@ struct Routes<'a> {
     terms: GradientAndHessian,
 }
 
-/// Energy as a hyper-dual number with derivatives by two unknowns. Larger dual numbers, with all unknowns, would save less
-/// run time than they cost to compile.
+/// Energy at `q` as a hyper-dual number with derivatives by the two unknowns `pair`. Larger dual numbers, with all unknowns,
+/// would save less run time than they cost to compile.
 fn energy_along<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -382,12 +393,12 @@ fn energy_along<const N: usize>(
     energy.energy(&std::array::from_fn(along)).0
 }
 
-/// The gradient by num-dual.
+/// Gradient of `energy` at `q` by hyper-dual numbers (num-dual).
 fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| energy_along(energy, q, [i, i]).eps1)
 }
 
-/// The Hessian by num-dual.
+/// Symmetric Hessian of `energy` at `q` by hyper-dual numbers (num-dual).
 fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
     let mut hessian = [[0.0; N]; N];
     for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
@@ -423,23 +434,27 @@ pub fn check<const N: usize>(
     report
 }
 
-/// Checks a given Hessian at one state against num-dual, and against finite differences of the gradient by num-dual.
+/// Checks a given `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the gradient by
+/// num-dual, with the default tolerances.
 pub fn check_hessian<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
     hessian: &[[f64; N]; N],
 ) -> CheckReport {
-    /// An energy with a Hessian from elsewhere.
+    /// An energy with a Hessian given as numbers; its gradient is by num-dual.
     struct Foreign<'a, E, const N: usize>(&'a E, &'a [[f64; N]; N]);
     impl<E: Energy<N>, const N: usize> Energy<N> for Foreign<'_, E, N> {
+        /// The energy, J, of the inner energy.
         fn energy<D: crate::Scalar>(&self, q: &[D; N]) -> D {
             self.0.energy(q)
         }
     }
     impl<E: Energy<N>, const N: usize> Analytic<N> for Foreign<'_, E, N> {
+        /// The gradient by num-dual.
         fn gradient(&self, q: &[f64; N]) -> [f64; N] {
             dual_gradient(self.0, q)
         }
+        /// The given Hessian.
         fn hessian(&self, _: &[f64; N]) -> [[f64; N]; N] {
             *self.1
         }
@@ -448,14 +463,15 @@ pub fn check_hessian<const N: usize>(
 }
 
 impl fmt::Display for CheckReport {
-    /// Writes the check report as text.
+    /// Writes the [summary](Self::summary) of the report.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl CheckReport {
-    /// The result as text for a terminal.
+    /// The verdict, the largest errors with their limits, the largest difference, the entries above the limits and the errors by
+    /// step size, as text for a terminal.
     pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);
@@ -474,6 +490,7 @@ impl CheckReport {
             )
             .with_code(Some(Code::DerivativesDisagree)),
         };
+        // One row for each comparison: error, limit, verdict.
         let mut table = SummaryTable::new([
             TextColumn::left("hand-derived"),
             TextColumn::left("compared with"),
@@ -503,6 +520,7 @@ impl CheckReport {
             );
             summary = summary.fact("Largest difference", text);
         }
+        // The listed entries above their limits.
         let mut above = SummaryTable::new([
             TextColumn::left("quantity"),
             TextColumn::left("element"),
@@ -527,6 +545,7 @@ impl CheckReport {
             }
             false => "Above the limits".into(),
         };
+        // Errors by step size: a valley with a low minimum confirms the formula.
         let mut steps = SummaryTable::new([
             TextColumn::right("step"),
             TextColumn::right("gradient"),

@@ -1,4 +1,8 @@
-//! Checks of the derivatives of [user-defined energies](crate::energy::own).
+//! Check of the derivatives of [user-defined energies](crate::energy::own) at given states.
+//!
+//! [`check_own`] regards positions of nodes and directors of edges as independent inputs. It compares the gradient and Hessian
+//! by hand (by dual numbers without them) with dual numbers and finite differences. `compare` does so by the unknowns of a rod,
+//! for an energy in a scene. `check_plane_is_kept` checks that an energy that keeps a plane has no force out of the plane.
 
 use crate::check::{CheckReport, GradientAndHessian, Routes, Tolerance};
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
@@ -114,7 +118,7 @@ where
     report
 }
 
-/// User-defined energy as a function of the coordinates of its nodes and directors.
+/// User-defined energy as a function of the coordinates of its nodes and directors, at constant parameters and place.
 struct IndependentInputs<'a, E, const N: usize, const P: usize> {
     energy: &'a E,
     parameters: [f64; P],
@@ -122,7 +126,8 @@ struct IndependentInputs<'a, E, const N: usize, const P: usize> {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E, N, P> {
-    /// Evaluates a function of place, parameters, nodes and edges at the given inputs.
+    /// Evaluates `of` at the place, the parameters, the nodes and the edges; `inputs` are the coordinates of the nodes, then
+    /// those of the three directors of each edge.
     fn with<D: Scalar, T>(
         &self,
         inputs: &[D],
@@ -140,7 +145,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<M>
     for IndependentInputs<'_, E, N, P>
 {
-    /// The energy in J at the unknowns `q`.
+    /// The energy in J at the coordinates of nodes and directors.
     fn energy<D: Scalar>(&self, inputs: &[D; M]) -> D {
         self.with(inputs, |place, p, nodes, edges| self.energy.energy(place, p, nodes, edges))
     }
@@ -149,7 +154,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analytic<M>
     for IndependentInputs<'_, E, N, P>
 {
-    /// The gradient dE/dq, J over the units of `q`.
+    /// The gradient by the coordinates of nodes and directors: by hand, or by dual numbers if the energy has none by hand.
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
@@ -158,7 +163,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
 
-    /// d2E/dq2, all of the symmetric matrix.
+    /// The symmetric Hessian by the coordinates of nodes and directors: by hand, or by dual numbers if there is none by hand.
     fn hessian(&self, inputs: &[f64; M]) -> [[f64; M]; M] {
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));
@@ -170,7 +175,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
     }
 }
 
-/// User-defined energy at one place of a rod.
+/// User-defined energy at one place of a rod, with its name for the report.
 #[derive(Clone, Copy)]
 pub(super) struct EnergyAt<'a> {
     /// The energy.
@@ -185,13 +190,16 @@ pub(super) struct EnergyAt<'a> {
     pub length: f64,
 }
 
-/// Compares the derivatives of an energy by the unknowns `q` of its element, in units of an edge length and of 1 rad.
+/// Compares the derivatives of an energy by the unknowns `q` of its element: by hand, by dual numbers and finite differences,
+/// and adds the errors to the report. Lengths are in units of the edge length and angles in rad, so that steps by both are
+/// comparable.
 pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) {
     let EnergyAt { energy, site, name, first, length } = place;
     let stride = site.chart.stride();
     let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
     let over: &dyn Over<f64> = energy;
     let unscaled = |x: &[f64]| -> Vec<f64> { (0..x.len()).map(|i| x[i] * unit(i)).collect() };
+    // Derivatives by the scaled unknowns: multiplied with the unit of each.
     let scaled = |(first, second): OwnLocal<f64>| {
         let row = |r: usize| {
             let entry = |c: usize| second[r.max(c)][r.min(c)] * unit(r) * unit(c);
@@ -207,6 +215,7 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
         over.tangent(site, q, derivatives, &mut local);
         scaled(local)
     };
+    // The comparison runs in scaled unknowns.
     let x: Vec<f64> = (0..q.len()).map(|i| q[i] / unit(i)).collect();
     let routes = Routes {
         energy: &|x| over.energy(site, &unscaled(x)),
@@ -225,8 +234,8 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     });
 }
 
-/// Checks that an energy that keeps a plane has no force along its normal, in the axes of the model, and no moment about the
-/// tangents, at the unknowns `q` of a rod in space that lies in this plane.
+/// Checks that an energy that keeps a plane has no force along the plane's `normal` (axes of the model) and no moment about the
+/// tangents. `q` are the unknowns of an element of a rod in space that lies in this plane.
 pub(super) fn check_plane_is_kept(
     report: &mut CheckReport,
     place: EnergyAt<'_>,

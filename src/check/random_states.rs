@@ -1,4 +1,7 @@
-//! Random states of rods, for the check of their derivatives.
+//! Random unknowns of planar and spatial rods, for the check of derivatives at states far from those of a simulation.
+//!
+//! Edges have uniform strains within 30 %. Turning angles are up to `LARGEST_TURN`; rotations of the edges from the reference
+//! directions of their frames up to `LARGEST_ROTATION`. Twist angles are up to 6 rad. The generator is the caller's, seeded.
 
 use crate::energy::frame::Frames;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
@@ -6,12 +9,14 @@ use crate::rod::{PlanarRod, SpatialRod};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Largest turning angle of random states, degrees, up to which finite differences have errors of 1e-7.
+/// Largest turning angle of random states, degrees, up to which finite differences have errors of 1e-7. At 180 degrees the
+/// bending energy is singular.
 const LARGEST_TURN: f64 = 150.0;
 /// Largest rotation of an edge from its reference direction in random states, degrees.
 const LARGEST_ROTATION: f64 = 120.0;
 
-/// Unknowns of a planar rod with random turning angles and edge strains up to 30 %.
+/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin, random turning angles up to
+/// [`LARGEST_TURN`] and edge strains up to 30 %.
 pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
@@ -26,7 +31,7 @@ pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Ve
     q
 }
 
-/// Random unit vector, uniform over the sphere.
+/// Random unit vector, uniform over the sphere, by rejection from the cube.
 fn random_unit(random: &mut ChaCha8Rng) -> Vector<f64> {
     // Rejection from the cube; the center is left out, where the direction is ill-conditioned.
     loop {
@@ -48,8 +53,8 @@ fn rotated_randomly(t: Vector<f64>, angle: f64, random: &mut ChaCha8Rng) -> Vect
     unit(add(scale(t, angle.cos()), scale(across, angle.sin())))
 }
 
-/// Unknowns and frames of a spatial rod with random turning angles, edge strains up to 30 %, twist angles and reference
-/// directions.
+/// Unknowns and frames of a spatial rod with edge strains up to 30 %, turning angles up to [`LARGEST_TURN`], and twist angles
+/// within 6 rad. Reference directions of the frames differ from the edges by up to [`LARGEST_ROTATION`].
 pub(super) fn random_spatial(
     rod: &SpatialRod<f64>,
     random: &mut ChaCha8Rng,
@@ -60,6 +65,7 @@ pub(super) fn random_spatial(
     let mut references = Vec::new();
     for edge in &rod.stretch {
         let length = edge.rest_length * random.random_range(0.7..1.3);
+        // The unknowns of an edge: its twist angle, then the position of its end.
         x = add(x, scale(t, length));
         q.push(random.random_range(-6.0..6.0));
         q.extend(x);
@@ -106,12 +112,14 @@ mod tests {
     struct Planted<E>(E, PlantedEntry);
 
     impl<E: Energy<N>, const N: usize> Energy<N> for Planted<E> {
+        /// The energy without an error.
         fn energy<D: Scalar>(&self, q: &[D; N]) -> D {
             self.0.energy(q)
         }
     }
 
     impl<E: Analytic<N>, const N: usize> Analytic<N> for Planted<E> {
+        /// The gradient with the planted error.
         fn gradient(&self, q: &[f64; N]) -> [f64; N] {
             let mut gradient = self.0.gradient(q);
             if let PlantedEntry::Gradient(i) = self.1 {
@@ -119,6 +127,7 @@ mod tests {
             }
             gradient
         }
+        /// The Hessian with the planted error.
         fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
             let mut hessian = self.0.hessian(q);
             if let PlantedEntry::Hessian(i, j) = self.1 {
@@ -154,6 +163,7 @@ mod tests {
         planted
     }
 
+    /// Scene of a rod with six edges, a rectangular section and the shape of a TOML text.
     fn scene(shape: &str) -> Scene {
         let text = format!(
             "[rod]\nsegments = 6\nshape = {shape}\n\
@@ -163,6 +173,7 @@ mod tests {
         Scene::from_toml(&text, ".").unwrap()
     }
 
+    /// The `N` unknowns from `first` on, relative to the first node.
     fn local<const N: usize>(q: &[f64], first: usize) -> [f64; N] {
         let own: &[f64; N] = q[first..].first_chunk().unwrap();
         std::array::from_fn(|k| own[k] - own[k % 2])

@@ -1,4 +1,7 @@
-//! Energies as functions of unknowns in given units.
+//! Wrapper [`Scaled`]: an energy as a function of its unknowns divided by given units.
+//!
+//! With lengths in units of an edge length and angles in rad, finite differences by all unknowns have comparable steps. The
+//! gradient and Hessian follow from those of the energy by the chain rule: multiplication by the units.
 
 use crate::energy::{Analytic, Energy};
 use crate::numerics::scalar::Scalar;
@@ -13,31 +16,31 @@ pub struct Scaled<E, const N: usize> {
 }
 
 impl<E, const N: usize> Scaled<E, N> {
-    /// The unknowns in their units.
+    /// The unknowns `q` divided by their units.
     pub fn scaled(&self, q: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| q[i] / self.units[i])
     }
 
-    /// Unknowns from those in units.
+    /// The unknowns `x` (in units) multiplied by their units.
     fn unscaled(&self, x: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| x[i] * self.units[i])
     }
 }
 
 impl<E: Energy<N>, const N: usize> Energy<N> for Scaled<E, N> {
-    /// The energy in J at the unknowns `q`.
+    /// The energy in J at the scaled unknowns `x`.
     fn energy<D: Scalar>(&self, x: &[D; N]) -> D {
         self.energy.energy(&std::array::from_fn(|i| x[i] * self.units[i]))
     }
 }
 
 impl<E: Analytic<N>, const N: usize> Analytic<N> for Scaled<E, N> {
-    /// The gradient dE/dq, J over the units of `q`.
+    /// The gradient in J by the scaled unknowns `x`.
     fn gradient(&self, x: &[f64; N]) -> [f64; N] {
         let gradient = self.energy.gradient(&self.unscaled(x));
         std::array::from_fn(|i| gradient[i] * self.units[i])
     }
-    /// d2E/dq2, all of the symmetric matrix.
+    /// The symmetric Hessian in J by the scaled unknowns `x`.
     fn hessian(&self, x: &[f64; N]) -> [[f64; N]; N] {
         let hessian = self.energy.hessian(&self.unscaled(x));
         std::array::from_fn(|i| {

@@ -1,4 +1,9 @@
-//! Check of the derivatives of all elements of a scene, in states of its motion and in random ones.
+//! Check of the derivatives of all elements of a scene: hand-derived against dual numbers and finite differences.
+//!
+//! States are the rest shape, up to `OWN_STATES` states of the first `OWN_STEPS` time steps of the scene's motion, and
+//! `RANDOM_STATES` random states from a fixed seed. At most `ELEMENTS` elements of each kind are compared in each. The result is
+//! one `CheckReport`; `rodfit check` prints it. A planar scene's user-defined energies are also checked for forces out of the
+//! plane, in a spatial model.
 
 use crate::check::own::{self, EnergyAt};
 use crate::check::random_states::{random_planar, random_spatial};
@@ -19,18 +24,18 @@ use crate::rod::{Extra, Placed, PlanarRod, Rod, SpatialRod};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Most elements that are compared in every state, evenly spaced along the rod.
+/// Largest number of elements of one kind that are compared in every state, evenly spaced along the rod. It limits run time.
 const ELEMENTS: usize = 100;
-/// States of the motion of the scene.
+/// Largest number of states of the scene's motion that are compared.
 const OWN_STATES: usize = 8;
-/// Time steps over which these are distributed.
+/// Largest number of time steps over which these states are distributed.
 const OWN_STEPS: usize = 400;
-/// Random states of the rod.
+/// Number of random states of the rod.
 const RANDOM_STATES: usize = 20;
-/// Checks the derivatives of every kind of element of a scene: in its rest shape, along its
-/// motion when it has a `[time]` (up to a step that fails), and in seeded random states with turning angles up to 150 degrees and strains up to 30 %; in space also
-/// with the edges rotated by up to 120 degrees since the reference of their frames.
-/// [User-defined energies](crate::energy::own) are checked under their names.
+/// Checks the derivatives of every kind of element of a scene. States are the rest shape, its motion if it has a `[time]` (up to
+/// a step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space also
+/// edges rotated by up to 120 degrees since the reference of their frames. [User-defined energies](crate::energy::own) are
+/// checked under their names.
 ///
 /// # Errors
 ///
@@ -71,14 +76,14 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
     Ok(report)
 }
 
-/// Spatial model of a planar scene, in which user-defined energies that claim to keep the plane may leave it.
+/// Spatial model of a planar scene: tests whether user-defined energies that claim to keep the plane have forces out of it.
 struct SpatialCounterpart {
     model: ModelWithSetup<SpatialModel>,
     rod: SpatialRod<f64>,
 }
 
 impl SpatialCounterpart {
-    /// The model; none without user-defined energies, and for scenes with moments, which have no spatial model.
+    /// The spatial model; none without user-defined energies, and for scenes with moments, which have no spatial model.
     fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().energies.is_empty() {
             return None;
@@ -88,7 +93,8 @@ impl SpatialCounterpart {
         Some(Self { model, rod })
     }
 
-    /// Checks that the energies keep the plane at the unknowns `q` of the planar rod.
+    /// Checks the energies at the unknowns `q` of the planar rod: no force along the normal of the plane, no moment about the
+    /// tangents. The result is added to the report.
     fn compare(
         &self,
         report: &mut CheckReport,
@@ -113,18 +119,19 @@ impl SpatialCounterpart {
     }
 }
 
-/// User-defined energies with a selection of their places.
+/// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced.
 fn selected_spots(own: &Extra<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
     let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
     own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
 }
 
-/// Name of a place of an energy for the report.
+/// Name of a place of an energy for the report: the energy's name and the arc length in m.
 fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
     format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 
-/// Calls `show` with the state at rest and some of the motion, each with that one step before.
+/// Calls `show(state, previous state)` at rest and at up to [`OWN_STATES`] states of the motion, within the first
+/// [`OWN_STEPS`] steps. A scene without `[time]` has the rest state only.
 fn visit_states<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -149,14 +156,14 @@ fn visit_states<M: Model>(
 /// State of the rod of a model.
 type StateOf<M> = State<f64, <<M as Model>::Rod<f64> as Rod<f64>>::Frames>;
 
-/// At most [`ELEMENTS`] of `count` indices, evenly spaced.
+/// Every k-th index below `count`, at most [`ELEMENTS`] of them.
 fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
 }
 
-/// Compares the derivatives of the elements of a planar rod at the unknowns `q`.
+/// Compares the derivatives of the elements of a planar rod at the unknowns `q`: stretch, joints, moments, user-defined ones.
 fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
-    /// Elements of one kind with the number of the first and of its first node.
+    /// Compares elements of one kind; `first` is the number of the first element, `node` that of its first node.
     fn compare<E: Element<f64, N>, const N: usize>(
         report: &mut CheckReport,
         elements: &[E],
@@ -182,7 +189,8 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     compare_own(report, &rod.own, q, &[], |i| edge_length(&rod.stretch, i));
 }
 
-/// Compares user-defined energies at a selection of their places. `length(i)` is that of the edge at node `i`, m.
+/// Compares user-defined energies at a selection of their places; `q` are the unknowns of the rod, `frames` the references of
+/// its edges (none in a plane). `length(i)` is that of the edge at node `i`, m.
 fn compare_own(
     report: &mut CheckReport,
     own: &Extra<f64>,
@@ -205,8 +213,9 @@ fn edge_length<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
     edges[node.min(edges.len() - 1)].rest_length
 }
 
-/// Compares the derivatives of the elements of a spatial rod, with coordinates in units of the edge length, so that finite
-/// differences by lengths and angles are comparable.
+/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` with the reference frames `frames`:
+/// stretch, bend and twist, and user-defined ones. Coordinates are in units of the edge length, so that finite differences by
+/// lengths and angles are comparable.
 fn compare_spatial(
     report: &mut CheckReport,
     rod: &SpatialRod<f64>,
@@ -223,6 +232,7 @@ fn compare_spatial(
         let name = format!("stretch {i}");
         report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k + k / 3));
     }
+    // Joints: three nodes and two twist angles; positions relative to the first node.
     for i in spaced_indices(rod.joint.len()) {
         let own: &[f64; UNKNOWNS] = q[4 * i..].first_chunk().expect("the joint's nodes");
         let local = std::array::from_fn(|k| if k % 4 == 3 { own[k] } else { own[k] - own[k % 4] });

@@ -1,9 +1,9 @@
-//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar of
-//! rods.
+//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar of rods.
 //!
-//! With derivatives by hand, `g` and `H` by nodes and directors `y`, the chain rule gives those by
-//! the unknowns `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes are linear in the unknowns; `J` of the
-//! directors, and the second derivatives of `g.y` at a constant `g`, are computed in dual numbers.
+//! An energy is a function of positions and directors `y`; a [`Chart`] maps the unknowns `q` of an element to `y`. With
+//! derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes are
+//! linear in the unknowns; `J` of the directors, and the second derivatives of `g.y` at a constant `g`, are computed in dual
+//! numbers. Without derivatives by hand the energy itself is evaluated in dual numbers. The rod's assembly calls [`Over`].
 
 use crate::energy::Derivatives;
 use crate::energy::by_unknowns::{self, Function};
@@ -19,16 +19,16 @@ use crate::numerics::vector::{
 use crate::scene::number::Quantity;
 use num_dual::{Dual, Dual64, DualSVec64, HyperDual64};
 
-/// Most unknowns of an element.
+/// Largest number of unknowns of an element: three nodes and two edges in space.
 pub const MOST: usize = 11;
 /// Gradient and lower triangle of the Hessian of an element; entries beyond its unknowns have no meaning.
 pub type OwnLocal<D> = ([D; MOST], [[D; MOST]; MOST]);
-/// Components of the directors of the two edges there may be.
+/// Number of components of the directors of two edges: three vectors each.
 const OF_EDGES: usize = 18;
 /// The largest number of arguments of an energy: components of nodes and directors.
 const INPUTS: usize = 3 * MOST_NODES + OF_EDGES;
 
-/// The map from a rod's unknowns to positions and directors in the world.
+/// The map from the unknowns of an element to positions of nodes, m, and directors of edges in the world.
 #[derive(Clone, Debug)]
 pub enum Chart<D> {
     /// Two unknowns a node.
@@ -48,13 +48,13 @@ pub enum Chart<D> {
     },
 }
 
-/// A direction times a number.
+/// The vector `axis` times `factor`.
 #[inline]
 fn scaled<D: Scalar>(axis: &[f64; 3], factor: D) -> Vector<D> {
     [factor * axis[0], factor * axis[1], factor * axis[2]]
 }
 
-/// The vector with these components along the axes.
+/// The vector with the components `along` along the axes.
 #[inline]
 fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vector<D> {
     let mut sum = scaled(&axes[0], along[0]);
@@ -65,7 +65,7 @@ fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vect
 }
 
 impl<B: Scalar> Chart<B> {
-    /// Unknowns from one node to the next.
+    /// Number of unknowns from one node to the next: 2 in a plane, 4 in space.
     pub fn stride(&self) -> usize {
         match self {
             Self::Plane { .. } => 2,
@@ -73,7 +73,7 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// The unknowns of `nodes` nodes and the edges between them.
+    /// Number of unknowns of `nodes` nodes and the edges between them.
     pub fn unknowns(&self, nodes: usize) -> usize {
         match self {
             Self::Plane { .. } => 2 * nodes,
@@ -81,7 +81,7 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// The derivative of a node's position in the world by one of its unknowns.
+    /// The derivative of a node's position in the world by its unknown number `component`.
     pub fn axis(&self, component: usize) -> [f64; 3] {
         match self {
             Self::Plane { axes, .. } => axes[component],
@@ -148,6 +148,7 @@ impl<B: Scalar> Chart<B> {
 /// The place of an element at which an energy is evaluated, with the energy's parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Site<'a, D> {
+    /// Map from the unknowns to nodes and directors.
     pub chart: &'a Chart<D>,
     /// The references of the element's edges; none in a plane.
     pub frames: &'a [EdgeFrame<D>],
@@ -155,7 +156,7 @@ pub struct Site<'a, D> {
     pub values: &'a [D],
     /// The numbers of its [`Place`].
     pub place: &'a [D],
-    /// A factor on the energy.
+    /// A factor on the energy; none is 1.
     pub weight: Option<D>,
 }
 
@@ -163,47 +164,48 @@ pub struct Site<'a, D> {
 pub trait Over<D> {
     /// The energy at the unknowns `q` of the element at `site`, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
-    /// Writes the derivatives by `q`, N (N m for angles).
+    /// Writes the derivatives by `q`, N (N m for angles), by the method of `derivatives`; later entries stay as they are.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
-    /// Writes first and second derivatives by `q`.
+    /// Writes the gradient and the lower triangle of the Hessian by `q` to `local`, by the method of `derivatives`.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
 }
 
-/// A user-defined energy behind a pointer.
+/// A user-defined energy behind a pointer, in every scalar of rods.
 pub trait AnyEnergy:
     Over<f64> + Over<Dual64> + Over<HyperDual64> + Over<DualSVec64<2>> + Send + Sync
 {
-    /// The number of nodes it depends on.
+    /// The number of neighboring nodes of one element, 1 to 3.
     fn nodes(&self) -> usize;
-    /// Its parameters.
+    /// Names and quantities (unit, allowed range) of its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
-    /// See [`OwnEnergy::keeps_plane`].
+    /// Whether a rod in the plane with this normal through this point, m, stays in it, at these parameter values: see
+    /// [`OwnEnergy::keeps_plane`].
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
-    /// The sizes of the terms in its derivatives: see [`Terms`].
+    /// Sums of the absolute terms in the gradient and Hessian by `q`, for relative errors: see [`Terms`].
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64>;
 }
 
 impl ForEachScalar for dyn AnyEnergy {
     type Instance<D: Scalar> = dyn Over<D>;
-    /// The instance without derivatives.
+    /// The energy over `f64`, without derivatives.
     fn plain(&self) -> &Self::Instance<f64> {
         self
     }
-    /// The instance with one first derivative.
+    /// The energy over dual numbers with one first derivative.
     fn dual(&self) -> &Self::Instance<Dual64> {
         self
     }
-    /// The instance with two first derivatives and the mixed second one.
+    /// The energy over hyper-dual numbers: two first derivatives and the mixed second one.
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64> {
         self
     }
-    /// The instance with two first derivatives.
+    /// The energy over dual numbers with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>> {
         self
     }
 }
 
-/// An energy over `N` nodes with `P` parameters.
+/// Wrapper of a user-defined energy over `N` nodes with `P` parameters; implements [`Over`] for every scalar and [`AnyEnergy`].
 pub struct Adapter<E, const N: usize, const P: usize>(pub E);
 
 /// Calls a method with the number of an element's unknowns as a constant.
@@ -228,7 +230,8 @@ macro_rules! by_size {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
-    /// The energy, J, in the scalar of `q`; `over` converts the numbers of the site.
+    /// The energy at the unknowns `q`, J, times the weight of the site; `over` converts the numbers of the site to the scalar of
+    /// `q`.
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
@@ -245,7 +248,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
     }
 
-    /// The result of `of` for the place and the parameters of the site.
+    /// The result of `of` for the place and the parameters of the site, both converted by `over`.
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,
@@ -257,7 +260,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
-    /// The gradient by the unknowns, from hand-derived slopes; none of an energy without them.
+    /// The gradient by the unknowns `q` from hand-derived slopes by nodes and directors, times the weight; none if the energy
+    /// has no hand-derived gradient.
     fn hand_gradient<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -283,8 +287,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         Some(gradient)
     }
 
-    /// Gradient and Hessian by `q` (lower triangle) from the hand-derived derivatives by nodes and directors, with the chain rule; none if the
-    /// energy has none.
+    /// Gradient and Hessian by `q` (lower triangle), times the weight, from the hand-derived derivatives by nodes and directors
+    /// with the chain rule. None if the energy has no hand-derived gradient or Hessian.
     fn hand_tangent<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -301,6 +305,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
+        // Second derivatives of the directors times constant slopes: the part `d2(g.y)/dq2`.
         if slopes.of_edges || curvatures.of_edges {
             let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
             let (first, second) = by_unknowns::hessian(&pull, q);
@@ -311,6 +316,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
                 }
             }
         }
+        // Rows of directors in J only if the energy's Hessian depends on them.
         let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
         if curvatures.of_edges {
             let flat = |over: fn(B) -> OutOfLine<Dual<B>>, q: &[OutOfLine<Dual<B>>]| {
@@ -332,7 +338,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
                 of_edges[3 * (input - N) + component]
             }
         };
-        // J' (H J).
+        // J' (H J), block by block of three components; only the lower triangle of the sum is formed.
         let mut jacobian = [[zero; Q]; INPUTS];
         for (k, row_of) in jacobian.iter_mut().take(3 * inputs).enumerate() {
             *row_of = row(k / 3, k % 3);
@@ -364,7 +370,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         Some((gradient, hessian))
     }
 
-    /// Adds slopes by nodes to a gradient by unknowns.
+    /// Adds slopes by node positions to a gradient by unknowns: the transposed axes of the chart times `slope(i)` of node `i`.
     fn add_by_nodes<B: Scalar>(
         &self,
         chart: &Chart<B>,
@@ -381,7 +387,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     }
 }
 
-/// A user-defined energy as a function of the unknowns.
+/// A user-defined energy as a function of the unknowns of its element, for dual numbers.
 struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
     site: &'a Site<'a, B>,
@@ -390,21 +396,21 @@ struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
 impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
     for EnergyOfUnknowns<'_, B, E, N, P>
 {
-    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The energy, J, at the unknowns `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     #[inline]
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         self.energy.value(self.site, over, q)
     }
 }
 
-/// The sum of all directors of an element over `N` nodes times constant slopes.
+/// The scalar product of all directors of an element over `N` nodes with constant slopes: `g.y` of the module's header.
 struct DirectorPull<'a, B, S, const N: usize> {
     site: &'a Site<'a, B>,
     slope: S,
 }
 
 impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
-    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The scalar product at the unknowns `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
@@ -425,7 +431,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         self.value(site, |x| x, q)
     }
 
-    /// Writes the derivatives by `q`, N (N m for angles).
+    /// Writes the derivatives by `q`, N (N m for angles): by hand if requested and available, else by dual numbers.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.
@@ -439,7 +445,8 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
-    /// Writes first and second derivatives by `q`.
+    /// Writes first derivatives and the lower triangle of the second ones by `q`: by hand if requested and available, else by
+    /// dual numbers.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
@@ -457,23 +464,23 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E, N, P> {
-    /// The number of nodes it depends on.
+    /// The number of nodes of one element.
     fn nodes(&self) -> usize {
         N
     }
 
-    /// Its parameters.
+    /// Names and quantities of the parameters that the user's type declares.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         const { &E::PARAMETERS }
     }
 
-    /// See `OwnEnergy::keeps_plane`.
+    /// Whether a rod in the plane with this normal through this point, m, stays in it, by the user's method.
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
         let parameters = components(|i| values[i]);
         self.0.keeps_plane(&parameters, normal, point)
     }
 
-    /// The sizes of the terms in its derivatives: see `Terms`.
+    /// Sums of the absolute terms in the gradient and Hessian by `q`, from an evaluation in `Terms`.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {

@@ -1,4 +1,8 @@
-//! Attachment of [user-defined energies](crate::energy::own) to a scene.
+//! Attachment of [user-defined energies](crate::energy::own) (Rust code) to a scene.
+//!
+//! `Scene::with_energy` adds an energy with its place and values of its parameters. `Scene::give_energy` supplies the code of an
+//! energy that the scene file names. Code is stored behind the trait `Code`, because the module `scene` must not import
+//! from `energy`; `energy()` returns it to the assembly of the rod.
 
 use crate::energy::adapter::{Adapter, AnyEnergy};
 use crate::energy::own::OwnEnergy;
@@ -12,13 +16,13 @@ use std::sync::Arc;
 struct Kept(Arc<dyn AnyEnergy>);
 
 impl Code for Kept {
-    /// Names and quantities of its parameters.
+    /// Names and quantities of the parameters of the energy.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         self.0.parameters()
     }
 }
 
-/// A user-defined energy behind a pointer, over all scalars that the rod needs.
+/// The energy in the form that a scene stores, over all scalars of the rod. More than three nodes do not compile.
 fn code<E, const N: usize, const P: usize>(energy: E) -> Arc<dyn Code>
 where
     E: OwnEnergy<N, P>,
@@ -27,16 +31,15 @@ where
     Arc::new(Kept(Arc::new(Adapter(energy))))
 }
 
-/// The energy that is attached, if it has been given.
+/// The user-defined energy of `attached`; none if its code has not been given.
 pub(crate) fn energy<D>(attached: &Attached<D>) -> Option<&Arc<dyn AnyEnergy>> {
     let code: &dyn Any = attached.code()?;
     code.downcast_ref::<Kept>().map(|kept| &kept.0)
 }
 
 impl Scene {
-    /// The scene with an [energy of one's own](crate::energy::own) and the values of its parameters,
-    /// in their order. Its numbers are those of the scene from now on, named
-    /// `energy.<name>.<parameter>`.
+    /// The scene with an [energy of one's own](crate::energy::own) at the places `at`, with `values` of its parameters in their
+    /// order. These become numbers of the scene, named `energy.<name>.<parameter>`.
     pub fn with_energy<E, const N: usize, const P: usize>(
         mut self,
         name: &str,
@@ -51,8 +54,12 @@ impl Scene {
         self
     }
 
-    /// Gives an energy that the scene's file names its code; its place and its numbers are the
-    /// file's. Parameters that the file does not name, and energies, are errors.
+    /// Supplies the code of the energy `name` of the scene file; its place and the values of its parameters are those of the
+    /// file.
+    ///
+    /// # Errors
+    ///
+    /// The file has no energy of this name, has an unknown parameter of the energy, or no value of one of its parameters.
     pub fn give_energy<E, const N: usize, const P: usize>(
         &mut self,
         name: &str,
@@ -67,12 +74,14 @@ impl Scene {
             let allowed = format!("the energies of the file: {}", names.join(", "));
             return Err(Error::invalid(key, "no such energy", allowed));
         };
+        // All parameters of the file must be those of the code, and each must have a value.
         let written = &self.energies[place];
         let known: Vec<&str> = E::PARAMETERS.iter().map(|(name, _)| *name).collect();
         if let Some((other, _)) = written.values().find(|(name, _)| !known.contains(name)) {
             let allowed = format!("the parameters of the energy: {}", known.join(", "));
             return Err(Error::invalid(key, format!("a parameter {other}"), allowed));
         }
+        // The file may list the values in any order; the code has its own.
         let mut values = [0.0; P];
         for (value, name) in values.iter_mut().zip(&known) {
             let there = written.values().find(|(other, _)| other == name);

@@ -1,12 +1,12 @@
-//! Bending and twisting at one inner node in space.
+//! Element for bending and twisting at one inner node of a rod in space: energy, hand-derived gradient and Hessian.
 //!
 //! Energy (Eqs. 1b and 1c): `E = 1/2 sum_a K_a (s_a - s_natural_a)^2` over the strains
 //!
 //! ```text
-//! kb  = 2 t_e x t_f / (1 + t_e.t_f)              curvature binormal, |kb| = 2 tan(phi/2)
-//! k1  = 1/2 kb.(m2_e + m2_f)                     curvature in the plane of the tangent and m1
-//! k2  = -1/2 kb.(m1_e + m1_f)                    curvature in the plane of the tangent and m2
-//! tau = theta_f - theta_e + reference twist      see [`crate::energy::frame`]
+//! kb  = 2 t_e x t_f / (1 + t_e.t_f)         curvature binormal, |kb| = 2 tan(phi/2)
+//! k1  = 1/2 kb.(m2_e + m2_f)                curvature in the plane of the tangent and m1
+//! k2  = -1/2 kb.(m1_e + m1_f)               curvature in the plane of the tangent and m2
+//! tau = theta_f - theta_e + reference twist   see [`crate::energy::frame`]
 //! ```
 //!
 //! with `K = (EI1, EI2, GJ)/dl` (or a full symmetric stiffness, see
@@ -60,12 +60,12 @@ use crate::numerics::vector::{Vector, components, dot, map_components, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, DualSVec};
 
-/// Unknowns of the node: `[x0, theta0, x1, theta1, x2]`, m and rad.
+/// Number of unknowns of the element: `[x0, theta0, x1, theta1, x2]`, three node positions, m, and two edge angles, rad.
 pub const UNKNOWNS: usize = 11;
-/// Unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, m and rad.
+/// Number of unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, two edge vectors, m, and their angles, rad.
 const EDGE_UNKNOWNS: usize = 8;
 
-/// One inner node, with the reference its frames are transported from.
+/// Bending and twisting element at one inner node, with the reference from which its frames are transported.
 #[derive(Clone, Copy, Debug)]
 pub struct BendTwist<D> {
     /// Over the Voronoi length, N m.
@@ -95,7 +95,7 @@ impl<D: Scalar> JointLaw<D> {
         Self { stiffness, natural: [zero; 3] }
     }
 
-    /// Nodes in SIMD lanes.
+    /// The laws `all` of consecutive nodes as one law in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
@@ -114,7 +114,7 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// First derivatives of the energy between two edges that are their own references, for a twist in rad.
+    /// First derivatives of the energy by tangents and angles of two edges that are their own references, for a twist in rad.
     #[inline(always)]
     pub(crate) fn pull(
         &self,
@@ -132,25 +132,26 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
 
     const KINDS: [usize; 3] = [1, 1, 2];
 
-    /// The stiffness `K`: N of an edge, N m of a joint.
+    /// The stiffness over the Voronoi length, N m.
     #[inline(always)]
     fn stiffness(&self) -> Stiffness<D> {
         self.stiffness
     }
 
-    /// The strains at which there is no stress.
+    /// Natural curvatures and twist `[k1, k2, tau]`, at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 3] {
         self.natural
     }
 
-    /// The law with other stiffnesses and natural strains.
+    /// The law with another stiffness, N m, and other natural strains.
     #[inline(always)]
     fn with(&self, stiffness: Stiffness<D>, natural: [D; 3]) -> Self {
         Self { stiffness, natural }
     }
 
-    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
+    /// Energies of stretching (zero), bending and twisting, J, at the difference `s` of the strains from the natural ones. Half
+    /// of a coupling between bending and twisting belongs to each.
     #[inline(always)]
     fn energies(&self, s: &[D; 3]) -> [D; 3] {
         let stress: [D; 3] = self.stiffness.times(s);
@@ -165,7 +166,7 @@ fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
 }
 
-/// The unknowns in terms of edges.
+/// The unknowns in terms of edges: edge vectors from differences of nodes, m, and edge angles, rad.
 #[inline]
 fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     let ([x0, x1, x2], [te, tf]) = split(q);
@@ -173,14 +174,14 @@ fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     [e[0], e[1], e[2], te, f[0], f[1], f[2], tf]
 }
 
-/// Spreads a gradient with respect to the edges' unknowns over the nodes.
+/// Gradient by the 11 unknowns of the nodes from the gradient `g` by the 8 unknowns of the edges (transposed differences).
 #[inline]
 fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
     let [e0, e1, e2, te, f0, f1, f2, tf] = *g;
     [-e0, -e1, -e2, te, e0 - f0, e1 - f1, e2 - f2, tf, f0, f1, f2]
 }
 
-/// Spreads a Hessian with respect to the edges' unknowns over the nodes.
+/// Hessian by the 11 unknowns of the nodes from the full Hessian `h` by the 8 unknowns of the edges.
 #[inline]
 fn hessian_to_nodes<D: Scalar>(
     h: &[[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS],
@@ -227,13 +228,13 @@ impl<D: Scalar> BendTwist<D> {
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
-    /// Integrated curvatures and twist (rad) in the material frame.
+    /// The strains `[k1, k2, tau]`: integrated curvatures and twist, rad, in the material frame.
     #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
         self.joined(&to_edges(q)).joint.strains
     }
 
-    /// Energies of bending and twisting, J; of a coupling between them, half each.
+    /// Energies `[bending, twisting]`, J, at the unknowns `q`; half of a coupling between them belongs to each.
     #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
         let law = self.law();
@@ -241,20 +242,20 @@ impl<D: Scalar> BendTwist<D> {
         [bend, twist]
     }
 
-    /// The energy as a function of the edges: eight unknowns instead of eleven.
+    /// The energy, J, as a function of the 8 unknowns of the edges.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
         let (law, strains) = (self.law(), self.joined(edges).joint.strains);
         dot(law.stress(&strains), law.difference(&strains)) * 0.5
     }
 
-    /// The law alone.
+    /// Stiffness and natural strains without the reference frames.
     #[inline(always)]
     fn law(&self) -> JointLaw<D> {
         JointLaw { stiffness: self.stiffness, natural: self.natural }
     }
 
-    /// Gradient with respect to the edges' unknowns for given stresses.
+    /// Gradient by the 8 unknowns of the edges at the state of the joint, for the stresses `w` of the three strains, N m.
     #[inline]
     fn gradient_of(JointState { e, f, joint }: &JointState<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
         let pull = joint.pull(&e.edge, &f.edge, w);
@@ -264,7 +265,8 @@ impl<D: Scalar> BendTwist<D> {
         [e0, e1, e2, te, f0, f1, f2, tf]
     }
 
-    /// Energy and derivatives with respect to the edges' unknowns (the Hessian's lower triangle).
+    /// Energy, gradient and lower triangle of the Hessian by the 8 unknowns of the edges, at the state of the joint: derivatives
+    /// by the edges' `p`, `q` and `h` (`energy::joint`), converted to edge vectors and angles.
     fn tangent_of(&self, JointState { e, f, joint }: &JointState<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (law, strains) = (self.law(), &joint.strains);
         let (w, strain) = (law.stress(strains), law.difference(strains));
@@ -273,6 +275,7 @@ impl<D: Scalar> BendTwist<D> {
         let zero = D::from(0.0);
         let (mut gradient, mut hessian) =
             ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
+        // Diagonal block of one edge: its vector and angle, from the sums by `p`, `q` and `h`.
         let mut own = |first: usize, edge: &EdgeState<D>, sum: &EdgeSum<D>| {
             let own = edge.derivatives(sum, [zero; 2], zero);
             gradient[first..first + 4].copy_from_slice(&own.gradient);
@@ -284,6 +287,7 @@ impl<D: Scalar> BendTwist<D> {
         };
         own(0, e, &at_e);
         own(4, f, &at_f);
+        // Block between the edges: rows of the second, columns of the first.
         for (row, between) in hessian[4..].iter_mut().zip(between(e, f, fe)) {
             row[..4].copy_from_slice(&between);
         }
@@ -291,7 +295,7 @@ impl<D: Scalar> BendTwist<D> {
     }
 }
 
-/// Fills the upper triangle from the lower.
+/// The symmetric matrix with the lower triangle of `h`.
 #[inline]
 fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     for r in 0..N {
@@ -302,7 +306,7 @@ fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     h
 }
 
-/// Spreads energy and derivatives over the nodes.
+/// Energy and derivatives by the nodes from those by the edges.
 #[inline]
 fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
@@ -316,7 +320,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     const NAME: &'static str = "bend and twist";
     type Over<E: Scalar> = BendTwist<E>;
 
-    /// Converts every parameter.
+    /// The element with every parameter converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
         BendTwist {
             stiffness: self.stiffness.map(&convert),
@@ -326,13 +330,13 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         }
     }
 
-    /// The energy, J: the definition of the element.
+    /// The energy, J, at the unknowns `q`: the definition of the element.
     #[inline]
     fn energy(&self, q: &[D; UNKNOWNS]) -> D {
         self.energy_of_edges(&to_edges(q))
     }
 
-    /// dE/dq, derived by hand.
+    /// dE/dq, derived by hand, N for positions and N m for angles.
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joined = self.joined(&to_edges(q));
         to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.joint.strains)))
@@ -344,7 +348,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     }
 }
 
-/// The gradient by num-dual, through the edges' unknowns.
+/// The gradient dE/dq of `element` by num-dual, through the 8 unknowns of the edges, N and N m.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
@@ -371,7 +375,7 @@ pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> L
 pub struct Published(pub BendTwist<f64>);
 
 impl Published {
-    /// Energy, and the published gradient and Hessian.
+    /// Energy, and the published gradient and Hessian, by the 11 unknowns `q`.
     pub fn tangent(&self, q: &[f64; UNKNOWNS]) -> Local<f64, UNKNOWNS> {
         let JointState { e, f, joint } = self.0.joined(&to_edges(q));
         let reference = JointState { e: e.at_reference(), f: f.at_reference(), joint };
@@ -380,18 +384,18 @@ impl Published {
 }
 
 impl Energy<UNKNOWNS> for Published {
-    /// The energy in J at the unknowns `q`.
+    /// The energy, J, at the unknowns `q`, which is that of [`BendTwist`].
     fn energy<D: Scalar>(&self, q: &[D; UNKNOWNS]) -> D {
         AsEnergy(self.0).energy(q)
     }
 }
 
 impl Analytic<UNKNOWNS> for Published {
-    /// The gradient dE/dq, J over the units of `q`.
+    /// The published gradient at the unknowns `q`, N and N m.
     fn gradient(&self, q: &[f64; UNKNOWNS]) -> [f64; UNKNOWNS] {
         self.tangent(q).gradient
     }
-    /// d2E/dq2, all of the symmetric matrix.
+    /// The published Hessian at the unknowns `q`, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; UNKNOWNS]) -> [[f64; UNKNOWNS]; UNKNOWNS] {
         self.tangent(q).hessian
     }

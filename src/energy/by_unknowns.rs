@@ -1,8 +1,8 @@
-//! Derivatives of a function by all its unknowns, in dual numbers.
+//! First and second derivatives of a function `f(q)` by all its `Q` unknowns, in dual numbers (num-dual).
 //!
-//! In rods of plain numbers all derivatives are computed at once. In rods of dual numbers they are computed by one
-//! unknown, or two, at a time: the function is compiled for two more scalars then, and not for two with every number of
-//! unknowns.
+//! [`gradient`], [`hessian`] and [`jacobian`] serve user-defined energies without hand-derived formulas and the chain rule of
+//! their directors. For plain numbers all derivatives are computed at once. For rods of dual numbers they are computed by one
+//! unknown, or two, at a time. The function is then compiled for two more scalars only, not for each number of unknowns.
 
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -12,11 +12,11 @@ use num_dual::{Dual, Dual2SVec, DualSVec, HyperDual};
 
 /// A function of unknowns in any scalar. Its other arguments are numbers of the rod's scalar `B`.
 pub trait Function<B> {
-    /// The value; `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The value at the unknowns `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D;
 }
 
-/// First derivatives.
+/// First derivatives of `f` by the `Q` unknowns at `q`: all at once for plain numbers, else by one unknown at a time.
 pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -> [B; Q] {
     if B::PLAIN {
         let at = |q: SVector<DualSVec<B, Q>, Q>| f.at(DualSVec::from_re, &q.data.0[0]);
@@ -29,7 +29,8 @@ pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -
     })
 }
 
-/// The first derivatives, and the lower triangle of the second ones.
+/// First derivatives of `f` by the `Q` unknowns at `q`, and second ones, of which the lower triangle is valid. For plain numbers
+/// all at once, else by one pair of unknowns at a time (hyper-dual numbers).
 pub fn hessian<B: Nestable, const Q: usize>(
     f: &impl Function<B>,
     q: &[B; Q],
@@ -45,6 +46,7 @@ pub fn hessian<B: Nestable, const Q: usize>(
     let one = B::from(1.0);
     let (mut gradient, mut hessian) = ([B::from(0.0); Q], [[B::from(0.0); Q]; Q]);
     for r in 0..Q {
+        // One evaluation for each pair of unknowns; the diagonal pair also gives the first derivative.
         for c in 0..=r {
             let seeded: [_; Q] = components(|k| {
                 let mut q = over(q[k]);
@@ -63,7 +65,7 @@ pub fn hessian<B: Nestable, const Q: usize>(
     (gradient, hessian)
 }
 
-/// The derivatives of `R` numbers (rows) by all unknowns (columns).
+/// The Jacobian at `q` of a function `of` with `R` results: rows are results, columns unknowns.
 pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     of: impl Fn(fn(B) -> OutOfLine<Dual<B>>, &[OutOfLine<Dual<B>>]) -> [OutOfLine<Dual<B>>; R],
     q: &[B; Q],

@@ -1,4 +1,6 @@
-//! Dead loads: weight and point forces, which keep their direction and size.
+//! Element for a dead load, which keeps its direction and size (weight or a point force on a node): `E = -f.x`.
+//!
+//! Its gradient is `-f` and its Hessian zero. Unknowns are the coordinates of one node, in a plane or in space.
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::Scalar;
@@ -14,11 +16,11 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
     const NAME: &'static str = "dead load";
     type Over<E: Scalar> = DeadLoad<E, M>;
 
-    /// Converts every parameter.
+    /// The element with every parameter converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadLoad<E, M> {
         DeadLoad { force: self.force.map(convert) }
     }
-    /// The energy, J: the definition of the element.
+    /// The energy `-f.x`, J, at the coordinates `q`, m.
     #[inline]
     fn energy(&self, q: &[D; M]) -> D {
         let mut energy = -(self.force[0] * q[0]);
@@ -27,12 +29,12 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
         }
         energy
     }
-    /// dE/dq, derived by hand.
+    /// dE/dq, the negative force, N.
     #[inline]
     fn gradient(&self, _: &[D; M]) -> [D; M] {
         self.force.map(|f| -f)
     }
-    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
+    /// Energy `-f.x`, J, gradient `-f`, N, and a Hessian of zeros at the coordinates `q`, m.
     #[inline]
     fn tangent(&self, q: &[D; M]) -> Local<D, M> {
         Local {

@@ -1,9 +1,8 @@
-//! Dead moments: constant moments about the normal of the plane.
+//! Element for a dead moment: a constant moment `M` about the normal of the plane on one edge.
 //!
-//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at
-//! rest. The element knows the angle in (-pi, pi] only; the rod's potential counts it on from edge
-//! to edge (`PlanarRod::energies`), and a simulation beyond whole turns of the first (`Rod::wound`). In space a constant moment has no potential (Ziegler 1968), hence no
-//! element there.
+//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at rest. The element returns the
+//! angle in (-pi, pi]. The rod's potential continues it from edge to edge (`PlanarRod::energies`), and a simulation beyond whole
+//! turns of the first edge (`Rod::wound`). In space a constant moment has no potential (Ziegler 1968), hence no element there.
 //!
 //! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`.
 
@@ -19,7 +18,7 @@ pub struct DeadMoment<D> {
     pub rest: [D; 2],
 }
 
-/// u = e/|e|^2 and n = perp(u), 1/m.
+/// The vectors `u = e/|e|^2` and `n = perp(u)`, 1/m, of the edge `e` between the nodes `q`.
 #[inline]
 fn reciprocal<D: Scalar>(q: &[D; 4]) -> ([D; 2], [D; 2]) {
     let e = [q[2] - q[0], q[3] - q[1]];
@@ -32,22 +31,22 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
     const NAME: &'static str = "dead moment";
     type Over<E: Scalar> = DeadMoment<E>;
 
-    /// Converts every parameter.
+    /// The element with every parameter converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadMoment<E> {
         DeadMoment { moment: convert(self.moment), rest: self.rest.map(&convert) }
     }
-    /// The energy, J: the definition of the element.
+    /// The energy `-M phi`, J, at the nodes `q`, with `phi` in (-pi, pi].
     fn energy(&self, q: &[D; 4]) -> D {
         let ([a, b], [x, y]) = (self.rest, [q[2] - q[0], q[3] - q[1]]);
         -(self.moment * (a * y - b * x).atan2(a * x + b * y))
     }
-    /// dE/dq, derived by hand.
+    /// dE/dq = -M dphi/dq, derived by hand, N.
     fn gradient(&self, q: &[D; 4]) -> [D; 4] {
         let (_, n) = reciprocal(q);
         let g = n.map(|c| c * self.moment);
         [g[0], g[1], -g[0], -g[1]]
     }
-    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
+    /// E, dE/dq and d2E/dq2 at the nodes `q`, derived by hand.
     fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
         let (u, n) = reciprocal(q);
         let entry = |r: usize, c: usize| self.moment * (u[r] * n[c] + n[r] * u[c]);

@@ -1,13 +1,12 @@
-//! Material frames and their parallel transport in time.
+//! Material frames of the edges of a rod in space, and their parallel transport in time (Bergou et al. 2010, section 4.2).
 //!
-//! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At
-//! another state the director is transported in parallel from the old tangent to the new one, and
-//! the edge's angle `theta` turns it into the material director `m1` (Bergou et al. 2010, section
-//! 4.2). Every inner node keeps the reference twist, the angle between the reference directors of
-//! its two edges after transport of one to the other. It is continuous beyond half a turn.
+//! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At another state the director is
+//! transported in parallel from the old tangent to the new one, and the edge's angle `theta` turns it into the material director
+//! `m1`. Every inner node keeps the reference twist: the angle between the reference directors of its two edges after transport
+//! of one to the other. It is continuous beyond half a turn.
 //!
-//! Between two acceptances the energy is a function of the unknowns alone; this module moves the
-//! reference ([`Frames::rebase`]) without changing that energy.
+//! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference ([`Frames::rebase`])
+//! without changing that energy.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};
@@ -32,11 +31,11 @@ pub struct Frames<D> {
 }
 
 impl<D: Clone> Clone for Frames<D> {
-    /// A copy of the frames.
+    /// A copy of frames and reference twists.
     fn clone(&self) -> Self {
         Self { edges: self.edges.clone(), twist: self.twist.clone() }
     }
-    /// Allocates nothing where there is room.
+    /// Copies `from` into the existing vectors; allocates nothing if their capacity suffices.
     fn clone_from(&mut self, from: &Self) {
         self.edges.clone_from(&from.edges);
         self.twist.clone_from(&from.twist);
@@ -50,7 +49,7 @@ pub fn one_plus_dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     dot(sum, sum) * 0.5
 }
 
-/// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`.
+/// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`: `v - (b.v)/(1 + a.b) (a + b)`.
 #[inline(always)]
 pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<D> {
     let sum = add(a, b);
@@ -73,12 +72,14 @@ fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
 #[inline(always)]
 pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
     let (near, far) = (dot(e, f0), dot(e0, f));
+    // The longer of the two scalar products belongs to the shorter diagonal.
     let (x, y) = (nearer(near, far, f0, f), nearer(near, far, e, e0));
     let (a, b) = (half_area(e0, e, x), half_area(y, f, f0));
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
 }
 
-/// `a` where `near` is more than `far`, elsewhere `b`: a selection, so that joints can be computed in SIMD lanes.
+/// `a` where `near` is more than `far`, elsewhere `b`: a selection without a branch, so that joints can be computed in SIMD
+/// lanes.
 #[inline(always)]
 fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [far.if_less(near, a[0], b[0]), far.if_less(near, a[1], b[1]), far.if_less(near, a[2], b[2])]
@@ -90,8 +91,8 @@ pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
 }
 
-/// The argument of the complex number `x + i y`, rad: by its series where that is exact to rounding, as
-/// it is over a step.
+/// The argument of the complex number `x + i y`, rad. For `|y| < 0.02 x`, as over a step, its series is exact to rounding and
+/// needs no `atan2`.
 #[inline(always)]
 fn argument<D: Scalar>(x: D, y: D) -> D {
     let t = y / x;
@@ -106,7 +107,7 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 }
 
 impl<D: Scalar> EdgeFrame<D> {
-    /// Frames in SIMD lanes.
+    /// The frames `all` of consecutive edges as one frame in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
         EdgeFrame {
@@ -123,7 +124,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// The frames shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
+    /// The frames shifted by one SIMD lane towards earlier edges; the last lane is the first one of `later`.
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
@@ -135,7 +136,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// Converts every number.
+    /// The frame with every number converted to another number type.
     pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
         let Self { tangent, director } = self;
         EdgeFrame {
@@ -144,7 +145,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// The frame moved to another unit tangent.
+    /// The frame after parallel transport to another unit tangent, with an orthonormal director.
     #[inline(always)]
     pub fn transported(&self, tangent: Vector<D>) -> Self {
         let director = transport(self.tangent, tangent, self.director);
@@ -153,15 +154,15 @@ impl<D: Scalar> EdgeFrame<D> {
         Self { tangent, director: unit(sub(director, scale(tangent, along))) }
     }
 
-    /// Angle from this frame's director, transported to the other's tangent, to the other's
-    /// director, rad, in (-pi, pi].
+    /// Angle, rad in (-pi, pi], from the director of this frame, transported to the tangent of `other`, to the director of
+    /// `other`.
     #[inline(always)]
     fn angle_to(&self, other: &Self) -> D {
         let d = transport(self.tangent, other.tangent, self.director);
         argument(dot(d, other.director), dot(other.tangent, cross(d, other.director)))
     }
 
-    /// The directors after a turn by `angle`, rad.
+    /// The two directors after a rotation by `angle`, rad, about the tangent.
     #[inline(always)]
     pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
         let (d1, d2) = (self.director, cross(self.tangent, self.director));
@@ -169,7 +170,7 @@ impl<D: Scalar> EdgeFrame<D> {
         [combine(cos, d1, sin, d2), combine(-sin, d1, cos, d2)]
     }
 
-    /// The directors after transport to `tangent` and a turn by `angle`, rad.
+    /// The two material directors after transport to the unit vector `tangent` and a rotation by `angle`, rad.
     #[inline(always)]
     pub fn material(&self, tangent: Vector<D>, angle: D) -> [Vector<D>; 2] {
         let director = transport(self.tangent, tangent, self.director);
@@ -178,7 +179,8 @@ impl<D: Scalar> EdgeFrame<D> {
 }
 
 impl<D: Scalar> Frames<D> {
-    /// Directors without twist along `tangents`, from `director` on the first edge.
+    /// Frames without twist (Bishop frames) along the unit vectors `tangents`: `director` on the first edge, transported in
+    /// parallel to the others; reference twists are zero.
     pub fn bishop(tangents: &[Vector<D>], director: Vector<D>) -> Self {
         let mut edges: Vec<EdgeFrame<D>> = Vec::with_capacity(tangents.len());
         for tangent in tangents {
@@ -189,7 +191,8 @@ impl<D: Scalar> Frames<D> {
         Self { twist: vec![D::from(0.0); tangents.len().saturating_sub(1)], edges }
     }
 
-    /// Moves the reference to other tangents, one per edge. Neither directors nor twists jump.
+    /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference twists follow
+    /// continuously (`moved_twist`).
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
         let mut before = None;
         for j in 0..self.edges.len() {
@@ -204,11 +207,11 @@ impl<D: Scalar> Frames<D> {
     }
 }
 
-/// The reference twist of joints whose edges have moved from the tangents `from` to where their frames `to` are, and
-/// had the twist `before`, rad. It does not jump.
+/// The reference twist, rad, of a joint whose edges have moved from the tangents `from` to the frames `to` and had the twist
+/// `before`. It is continuous beyond half a turn.
 ///
-/// It is read from the new directors, so that rounding errors do not add up over many moves; the transported
-/// twist only determines the number of turns.
+/// The angle follows from the new directors, so that rounding errors do not add up over many moves. The transported
+/// twist only determines the number of whole turns.
 #[inline(always)]
 pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2], before: D) -> D {
     let angle = to[0].angle_to(to[1]);
@@ -216,8 +219,8 @@ pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2
     angle + ((expected - angle) * TAU.recip()).nearest_whole() * TAU
 }
 
-/// [`transported_twist`] for the number of turns: zero where it is surely below half a turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
-/// area is below 2 then.
+/// [`transported_twist`], rad, for the number of whole turns: zero where it is certainly below half a turn. That is so when both
+/// edges moved by less than 0.14 rad and form no fold: the area of the quadrangle is then below 2.
 #[inline(always)]
 fn transport_turns<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
     let (moved_e, moved_f, folded) = (dot(e0, e), dot(f0, f), dot(e, f));

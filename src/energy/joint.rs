@@ -1,26 +1,24 @@
-//! Two edges that meet in a node of space: the strains there and their derivatives.
+//! Joint of two edges that meet in a node of a rod in space: its strains (two curvatures, twist) and their derivatives.
 //!
-//! An edge that keeps its length moves in three ways: its tangent goes towards its directors,
-//! `t + p m1 + q m2`, and it turns about itself by `h`. By these (`p`, `q` and `h` of both edges) all
-//! derivatives are short. With `chi = 1 + t_e.t_f` and
+//! An edge of constant length moves in three ways: its tangent moves towards its directors, `t + p m1 + q m2`, and it rotates
+//! about itself by `h`. By these (`p`, `q` and `h` of both edges) all derivatives are short. With `chi = 1 + t_e.t_f` and
 //!
 //! ```text
-//! a = (m1_e.t_f, m2_e.t_f)/chi    b = (m1_f.t_e, m2_f.t_e)/chi    u = 1 - 1/chi + cos/chi    v = sin/chi
+//! a = (m1_e.t_f, m2_e.t_f)/chi   b = (m1_f.t_e, m2_f.t_e)/chi   u = 1 - 1/chi + cos/chi   v = sin/chi
 //! ```
 //!
-//! where the second edge's directors, transported to the first, are turned against its own by the angle
-//! of `cos` and `sin`, the strains are `a1 - b1`, `a2 - b2` and the twist, and their derivatives by
-//! `p`, `q` and `h`
+//! where `cos` and `sin` are those of the angle from the first edge's directors to the second edge's, transported to the first,
+//! the strains are `a1 - b1`, `a2 - b2` and the twist, and their derivatives by `p`, `q` and `h`
 //!
 //! ```text
-//!         of e                                of f
-//! k1      -(u + a1 a1), -(v + a1 a2),  a2     u + b1 b1, b1 b2 - v, -b2
-//! k2      v - a1 a2,   -(u + a2 a2),  -a1     v + b1 b2, u + b2 b2,  b1
-//! tau     -a2,          a1,            -1     b2,        -b1,         1
+//!       of e                                  of f
+//! k1   -(u + a1 a1), -(v + a1 a2),  a2        u + b1 b1, b1 b2 - v, -b2
+//! k2   v - a1 a2,   -(u + a2 a2),  -a1        v + b1 b2, u + b2 b2,  b1
+//! tau  -a2,          a1,           -1         b2,       -b1,          1
 //! ```
 //!
 //! [`EdgeState::derivatives`] converts them to derivatives by an edge's vector and angle, once for the sum of the
-//! edge's two joints.
+//! edge's two joints. `BendTwist` and the assembly of rods in space use this module.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
 use crate::energy::law::{Stiffness, Symmetric};
@@ -36,13 +34,13 @@ pub(crate) struct DirectedEdge<D> {
 }
 
 impl<D: Scalar> DirectedEdge<D> {
-    /// An edge whose frame has moved with it.
+    /// The edge of a frame that has been transported to its present tangent, turned by `angle`, rad.
     #[inline(always)]
     pub fn moved(frame: &EdgeFrame<D>, inverse_length: D, angle: D) -> Self {
         Self { inverse_length, tangent: frame.tangent, m: frame.turned(angle) }
     }
 
-    /// The derivative by the edge vector from those by `p` and `q`.
+    /// The derivative by the edge vector, from those by `p` and `q`: `(p m1 + q m2)/l`.
     #[inline(always)]
     pub fn across(&self, [p, q]: [D; 2]) -> Vector<D> {
         scale(combine(p, self.m[0], q, self.m[1]), self.inverse_length)
@@ -55,14 +53,14 @@ impl<D: Scalar> DirectedEdge<D> {
         [x, y, z, h]
     }
 
-    /// The components of `t` along the directors, times `factor`.
+    /// The components of `t` along the two directors, times `factor`.
     #[inline(always)]
     fn along(&self, t: Vector<D>, factor: D) -> [D; 2] {
         [dot(self.m[0], t) * factor, dot(self.m[1], t) * factor]
     }
 }
 
-/// An edge, and its rotation since its reference.
+/// An edge, and the rotation of its frame since the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeState<D> {
     pub(crate) edge: DirectedEdge<D>,
@@ -86,7 +84,7 @@ pub struct ByEdge<D> {
     pub angle: D,
 }
 
-/// The first and second derivatives of energies by an edge's `p`, `q` and `h`, summed.
+/// The first and second derivatives of energies by `p`, `q` and `h` of one edge, summed over its joints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeSum<D> {
     pub gradient: [D; 3],
@@ -111,7 +109,7 @@ impl<D: Scalar> EdgeSum<D> {
         sum
     }
 
-    /// The sum of the derivatives of two energies.
+    /// The sum of the derivatives of two energies by `p`, `q` and `h` of one edge.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
@@ -126,7 +124,7 @@ impl<D: Scalar> EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeState<D> {
-    /// The edge `e`, m, with its angle, rad.
+    /// The edge with the vector `e`, m, and the angle `angle`, rad, with its director transported from the reference `frame`.
     #[inline(always)]
     pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
         let squared = dot(e, e);
@@ -163,7 +161,7 @@ impl<D: Scalar> EdgeState<D> {
         }
     }
 
-    /// The edge with its present frame as reference: the assumption of the literature.
+    /// The edge with its present frame as reference: the assumption of the derivatives in the literature.
     pub(super) fn at_reference(mut self) -> Self {
         self.turn = [D::from(0.0); 2];
         self
@@ -182,8 +180,8 @@ impl<D: Scalar> EdgeState<D> {
     /// has the axial `force`, N, the `tension` in its geometric stiffness, N, and the axial `stiffness`, N/m.
     ///
     /// The director follows the tangent by parallel transport from the reference: `dh -> dh + g.dx`
-    /// with the [turn](Self::turn) `g`, and one more block, `(dE/dh) dg/dx`. A tangent that moves by
-    /// `p` and `q` of second order goes back along itself.
+    /// with the [turn](Self::turn) `g`, and one more block, `(dE/dh) dg/dx`. A displacement of the tangent by
+    /// `p` and `q` has a second-order part against the tangent.
     #[inline(always)]
     pub(crate) fn derivatives(
         &self,
@@ -197,6 +195,7 @@ impl<D: Scalar> EdgeState<D> {
         let [pp, qp, qq, hp, hq, hh] = sum.hessian;
         let (t1, t2) = (torque * g1, torque * g2);
         let (p, q) = (sum.gradient[0] + t1, sum.gradient[1] + t2);
+        // The chain rule dh -> dh + g.dx at second order.
         let (up, uq) = (hp + hh * g1, hq + hh * g2);
         let bow = t1 * g2;
         let pp = pp + g1 * (hp + up) - bow;
@@ -208,6 +207,7 @@ impl<D: Scalar> EdgeState<D> {
         let across = tension * *inverse_length;
         let (pp, qq, qp) = (pp * by_square + across, qq * by_square + across, qp * by_square);
         let (tp, tq) = (-(p * by_square), -(q * by_square));
+        // Components along the directors and the tangent become a matrix in the model's axes.
         let rows = [
             add(combine(pp, m[0], qp, m[1]), scale(*tangent, tp)),
             add(combine(qp, m[0], qq, m[1]), scale(*tangent, tq)),
@@ -234,7 +234,8 @@ impl<D: Scalar> EdgeState<D> {
 /// the first.
 pub type Between<D> = [[D; 4]; 4];
 
-/// Derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h`.
+/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe` (rows of `f`, columns of
+/// `e`).
 #[inline(always)]
 pub(crate) fn between<D: Scalar>(
     e: &EdgeState<D>,
@@ -265,7 +266,7 @@ pub(crate) fn between<D: Scalar>(
     ]
 }
 
-/// The product of the derivatives of both bending strains with their stresses.
+/// Derivatives `by` of both bending strains times their stresses `w`, summed.
 #[inline(always)]
 fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
     w[0] * by[0] + w[1] * by[1]
@@ -305,7 +306,8 @@ impl<D: Scalar> Joint<D> {
         Self { inverse_chi, a, b, strains: [a[0] - b[0], a[1] - b[1], twist] }
     }
 
-    /// `cos/chi` and `sin/chi = v`.
+    /// `cos/chi` and `sin/chi = v`, with the angle from the first edge's directors to the second edge's, transported to the
+    /// first.
     #[inline(always)]
     fn turned(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [D; 2] {
         let Self { inverse_chi, a, b, .. } = self;
@@ -313,7 +315,7 @@ impl<D: Scalar> Joint<D> {
         [cos - a[0] * b[0], sin - a[1] * b[0]]
     }
 
-    /// The strains' derivatives (columns) by `p`, `q` and `h` (rows) of both edges.
+    /// The derivatives of the three strains (columns) by `p`, `q` and `h` (rows) of the edges `[e, f]`: the table of the header.
     #[inline(always)]
     pub fn slopes(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [[[D; 3]; 3]; 2] {
         let [c, v] = self.turned(e, f);
@@ -326,7 +328,7 @@ impl<D: Scalar> Joint<D> {
         ]
     }
 
-    /// The sum of the strains' derivatives times the stresses `w`.
+    /// First derivatives of the energy by `p`, `q` and `h` of both edges: those of the strains times the stresses `w`, N m.
     #[inline(always)]
     pub fn pull(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>, w: &[D; 3]) -> JointGradient<D> {
         let [c, v] = self.turned(e, f);
@@ -347,7 +349,8 @@ impl<D: Scalar> Joint<D> {
         }
     }
 
-    /// First and second derivatives of the energy, for the `stiffness` and the stresses `w` of the strains.
+    /// First and second derivatives of the energy by `p`, `q` and `h` of both edges, for the `stiffness` and the stresses `w` of
+    /// the strains, N m.
     #[inline(always)]
     pub fn tangent(
         &self,

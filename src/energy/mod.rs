@@ -1,8 +1,9 @@
-//! Energies of the elements of a rod, and their derivatives.
+//! Energies of the elements of a rod, their hand-derived derivatives, and the interface of user-defined energies.
 //!
-//! Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient
-//! and Hessian. [`Derivatives`] chooses the derivatives of a simulation: the hand-derived formulas, or num-dual's
-//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene.
+//! Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient and Hessian
+//! ([`Element`]). [`Derivatives`] selects the derivatives of a simulation: the hand-derived formulas, or num-dual's
+//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene. [`Energy`] and
+//! [`Analytic`] are the same for an energy of one's own outside a rod, [`OwnEnergy`] for one on a rod.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
@@ -83,17 +84,17 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
     /// The same element with parameters of another number type.
     type Over<E: Scalar>: Element<E, N>;
 
-    /// Converts every parameter.
+    /// The element with every parameter converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Self::Over<E>;
-    /// The energy, J: the definition of the element.
+    /// The energy, J, at the unknowns `q`: the definition of the element.
     fn energy(&self, q: &[D; N]) -> D;
-    /// dE/dq, derived by hand.
+    /// dE/dq at the unknowns `q`, derived by hand.
     fn gradient(&self, q: &[D; N]) -> [D; N];
     /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     fn tangent(&self, q: &[D; N]) -> Local<D, N>;
 }
 
-/// dE/dq of an element by num-dual.
+/// dE/dq of an element at the unknowns `q` by num-dual (first-order dual numbers with `N` derivatives).
 pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
@@ -103,7 +104,7 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
-/// E, dE/dq and d2E/dq2 of an element by num-dual.
+/// E, dE/dq and d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with `N` derivatives).
 pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
@@ -114,23 +115,23 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
 }
 
-/// Makes an element with `f64` parameters an [`Analytic`] energy, as a user's own would be.
+/// Wrapper that makes an element with `f64` parameters an [`Analytic`] energy, like that of a user.
 #[derive(Clone, Copy, Debug)]
 pub struct AsEnergy<E>(pub E);
 
 impl<E: Element<f64, N>, const N: usize> Energy<N> for AsEnergy<E> {
-    /// The energy in J at the unknowns `q`.
+    /// The energy of the element, J, at the unknowns `q`.
     fn energy<D: Scalar>(&self, q: &[D; N]) -> D {
         self.0.map(D::from).energy(q)
     }
 }
 
 impl<E: Element<f64, N>, const N: usize> Analytic<N> for AsEnergy<E> {
-    /// The gradient dE/dq, J over the units of `q`.
+    /// The hand-derived gradient of the element at the unknowns `q`.
     fn gradient(&self, q: &[f64; N]) -> [f64; N] {
         self.0.gradient(q)
     }
-    /// d2E/dq2, all of the symmetric matrix.
+    /// The hand-derived Hessian of the element, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
         self.0.tangent(q).hessian
     }

@@ -63,7 +63,7 @@ use crate::scene::number::Quantity;
 /// Three by three second derivatives.
 pub type Block<D> = [[D; 3]; 3];
 
-/// Most nodes that an energy may be over.
+/// Largest number of nodes on which an energy may depend.
 pub(crate) const MOST_NODES: usize = 3;
 
 /// An energy of one's own over `N` neighbouring nodes, one to three, with `P` parameters. See the
@@ -87,8 +87,8 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         edges: &[Directors<D>],
     ) -> D;
 
-    /// First derivatives by nodes and directors, each taken for independent of all others; without
-    /// them they are found in dual numbers.
+    /// First derivatives by nodes and directors, each an independent argument. None by default: the derivatives are then
+    /// computed in dual numbers.
     fn gradient<D: Scalar>(
         &self,
         _place: &Place<D>,
@@ -99,7 +99,8 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         None
     }
 
-    /// Second derivatives likewise, beside the [gradient](Self::gradient).
+    /// Second derivatives by nodes and directors, each an independent argument; used together with the
+    /// [gradient](Self::gradient). None by default: dual numbers.
     fn hessian<D: Scalar>(
         &self,
         _place: &Place<D>,
@@ -111,8 +112,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
     }
 
     /// Whether a rod that lies in the plane with this normal through this point, m, stays there: no
-    /// force along the normal and no moment about the tangents. By default not, so that the scene is
-    /// one in space.
+    /// force along the normal and no moment about the tangents. False by default: the scene is then simulated in space.
     fn keeps_plane(&self, _parameters: &[f64; P], _normal: [f64; 3], _point: [f64; 3]) -> bool {
         false
     }
@@ -142,14 +142,14 @@ impl By {
         }
     }
 
-    /// All arguments of an energy over `nodes` nodes, positions first.
+    /// All arguments of an energy over `nodes` nodes: the positions, then tangent, first and second director of each edge.
     pub(crate) fn all(nodes: usize) -> impl Iterator<Item = Self> {
         let of_edge = |j| [Self::Tangent(j), Self::First(j), Self::Second(j)];
         (0..nodes).map(Self::Node).chain((1..nodes).flat_map(move |j| of_edge(j - 1)))
     }
 }
 
-/// First derivatives of an energy over `N` nodes.
+/// First derivatives of an energy over `N` nodes by positions and directors; zero where not set.
 #[derive(Clone, Copy, Debug)]
 pub struct Slopes<D, const N: usize> {
     by: [[Vector<D>; 4]; N],
@@ -157,13 +157,14 @@ pub struct Slopes<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Slopes<D, N> {
+    /// Derivatives of zero.
     fn default() -> Self {
         Self { by: [[[D::from(0.0); 3]; 4]; N], of_edges: false }
     }
 }
 
 impl<D: Scalar, const N: usize> Slopes<D, N> {
-    /// With `slope` added to the derivative by `by`.
+    /// The slopes with `slope` added to the derivative by `by`.
     pub fn with(mut self, by: By, slope: Vector<D>) -> Self {
         let [i, k] = by.place();
         self.of_edges |= k > 0;
@@ -171,14 +172,14 @@ impl<D: Scalar, const N: usize> Slopes<D, N> {
         self
     }
 
-    /// The derivative by `by`.
+    /// The derivative by the three components of `by`.
     pub fn by(&self, by: By) -> Vector<D> {
         let [i, k] = by.place();
         self.by[i][k]
     }
 }
 
-/// Second derivatives of an energy over `N` nodes.
+/// Second derivatives of an energy over `N` nodes by positions and directors; zero where not set.
 #[derive(Clone, Copy, Debug)]
 pub struct Curvatures<D, const N: usize> {
     by: [[[[Block<D>; 4]; 4]; N]; N],
@@ -186,14 +187,15 @@ pub struct Curvatures<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Curvatures<D, N> {
+    /// Derivatives of zero.
     fn default() -> Self {
         Self { by: [[[[[[D::from(0.0); 3]; 3]; 4]; 4]; N]; N], of_edges: false }
     }
 }
 
 impl<D: Scalar, const N: usize> Curvatures<D, N> {
-    /// With `block` added to the derivatives by `row` and `column`; its transpose, by `column` and
-    /// `row`, goes without saying.
+    /// The second derivatives with `block` added to those by `row` and `column`, and its transpose to those by `column` and
+    /// `row`.
     pub fn with(mut self, row: By, column: By, block: Block<D>) -> Self {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.of_edges |= k > 0 || l > 0;
@@ -208,7 +210,7 @@ impl<D: Scalar, const N: usize> Curvatures<D, N> {
         self
     }
 
-    /// The derivatives by `row` and `column`.
+    /// The three by three second derivatives by `row` and `column`.
     pub fn by(&self, row: By, column: By) -> Block<D> {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.by[i][j][k][l]

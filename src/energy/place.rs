@@ -1,4 +1,8 @@
-//! The elements of the rod on which a user-defined energy acts, and their rest shape.
+//! Elements of a rod on which a user-defined energy acts (`spots`), and their rest shape ([`Place`]).
+//!
+//! From the place named in a scene ([`At`]: start, end, arc length, interval, whole rod) and the mesh follow the first nodes of
+//! the elements. Each has an arc length, a tributary length and, for a point between two elements, a linear weight. Positions
+//! and directors at rest are stored as one list of numbers.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};
@@ -10,7 +14,7 @@ use crate::scene::mesh::Mesh;
 /// axis where the rod begins within 8 degrees of y, as far as those are across it; the second is tangent x first.
 pub type Directors<D> = [Vector<D>; 3];
 
-/// One element of an energy on a mesh.
+/// One element of an energy on a mesh: its first node, weight and rest shape.
 #[derive(Clone, Debug)]
 pub struct Spot<D> {
     /// The first node of the element.
@@ -21,7 +25,7 @@ pub struct Spot<D> {
     pub numbers: Vec<D>,
 }
 
-/// The rest shape of an element on which an energy acts, in the world.
+/// The rest shape of an element on which an energy acts, in the world: arc length, tributary length, nodes and directors.
 pub struct Place<'a, D> {
     numbers: &'a dyn Fn(usize) -> D,
     nodes: usize,
@@ -66,7 +70,7 @@ impl<'a, D: Scalar> Place<'a, D> {
     }
 }
 
-/// The numbers of a [`Place`] from its lengths, nodes and edges.
+/// The list of numbers of a [`Place`]: arc length and tributary length, m, then positions of nodes, then directors of edges.
 pub(crate) fn numbers<D: Copy>(
     lengths: [D; 2],
     nodes: &[Vector<D>],
@@ -76,8 +80,8 @@ pub(crate) fn numbers<D: Copy>(
     lengths.into_iter().chain(nodes.iter().chain(edges).flatten().copied()).collect()
 }
 
-/// The elements of a place over `nodes` nodes each; `rest` gives the nodes and edges at rest of the element
-/// that begins at a node.
+/// The elements of the place `at` over `nodes` nodes each. `rest(i)` returns the nodes and edges at rest of the element
+/// that begins at node `i`. Empty if the mesh has too few nodes; two weighted elements for an arc length between two centers.
 pub(crate) fn spots<D: Scalar>(
     at: At,
     nodes: usize,
@@ -87,6 +91,7 @@ pub(crate) fn spots<D: Scalar>(
     let (arcs, zero) = (&mesh.arc_length, D::from(0.0));
     let count = (arcs.len() + 1).saturating_sub(nodes);
     let middle = |i: usize| (arcs[i] + arcs[i + 1]) * 0.5;
+    // Arc length that represents an element: its node, the middle of its edge, or its inner node.
     let centre = |i: usize| match nodes {
         1 => arcs[i],
         2 => middle(i),
@@ -117,6 +122,7 @@ pub(crate) fn spots<D: Scalar>(
         _ if count == 0 => Vec::new(),
         At::Start => vec![spot(0, None)],
         At::End => vec![spot(count - 1, None)],
+        // Linear interpolation between the two elements whose centers enclose the point.
         At::ArcLength(s) => {
             let after = (0..count).position(|i| centre(i).value() > s).unwrap_or(count);
             if after == 0 || after == count {
@@ -126,6 +132,7 @@ pub(crate) fn spots<D: Scalar>(
             let part = (-a + s) / (b - a);
             vec![spot(after - 1, Some(-part + 1.0)), spot(after, Some(part))]
         }
+        // Elements with a part in the interval; the tributary length counts that part only.
         At::Interval(..) | At::Whole => {
             let covered = (0..count).filter(|i| length(*i).value() > 0.0);
             covered.map(|i| spot(i, None)).collect()
@@ -138,6 +145,7 @@ mod tests {
     use super::*;
     use crate::scene::Shape;
 
+    /// Elements on a straight rod of 0.95 m with ten edges and the wall in the middle of the first.
     fn spots(at: At, nodes: usize) -> Vec<Spot<f64>> {
         let shape = Shape::Straight { length: 0.95, direction: [1.0, 0.0, 0.0] };
         let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
@@ -145,6 +153,7 @@ mod tests {
         super::spots(at, nodes, &mesh, rest)
     }
 
+    /// Sum of `f(arc length)` over the elements, times weight and tributary length.
     fn sum(spots: &[Spot<f64>], f: impl Fn(f64) -> f64) -> f64 {
         spots.iter().map(|s| s.weight.unwrap_or(1.0) * s.numbers[1] * f(s.numbers[0])).sum()
     }

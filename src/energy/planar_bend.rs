@@ -1,16 +1,13 @@
-//! Bending at one inner node in the plane.
+//! Element for bending at one inner node of a rod in a plane: energy, hand-derived gradient and Hessian.
 //!
-//! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the
-//! integrated curvature `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and
-//! `f`, positive counter-clockwise.
+//! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the integrated curvature
+//! `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise.
 //!
-//! `tan(phi/2)` is `sin/(1 + cos)` for turns up to a right angle and `(1 - cos)/sin` beyond, so
-//! that nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees
-//! has infinite energy.
+//! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that nothing cancels,
+//! neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.
 //!
-//! Hand derivation: with `n(x) = perp(x)/|x|^2` and `u(x) = x/|x|^2`, the angle of a vector has
-//! the gradient `n` and the Hessian `-(u n' + n u')`; `phi = angle(f) - angle(e)`,
-//! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
+//! Hand derivation: with `n(x) = perp(x)/|x|^2` and `u(x) = x/|x|^2`, the angle of a vector has the gradient `n` and the Hessian
+//! `-(u n' + n u')`; `phi = angle(f) - angle(e)`, `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
 use crate::energy::law::Law;
 use crate::energy::{Element, Local};
@@ -53,7 +50,7 @@ fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
 }
 
 impl<D: Scalar> BentJoint<D> {
-    /// n(e) and n(f): gradients of the edges' angles, 1/m.
+    /// The gradients `n(e)` and `n(f)` of the angles of both edges, 1/m.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2]) {
         // One division for both reciprocals.
@@ -65,7 +62,7 @@ impl<D: Scalar> BentJoint<D> {
     }
 }
 
-/// Spreads a gradient with respect to the edges over the three nodes.
+/// Gradient by the three nodes from the gradients by both edges (transposed differences).
 #[inline]
 fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
     [-g_e[0], -g_e[1], g_e[0] - g_f[0], g_e[1] - g_f[1], g_f[0], g_f[1]]
@@ -78,7 +75,7 @@ impl<D: Scalar> PlanarBend<D> {
         Self { stiffness: zero, natural_curvature: zero }
     }
 
-    /// Joints in SIMD lanes.
+    /// The joints `all` of consecutive nodes as one joint in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {
@@ -87,20 +84,21 @@ impl<D: Scalar> PlanarBend<D> {
         }
     }
 
-    /// Integrated curvature 2 tan(phi/2), dimensionless.
+    /// Integrated curvature 2 tan(phi/2), dimensionless, at the three nodes `q`, m.
     #[inline]
     pub fn strain(&self, q: &[D; 6]) -> D {
         bent_joint(q).curvature
     }
 
-    /// The derivative of the curvature `k` by the turning angle.
+    /// The derivative dk/dphi = 1 + k^2/4 of the curvature `k` by the turning angle, 1/rad.
     #[inline(always)]
     pub(crate) fn slope(k: D) -> D {
         let half = k * 0.5;
         half * half + 1.0
     }
 
-    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k` with the stiffness and the stress of the law.
+    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`, from `stiffness` and `stress` of the law by the
+    /// curvature.
     #[inline(always)]
     pub(crate) fn by_angle(k: D, [stiffness]: [D; 1], [stress]: [D; 1]) -> [D; 2] {
         let half = k * 0.5;
@@ -126,25 +124,26 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
 
     const KINDS: [usize; 1] = [1];
 
-    /// The stiffness `K`: N of an edge, N m of a joint.
+    /// The bending stiffness over the Voronoi length, N m.
     #[inline(always)]
     fn stiffness(&self) -> [D; 1] {
         [self.stiffness]
     }
 
-    /// The strains at which there is no stress.
+    /// The integrated natural curvature, at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 1] {
         [self.natural_curvature]
     }
 
-    /// The law with other stiffnesses and natural strains.
+    /// The joint with another stiffness, N m, and another natural curvature.
     #[inline(always)]
     fn with(&self, [stiffness]: [D; 1], [natural_curvature]: [D; 1]) -> Self {
         Self { stiffness, natural_curvature }
     }
 
-    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
+    /// Energies of stretching (zero), bending and twisting (zero), J, at the difference `k` of the curvature from the natural
+    /// one.
     #[inline(always)]
     fn energies(&self, [k]: &[D; 1]) -> [D; 3] {
         let zero = k.like(0.0);
@@ -152,7 +151,7 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
     }
 }
 
-/// Integrated curvature 2 tan(phi/2) between edges of the unit tangents `t` and `u`.
+/// Integrated curvature 2 tan(phi/2) between edges with the unit tangents `t` and `u`.
 #[inline(always)]
 pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
     // 1 + t.u, without cancellation in a fold.
@@ -171,7 +170,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     const NAME: &'static str = "bend";
     type Over<E: Scalar> = PlanarBend<E>;
 
-    /// Converts every parameter.
+    /// The element with every parameter converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> PlanarBend<E> {
         PlanarBend {
             stiffness: convert(self.stiffness),
@@ -179,13 +178,13 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         }
     }
 
-    /// The energy, J: the definition of the element.
+    /// The energy, J, at the nodes `q`: the definition of the element.
     #[inline]
     fn energy(&self, q: &[D; 6]) -> D {
         self.energy_at(self.strain(q))
     }
 
-    /// dE/dq, derived by hand.
+    /// dE/dq, derived by hand, N.
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();
@@ -193,7 +192,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
     }
 
-    /// With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
+    /// E, dE/dq and d2E/dq2 at the nodes `q`. With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
     /// E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e n_f'.
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent_joint(q);
@@ -220,6 +219,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         let (b00, b01, b10, b11) = (fe00 - ff00, fe01 - ff01, fe10 - ff01, fe11 - ff11);
         let (c00, c01, c11) =
             (ee00 + ff00 - fe00 - fe00, ee01 + ff01 - fe01 - fe10, ee11 + ff11 - fe11 - fe11);
+        // Nodes move edges with both signs: node 0 by -e, node 1 by e - f, node 2 by f.
         Local {
             energy: self.energy_at(bent.curvature),
             gradient: to_nodes(

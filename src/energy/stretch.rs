@@ -1,9 +1,8 @@
-//! Stretching of one edge, in the plane or in space: the simplest element, and the one to read
-//! first.
+//! Element for stretching of one edge, in the plane or in space: the simplest element, and the one to read first.
 //!
-//! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain
-//! `eps = |e|/l - 1`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no
-//! digits when the edge is nearly at rest.
+//! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain `eps = |e|/l - 1` of the edge vector
+//! `e`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no digits when the edge is nearly at rest.
+//! With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`, `d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I`.
 
 use crate::energy::law::Law;
 use crate::energy::{Element, Local};
@@ -21,26 +20,26 @@ pub struct Stretch<D, const M: usize> {
     pub natural_strain: D,
 }
 
-/// The edge from one node to the other; `N = 2 M`.
+/// The edge vector from the first node of `q` to the second, m; `N = 2 M`.
 #[inline]
 fn edge<D: Scalar, const N: usize, const M: usize>(q: &[D; N]) -> [D; M] {
     components(|i| q[M + i] - q[i])
 }
 
-/// Spreads a gradient with respect to the edge over its nodes.
+/// Gradient by the two nodes from the gradient `g` by the edge vector.
 #[inline]
 fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
     components(|i| if i < M { -g[i] } else { g[i - M] })
 }
 
 impl<D: Scalar, const M: usize> Stretch<D, M> {
-    /// An edge without stiffness.
+    /// An edge without stiffness, of rest length 1 m, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         Self { stiffness: zero, rest_length: one, natural_strain: zero }
     }
 
-    /// Edges in SIMD lanes.
+    /// The edges `all` as one edge in SIMD lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
@@ -57,20 +56,21 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// Axial force EA (eps - eps_natural), N, at a length and its square, m and m^2.
+    /// Axial force EA (eps - eps_natural), N, of an edge with the squared length `squared`, m^2, and the length `length`, m.
     #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
         self.stress(&[self.strain_of(squared, length)])[0]
     }
 
-    /// The axial force, N, and the stiffness along the edge, N/m.
+    /// The axial force, N, and the stiffness along the edge EA/l, N/m, at the squared length, m^2, and the length, m.
     #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
         let ([stiffness], [force]) = self.response(&[self.strain_of(squared, length)]);
         [force, stiffness / self.rest_length]
     }
 
-    /// The axial force, N, to first order in the change of an edge from `e` to `now`, m: at the strain `t.now/l - 1`.
+    /// The axial force, N, to first order in the change of an edge from `e` to `now`, m: at the strain `t.now/l - 1` with the
+    /// tangent `t` of `e`.
     #[inline(always)]
     pub(crate) fn tension_after(&self, e: &[D; M], now: &[D; M]) -> D {
         let along = e.iter().zip(now).fold(D::from(0.0), |sum, (e, now)| sum + *e * *now);
@@ -95,27 +95,28 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         gain
     }
 
-    /// The energy, J, at a length and its square.
+    /// The energy, J, at a squared length, m^2, and the length, m.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         self.energies(&self.difference(&[self.strain_of(squared, length)]))[0]
     }
 
-    /// The strain `(l - l0)/l0` of an edge with length `l` and squared length, without the cancellation of `l - l0`.
+    /// The strain `(|e| - l)/l` of an edge from its squared length, m^2, and its length, m, without the cancellation of `|e| -
+    /// l`.
     #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
     }
 
-    /// The energy of an edge vector `e`, m, in J.
+    /// The energy, J, of an edge vector `e`, m.
     #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
         let squared = squared(&e);
         self.energy_at(squared, squared.sqrt())
     }
 
-    /// The force `F = EA (eps - eps_natural)` pulls along the tangent `t`: dE/de = F t.
+    /// Gradient dE/de = F t by the edge vector `e`, N: the force `F = EA (eps - eps_natural)` acts along the tangent `t`.
     #[inline]
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
         let squared = squared(&e);
@@ -124,7 +125,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         map_components(&e, |x| force * (x * inverse_length))
     }
 
-    /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
+    /// Energy, gradient and full Hessian by the coordinates of both nodes, from `d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I` by the
+    /// edge vector `e`, with the force `F` and the tangent `t`.
     #[inline]
     fn tangent_of<const N: usize>(&self, e: [D; M]) -> Local<D, N> {
         let squared = squared(&e);
@@ -134,6 +136,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         let [force, stiffness] = self.tension(squared, length);
         let across = force * inverse_length;
         let along = stiffness - across;
+        // The Hessian by the edge vector, with signs + and - for both nodes.
         let mut hessian = [[across; N]; N];
         for r in 0..M {
             for c in 0..=r {
@@ -155,25 +158,25 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
 
     const KINDS: [usize; 1] = [0];
 
-    /// The stiffness `K`: N of an edge, N m of a joint.
+    /// The axial stiffness EA, N.
     #[inline(always)]
     fn stiffness(&self) -> [D; 1] {
         [self.stiffness]
     }
 
-    /// The strains at which there is no stress.
+    /// The natural strain, at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 1] {
         [self.natural_strain]
     }
 
-    /// The law with other stiffnesses and natural strains.
+    /// The edge with another stiffness, N, and another natural strain.
     #[inline(always)]
     fn with(&self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) -> Self {
         Self { stiffness, natural_strain, ..*self }
     }
 
-    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
+    /// Energies of stretching, bending (zero) and twisting (zero), J, at the difference of the strain from the natural one.
     #[inline(always)]
     fn energies(&self, [strain]: &[D; 1]) -> [D; 3] {
         let zero = strain.like(0.0);
@@ -181,7 +184,7 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
     }
 }
 
-/// The squared length of a vector, m^2.
+/// The squared length of the vector `e`, m^2.
 #[inline]
 fn squared<D: Scalar, const M: usize>(e: &[D; M]) -> D {
     let mut sum = e[0] * e[0];
@@ -198,6 +201,7 @@ macro_rules! element {
             const NAME: &'static str = "stretch";
             type Over<E: Scalar> = Stretch<E, $m>;
 
+            /// The element with every parameter converted to another number type.
             fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Stretch<E, $m> {
                 Stretch {
                     stiffness: convert(self.stiffness),
@@ -205,14 +209,17 @@ macro_rules! element {
                     natural_strain: convert(self.natural_strain),
                 }
             }
+            /// The energy, J, at the nodes `q`.
             #[inline]
             fn energy(&self, q: &[D; $n]) -> D {
                 self.energy_of(edge(q))
             }
+            /// dE/dq, derived by hand, N.
             #[inline]
             fn gradient(&self, q: &[D; $n]) -> [D; $n] {
                 to_nodes(self.gradient_of(edge(q)))
             }
+            /// E, dE/dq and d2E/dq2, derived by hand.
             #[inline]
             fn tangent(&self, q: &[D; $n]) -> Local<D, $n> {
                 self.tangent_of(edge(q))

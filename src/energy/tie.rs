@@ -1,4 +1,4 @@
-//! A linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`.
+//! Energy of a linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`, as a soft support.
 //!
 //! Positions of nodes are linear in the unknowns, so that its derivatives are two lines for any scalar. The
 //! [adapter](super::adapter) of a user-defined energy would compute them in dual numbers.
@@ -9,11 +9,11 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::number::Quantity;
 
-/// The fixed point, m. The stiffness, N/m, is the parameter of the energy.
+/// Spring to the fixed point of the field, m. The stiffness, N/m, is the parameter of the energy.
 pub(crate) struct Tie(pub [f64; 3]);
 
 impl Tie {
-    /// The vector from the fixed point to the node, m.
+    /// The vector from the fixed point to the node with the unknowns `q`, m.
     fn displacement<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
         let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
         components(|c| x[c] - self.0[c])
@@ -21,13 +21,13 @@ impl Tie {
 }
 
 impl<D: Scalar> Over<D> for Tie {
-    /// The energy at the unknowns `q` of the element at `site`, J.
+    /// The energy at the unknowns `q` of the node, J.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         let way = self.displacement(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
 
-    /// Writes the derivatives by `q`, N (N m for angles).
+    /// Writes the derivatives by the coordinates `q`, N: the stiffness times the displacement along each axis of the model.
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
         let way = self.displacement(site, q);
         for k in 0..q.len() {
@@ -35,7 +35,7 @@ impl<D: Scalar> Over<D> for Tie {
         }
     }
 
-    /// The axes are orthonormal: nothing beside the diagonal.
+    /// Writes first and second derivatives. The axes are orthonormal, so that the Hessian is the stiffness times the identity.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>) {
         self.gradient(site, q, derivatives, &mut local.0);
         for k in 0..q.len() {
@@ -46,22 +46,22 @@ impl<D: Scalar> Over<D> for Tie {
 }
 
 impl AnyEnergy for Tie {
-    /// The number of nodes it depends on.
+    /// One node.
     fn nodes(&self) -> usize {
         1
     }
 
-    /// Its parameters.
+    /// The name and unit of the stiffness.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
 
-    /// Not used: the model is chosen before springs are added.
+    /// False; not used, because the model is chosen before springs are added.
     fn keeps_plane(&self, _: &[f64], _: [f64; 3], _: [f64; 3]) -> bool {
         false
     }
 
-    /// The sizes of the terms in its derivatives: see `Terms`.
+    /// Sums of the absolute terms in the gradient and Hessian by `q`, for relative errors: see `Terms`.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());

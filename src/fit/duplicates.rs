@@ -1,11 +1,13 @@
-//! Detection of duplicate data. Fitted twice, data make intervals too narrow by the square root of 2; as validation data they
-//! validate nothing.
+//! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments. Output: an
+//! error that names both measurements, or `Ok`. Fitted twice, data make intervals too narrow by the square root of 2; as
+//! validation data they validate nothing.
 //!
-//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have.
-//! A copy may be in other units or have fewer digits: values are equal within a relative 1e-9 or half
-//! of the last decimal of the coarser one, times within a fraction of the interval between samples. Repeated measurements of
-//! one motion have some equal values by chance, never nearly all of them. Parts of one recording that do not overlap in
-//! time have no common sample, nor have several markers of one file.
+//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have: at least
+//! [`SHARED`] of the shorter record is common, and [`EQUAL`] of the common values are equal. A copy may be in other units or
+//! have fewer digits: values are equal within a relative 1e-9 ([`SAME`]) or half of the last decimal of the coarser one,
+//! times within [`SAME_TIME`] of the interval between samples. Repeated measurements of one motion have some equal values by
+//! chance, never nearly all of them. Parts of one recording that do not overlap in time have no common sample, nor have
+//! several markers of one file. Two lists of natural frequencies are duplicates if the longer one contains the shorter.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -16,27 +18,32 @@ use crate::fit::validate::measurement_key;
 use crate::numerics::{total_order, upper_median};
 use crate::problem::Problem;
 
-/// Largest relative difference of equal numbers in two units.
+/// Largest relative difference of equal numbers in two units. Unit conversions differ by rounding only, about 1e-16; measured
+/// values coincide to 1e-9 only as copies.
 const SAME: f64 = 1e-9;
-/// Largest difference of equal times, over the usual interval between samples.
+/// Largest difference of equal times (or arc lengths), as a fraction of the median interval between samples. A larger
+/// fraction pairs samples of different frames.
 const SAME_TIME: f64 = 0.01;
-/// Fewest distinct common values of duplicates.
+/// Smallest number of distinct common values of a coordinate of duplicates. Fewer may be equal by chance.
 const FEWEST: usize = 8;
-/// The same of shapes, of frequencies of different rods, and of coordinates that are equal as a whole.
+/// Like [`FEWEST`], for coordinates that are equal as a whole (all samples of both, as of shapes), and for frequencies of two
+/// experiments.
 const FEWEST_OF_A_LIST: usize = 3;
-/// Smallest fraction of common times, over the shorter record.
+/// Smallest number of common times of duplicates, as a fraction of the samples of the shorter record. A smaller fraction
+/// compares records that hardly overlap, whose few common values may be equal by chance.
 const SHARED: f64 = 0.2;
-/// Smallest fraction of equal values at the common times.
+/// Smallest fraction of equal values at the common times of duplicates. Copies may have a few corrected values; a smaller
+/// fraction rejects repeated measurements.
 const EQUAL: f64 = 0.95;
 /// Largest number of decimals of a rounded number; 1e-9 m is below the resolution of any camera.
 const MOST_DECIMALS: i32 = 9;
 /// Largest last decimal of a copy, over the range of its values: 1 mm of 0.2 m. Coarser pixels than that and than 20 times the
 /// noise make independent recordings equal in nearly all values; with finer ones or more noise fewer than [`EQUAL`] are.
 const FINE: f64 = 5e-3;
-/// The same of shapes and gauges, whose few values may be equal within a millimeter.
+/// Like [`FINE`], for shapes and gauges, whose few values may be equal within a millimeter.
 const FINE_OF_A_LIST: f64 = 1e-4;
 
-/// A coordinate of a measurement, in ascending order of its abscissas.
+/// One coordinate of a measurement as a series, in ascending order of its abscissas.
 struct CoordinateRecord {
     /// Name of the coordinate.
     axis: &'static str,
@@ -47,7 +54,7 @@ struct CoordinateRecord {
     rounding: f64,
 }
 
-/// A measurement of an experiment with its coordinates.
+/// A measurement of an experiment with its coordinates, as it is compared with the measurements listed before it.
 struct ListedMeasurement<'a> {
     experiment: &'a Experiment,
     /// Index of the measurement in the experiment.
@@ -57,13 +64,14 @@ struct ListedMeasurement<'a> {
 }
 
 impl ListedMeasurement<'_> {
-    /// The key in the fit file with the label.
+    /// The key of the measurement in the fit file, with its label in parentheses, for the error message.
     fn name(&self) -> String {
         let key = measurement_key(self.experiment, self.index);
         format!("{key} ({})", self.measurement.label())
     }
 
-    /// The number of common samples of two measurements of one quantity; none if they are no duplicates.
+    /// The number of common samples of two measurements; `None` if they are no duplicates or of different kinds (table of the
+    /// fit file, unit). Frequencies are compared by mode, other measurements coordinate by coordinate.
     fn common_samples(&self, other: &Self) -> Option<usize> {
         let (one, two) = (self.measurement, other.measurement);
         match (one.frequencies(), two.frequencies()) {
@@ -78,7 +86,8 @@ impl ListedMeasurement<'_> {
     }
 }
 
-/// Rejects measurements that are duplicates of others.
+/// Compares every recorded measurement with all before it. An error for the first one that is a duplicate, with both keys and
+/// the number of common samples. Planned measurements are skipped.
 pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
     let mut listed: Vec<ListedMeasurement> = Vec::new();
     for experiment in experiments {
@@ -101,7 +110,8 @@ pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> 
     Ok(())
 }
 
-/// The coordinates of a measurement, in ascending order of time or arc length.
+/// The coordinates of a measurement as series in ascending order of time, s, or arc length, m, with their rounding. A
+/// rounding coarser than [`FINE`] of the largest range of any coordinate is set to zero.
 fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord> {
     let all = measurement.values_in_order();
     let record = |Coordinate { axis, mut values }: Coordinate| {
@@ -121,11 +131,13 @@ fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord
     records
 }
 
-/// Half of the last decimal of the values; zero if one has more than [`MOST_DECIMALS`].
+/// Half of the last decimal of the values, in their unit: 0.5 10^-d for the smallest `d` with which all values have at most
+/// `d` decimals; zero if one has more than [`MOST_DECIMALS`].
 fn rounding(values: &[f64]) -> f64 {
     let has = |decimals: i32| {
         let unit = 10.0_f64.powi(decimals);
         values.iter().all(|x| {
+            // The decimal value of a number is binary: its multiple is an integer within rounding errors only.
             let scaled = x * unit;
             (scaled - scaled.round()).abs() <= 1e-6_f64.max(4.0 * f64::EPSILON * scaled.abs())
         })
@@ -134,7 +146,8 @@ fn rounding(values: &[f64]) -> f64 {
     last.map_or(0.0, |decimals| 0.5 * 10.0_f64.powi(-decimals))
 }
 
-/// The largest number of equal values of a coordinate of two measurements; none if they are no duplicates.
+/// The largest number of equal values of any coordinate that two measurements share. `None` if they are no duplicates: a
+/// shared coordinate with too few common times or unequal values, or too few distinct values in all of them.
 fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option<usize> {
     let pairs = one.iter().filter_map(|a| Some((a, other.iter().find(|b| b.axis == a.axis)?)));
     let (mut most, mut is_duplicate) = (0, false);
@@ -168,13 +181,14 @@ struct RecordMatch {
 }
 
 impl CoordinateRecord {
-    /// Largest less smallest value.
+    /// The largest less the smallest value, in the unit of the values.
     fn range(&self) -> f64 {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     }
 
-    /// Counts the common samples of two records, in one pass over both.
+    /// Counts the common samples of two records, in one pass over both. Equal times and values are those within the
+    /// tolerances of the module header.
     fn compare(&self, other: &Self) -> RecordMatch {
         let interval = |record: &Self| {
             upper_median(record.abscissas.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0)
@@ -209,8 +223,9 @@ impl CoordinateRecord {
     }
 }
 
-/// The number of common frequencies of two lists; none if neither list contains the other. Different rods may have a few equal
-/// frequencies by chance.
+/// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None` if
+/// neither list contains the other. Different rods (not `same_rod`) may have a few equal frequencies by chance: they need
+/// [`FEWEST_OF_A_LIST`].
 fn common_frequencies(
     one: &ModeFrequencies,
     other: &ModeFrequencies,

@@ -1,4 +1,11 @@
-//! Extensions of a fit by omitted effects that its score tests find, and the comparison of extended fits.
+//! Extension of a fit by effects that its model omits, and the choice among extended fits (`rodfit fit --extend`).
+//!
+//! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns copies
+//! of the fit, each with one significant effect added as a further unknown, the most significant first, at most
+//! [`MOST_TERMS`]. After these are solved, [`FitReport::improves_on`] accepts one by the likelihood-ratio test: twice the
+//! log-likelihood rises by more than [`SIGNIFICANT_RISE`]. [`FitReport::among_alternatives`] warns where another extension
+//! has a similar likelihood (within [`DISCRIMINATING_RISE`]) and other values of the parameters. [`FitReport::not_extended`]
+//! reports that no extension was accepted.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -10,10 +17,11 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
 
-/// Largest number of terms that are tried. Three of them often have similar effects, as a tilted clamp, a tilted camera and a
-/// curved rest shape.
+/// Largest number of extensions that are tried, each a complete fit. Three of them often have similar effects, as a tilted
+/// clamp, a tilted camera and a curved rest shape.
 const MOST_TERMS: usize = 6;
-/// Smallest significant rise of twice the log-likelihood by a further parameter: two standard deviations.
+/// Smallest significant rise of twice the log-likelihood by a further parameter: two standard deviations, as the rise is
+/// chi-squared distributed with one degree of freedom (Wilks).
 const SIGNIFICANT_RISE: f64 = 4.0;
 /// Twice the logarithm of a likelihood ratio of 100, above which the data discriminate between two terms.
 const DISCRIMINATING_RISE: f64 = 9.2;
@@ -26,7 +34,7 @@ const SIMILAR_TERMS: [[&str; 2]; 4] = [
     ["loads.damping.stiffness", "loads.drag.quadratic_normal"],
 ];
 
-/// A fit with one more term than another.
+/// A fit with one omitted effect more than another, as a further unknown.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ExtendedFit {
@@ -37,7 +45,8 @@ pub struct ExtendedFit {
 }
 
 impl FitFile {
-    /// The fit with the most likely term by the score tests of its `report`; none if no test is significant.
+    /// The fit with the most likely omitted effect, by the score tests of its `report`, as a further unknown; `None` if no
+    /// test is significant.
     ///
     /// # Errors
     ///
@@ -46,8 +55,8 @@ impl FitFile {
         Ok(self.extensions(report)?.into_iter().next().map(|extended| extended.file))
     }
 
-    /// Fits with one likely term each, by the score tests of the `report` of this fit; at most six, the most likely
-    /// first.
+    /// Fits with one likely omitted effect each as a further unknown, by the significant score tests of the `report` of this
+    /// fit; at most six, the most likely first. Effects that are unknowns already are skipped.
     ///
     /// # Errors
     ///
@@ -63,6 +72,7 @@ impl FitFile {
                 (*place, format!("{place}, whose motion resembles {}", test.effect), None)
             });
             for (place, term, estimate) in own.into_iter().chain(similar) {
+                // A test whose source is not in the list of effects has no unknown to add.
                 let Some(extension) = OMITTED_EFFECTS.iter().find(|e| e.path == place) else {
                     continue;
                 };
@@ -80,8 +90,8 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with a term as a further unknown, which starts at its `estimate` or else at its plausible size; none if no
-    /// scene can have the term.
+    /// The fit with an effect added to its scenes as a further unknown. The unknown starts at the scene's value plus
+    /// `estimate` (or else the plausible size of the effect), in its unit. `None` if no scene can have the effect.
     fn with_term(
         &self,
         extension: &OmittedEffect,
@@ -91,6 +101,7 @@ impl FitFile {
         let (mut file, parameter) = (self.clone(), extension.parameter());
         let (mut names, mut start) = (Vec::new(), None);
         for experiment in &mut file.experiments {
+            // The plausible size depends on the rod's size at the estimates.
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
             let sizes = RodSizes::new(experiment, &problem);
             if let Some(problem) = extension.added(&experiment.problem, &sizes) {
@@ -117,7 +128,7 @@ impl FitFile {
 }
 
 impl FitReport {
-    /// The report with a warning that none of these `terms` made the fit better.
+    /// The report with a warning that no extension by these `terms`, given by their descriptions, improved the fit.
     pub fn not_extended(mut self, terms: &[String]) -> Self {
         let words = format!(
             "No extension improves this fit. These terms were tried: {}. The values are those without them",
@@ -128,8 +139,8 @@ impl FitReport {
         self
     }
 
-    /// Whether this fit is better than the one without its last parameter: it converged, its grade is no worse, and the
-    /// rise of its likelihood is significant.
+    /// Whether this fit, with one more parameter than `first`, is better: it converged without interruption, its grade is no
+    /// worse, and its likelihood rise exceeds two standard deviations (or `first` did not converge).
     pub fn improves_on(&self, first: &Self) -> bool {
         self.converged
             && !self.interrupted
@@ -137,15 +148,16 @@ impl FitReport {
             && (self.likelihood_rise(first) > SIGNIFICANT_RISE || !first.converged)
     }
 
-    /// Twice the logarithm of the likelihood ratio of this fit to another one of the same data, for white noise.
+    /// Twice the logarithm of the likelihood ratio of this fit to `other`, of the same data, for white Gaussian noise of
+    /// unknown size: `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least 1.
     fn likelihood_rise(&self, other: &Self) -> f64 {
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
-    /// The report of this fit as the best one of several extended fits. If one of the `others`, each with the description of
-    /// its term, has a similar likelihood and another value of a parameter, a warning has both values and the
-    /// grade is lowered: the data do not discriminate between the effects.
+    /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the description of
+    /// its effect. If one has a similar likelihood and a parameter outside this fit's 95 % interval, a warning has both
+    /// values and the grade is lowered: the data do not discriminate between the effects.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {
@@ -169,8 +181,8 @@ impl FitReport {
         self
     }
 
-    /// The estimate whose interval is farthest from the value of another fit, in widths of the interval, with that value; none
-    /// if all intervals contain the other values.
+    /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter, in widths of the
+    /// interval, with that value; `None` if all intervals contain the other values.
     fn largest_contradiction(&self, other: &Self) -> Option<(&Estimate, f64)> {
         let pairs = self.parameters.iter().filter_map(|own| {
             let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;

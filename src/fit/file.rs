@@ -1,4 +1,9 @@
-//! The fit file: its tables in TOML, and their conversion to experiments, unknowns, inputs and analyses.
+//! The fit file: its tables in TOML, and their conversion to experiments, unknowns, inputs with an uncertainty and analyses.
+//!
+//! Input: the text of a fit file and the folder to which its paths are relative. The tables are deserialized ([`FitForm`]),
+//! each scene is loaded and prepared as a [`Problem`](crate::Problem) on its initial mesh, and the files of the measurements
+//! are read. Output: a validated [`FitFile`], from which [`FitFile::fit`] makes a [`Fit`]. Errors have the file, the key, the
+//! value found and the allowed values. [`Fit::add_toml`] adds tables of the same form to a fit.
 
 use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
@@ -21,15 +26,16 @@ use crate::scene::Scene;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Largest number of experiments of a fit.
+/// Largest number of experiments of a fit; more are rejected before the data are read.
 const MOST_EXPERIMENTS: usize = 1000;
 /// Largest number of characters of an experiment's name, which is part of messages, tables and file names.
 const LONGEST_NAME: usize = 100;
 
-/// Returns an error for scenes that must not be prepared, as by limits of memory.
+/// A check of each scene before its mesh is created. It returns an error for scenes that must not be prepared, as by limits
+/// of memory.
 type SceneCheck<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
 
-/// Content of a fit file with its prepared scenes.
+/// Content of a fit file: experiments with prepared scenes and read data, unknowns, inputs and analyses.
 #[derive(Clone, Debug)]
 pub struct FitFile {
     /// The scenes with their measurements.
@@ -170,7 +176,8 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 impl ExperimentForm {
-    /// One experiment for every recording in `paths`, or itself without these. `i` is its index in the file.
+    /// One experiment for every recording in `paths`, each named after its file; without `paths` the experiment itself. An
+    /// error if `paths` stands together with `path` or `name`. `i` is the index of the table in the fit file.
     fn per_recording(mut self, i: usize) -> Result<Vec<Self>, Error> {
         let paths = std::mem::take(&mut self.paths);
         let key = |own: &str| format!("experiment[{i}].{own}");
@@ -186,13 +193,14 @@ impl ExperimentForm {
         Ok(paths.into_iter().map(of_recording).collect())
     }
 
-    /// With the name of the recording's file, if it has no name.
+    /// The experiment with the name of the recording's file, without folder and extension, if it has no name of its own.
     fn named_after_recording(self) -> Self {
         let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
         Self { name: self.name.clone().or_else(stem), ..self }
     }
 
-    /// The experiment of this table in the fit file `file`: reads the scene and the data.
+    /// Reads the scene and the data of this table of the fit file at path `file`, and prepares the scene on its initial mesh.
+    /// `check_scene` is called before.
     fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -216,7 +224,8 @@ impl ExperimentForm {
     }
 }
 
-/// Reads the measurements of these tables and adds them to an experiment. Paths are relative to `folder`.
+/// Reads the measurements of these three kinds of tables and adds them to an experiment. Paths are relative to `folder`. An
+/// error also for positions in a unit that does not fit the size of the scene.
 fn add_measurements(
     experiment: &mut Experiment,
     observation: Vec<ObservationForm>,
@@ -349,12 +358,14 @@ impl FitFile {
         Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
     }
 
-    /// Reads and validates the `text` of a fit file at `path`. Errors have the path.
+    /// Reads and validates the `text` of a fit file at `path`, with `check_scene` called for every scene before its mesh is
+    /// created. Errors have the path.
     pub(crate) fn read(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         Self::parse_and_check(text, path, check_scene).map_err(|error| error.in_file(Some(path)))
     }
 
-    /// Like [`read`](Self::read), with errors that may lack the path.
+    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit, like [`read`](Self::read).
+    /// Errors may lack the path.
     fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         let mut form: FitForm =
             parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
@@ -376,7 +387,7 @@ impl FitFile {
         Ok(file)
     }
 
-    /// Adds the parameters and inputs of these tables.
+    /// Adds the parameters and the inputs with an uncertainty of these tables.
     fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
         for (i, parameter) in parameters.into_iter().enumerate() {
             self.add_parameter(i, parameter)?;
@@ -415,7 +426,7 @@ impl FitFile {
         Ok(())
     }
 
-    /// The files of the scenes and the data.
+    /// The paths of all files the fit was read from other than itself: scenes, recordings that drive ends, and data.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
@@ -424,7 +435,7 @@ impl FitFile {
         self.experiments.iter().flat_map(own).collect()
     }
 
-    /// The file, if it has no lists along the rod to identify.
+    /// The file itself, if it has no lists along the rod (`[[field]]`) to identify.
     ///
     /// # Errors
     ///
@@ -435,13 +446,13 @@ impl FitFile {
         Ok(self)
     }
 
-    /// Whether every measurement is validation data: nothing can be fitted, and [`Fit::predict`] compares them with the
-    /// scenes.
+    /// Whether every measurement is validation data and no list along the rod is fitted. Then [`Fit::predict`] compares the
+    /// data with the scenes instead of a fit.
     pub fn is_validation_only(&self) -> bool {
         self.fields.is_empty() && is_validation_only(&self.experiments)
     }
 
-    /// The fit of parameters the file describes.
+    /// The fit of the parameters in the file: its experiments, unknowns, inputs and analyses.
     pub fn fit(&self) -> Fit {
         let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
         let fit = self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()));
@@ -450,7 +461,9 @@ impl FitFile {
 }
 
 impl FitForm {
-    /// The experiments: those of the list, or the one of the file's own `scene`.
+    /// Takes the experiments out of the tables: those of `[[experiment]]`, or the one of the file's own `scene` with its
+    /// measurements. An error for both or neither, measurements outside of their experiment, more than [`MOST_EXPERIMENTS`],
+    /// and missing or long names.
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
         let mut listed: Vec<ExperimentForm> = Vec::new();
         for (i, NamedForm(form)) in std::mem::take(&mut self.experiment).into_iter().enumerate() {
@@ -459,7 +472,7 @@ impl FitForm {
         let observation = std::mem::take(&mut self.observation);
         let shape = std::mem::take(&mut self.shape);
         let frequencies = std::mem::take(&mut self.frequencies);
-        // Either the file has a scene with measurements of its own, or a list of experiments.
+        // Either the file has a scene with measurements of its own, or a list of experiments. Mixed forms are ambiguous.
         match self.scene.take() {
             Some(scene) if listed.is_empty() => Ok(vec![ExperimentForm {
                 name: None,
@@ -488,6 +501,7 @@ impl FitForm {
                     let allowed = format!("[[experiment.{table}]] after its [[experiment]]");
                     ensure(is_empty, table, "outside of [[experiment]]", allowed)?;
                 }
+                // Names are keys of messages and results, so that each experiment of several needs one.
                 let (count, allowed) = (listed.len(), format!("up to {MOST_EXPERIMENTS}"));
                 ensure(count <= MOST_EXPERIMENTS, "experiment", count, allowed)?;
                 for (i, experiment) in listed.iter().enumerate() {

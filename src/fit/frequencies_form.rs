@@ -1,4 +1,8 @@
-//! `[[frequencies]]` of a fit file: its keys, and the conversion to measured natural frequencies.
+//! `[[frequencies]]` of a fit file: its keys, and their conversion to a measurement of natural frequencies.
+//!
+//! Input: the deserialized table with frequencies in Hz or rad/s, their standard deviation, and optional mode numbers and
+//! filters of the modes (plane, kind, direction). Output: a [`Measurement`], or an error with the key: both or neither unit,
+//! a frequency that is not above 0, or another number of mode numbers than frequencies. Used by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -36,8 +40,10 @@ pub(crate) struct FrequenciesForm {
 }
 
 impl FrequenciesForm {
-    /// The measurement of the table at `key`.
+    /// The measurement of the table, whose `key` in the fit file is named in errors. Checks the unit, the signs of the values
+    /// and the number of modes.
     pub fn read(self, key: &str) -> Result<Measurement, Error> {
+        // Exactly one of both units: errors name the key in the user's own unit.
         let (unit, values) = match (self.hz, self.rad_s) {
             (Some(hz), None) => ("hz", hz),
             (None, Some(rad_s)) => ("rad_s", rad_s),
@@ -49,10 +55,12 @@ impl FrequenciesForm {
         if let Some(k) = values.iter().position(|f| !(f.is_finite() && *f > 0.0)) {
             return Err(Error::invalid(format!("{key}.{unit}[{k}]"), values[k], "above 0"));
         }
+        // From here on frequencies and sigma are in rad/s.
         let mut frequencies = match unit {
             "hz" => Frequencies::hz(&values, self.sigma),
             _ => Frequencies::new(&values, self.sigma),
         };
+        // Without mode numbers the frequencies are those of the lowest modes.
         if let Some(modes) = self.modes {
             if modes.len() != values.len() {
                 let found =

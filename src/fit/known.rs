@@ -1,4 +1,9 @@
-//! Inputs with a standard uncertainty (type B inputs of the GUM): numbers of the scenes that are neither identified nor exact.
+//! Inputs with a standard uncertainty (type B inputs of the GUM): numbers of the scenes that are neither identified nor
+//! exact.
+//!
+//! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error, and correlations with
+//! other inputs. [`check`] rejects inputs that no scene has or that are fitted. [`correlations`] returns the correlation
+//! matrix of all inputs for the uncertainty budget, and [`correlation_root`] a root of it for the Monte Carlo propagation.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -7,8 +12,11 @@ use crate::scene::Parameter;
 use crate::scene::validate::positive;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Smallest eigenvalue of a correlation matrix with rounding errors, per row of the matrix.
+/// Magnitude of a negative eigenvalue of a correlation matrix that is ascribed to rounding errors, per row of the matrix.
+/// Larger magnitudes are rejected as contradictory correlations.
 const ROUNDING: f64 = 1e-9;
+/// Largest standard uncertainty, in any unit: squares of larger ones overflow.
+const MOST_SIGMA: f64 = 1e100;
 
 /// An input with a standard uncertainty. The fit does not change its value; its error contributes to those of the
 /// estimates.
@@ -24,7 +32,7 @@ pub struct Known {
     pub correlations: Vec<Correlation>,
 }
 
-/// Correlation of the errors of two inputs.
+/// Correlation of the errors of two inputs, given at one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correlation {
     /// The other input.
@@ -53,21 +61,19 @@ impl Known {
         self
     }
 
-    /// The name, followed by the experiments in parentheses unless it belongs to all.
+    /// The name of the input, followed by its experiments in parentheses unless it belongs to all.
     pub fn label(&self) -> String {
         named(&self.parameter, &self.experiments)
     }
 
-    /// The input as an unknown, for derivatives by it.
+    /// The input as an unknown of the same experiments, for derivatives of the residuals by it.
     pub(crate) fn as_unknown(&self) -> Unknown {
         Unknown { experiments: self.experiments.clone(), ..Unknown::new(self.parameter) }
     }
 }
 
-/// Largest standard uncertainty: squares of larger ones overflow.
-const MOST_SIGMA: f64 = 1e100;
-
-/// Rejects inputs that no scene has, that are identified, or whose correlations contradict each other.
+/// Rejects inputs that no scene has, that are given twice or also identified, whose standard uncertainty is not positive and
+/// finite, or whose correlations contradict each other. Errors name the table `known[i]`.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -76,9 +82,11 @@ pub(crate) fn check(
     for (i, known) in knowns.iter().enumerate() {
         let (key, own) = (format!("known[{i}]"), known.as_unknown());
         own.check(experiments, &key)?;
+        // Sigmas of inputs are never estimated: zero would be an exact input, which needs no entry.
         positive(&format!("{key}.sigma"), known.sigma)?;
         let (sigma, allowed) = (known.sigma, format!("up to {MOST_SIGMA:e}"));
         ensure(sigma <= MOST_SIGMA, format!("{key}.sigma"), sigma, allowed)?;
+        // A parameter is either identified or an input: both would count its error twice.
         if let Some(unknown) = unknowns.iter().find(|u| own.is_same_in_any(u, experiments)) {
             let (found, allowed) = match unknown.prior {
                 Some(_) => ("which has a prior", "a prior or a [[known]], not both"),
@@ -90,6 +98,7 @@ pub(crate) fn check(
             let found = format!("{}, {found}", known.parameter);
             return Err(Error::invalid(format!("{key}.name"), found, allowed));
         }
+        // Two entries of one input in an experiment would have two independent errors.
         let is_new = !knowns[..i].iter().any(|k| own.is_same_in_any(&k.as_unknown(), experiments));
         let allowed = "each name once in an experiment";
         ensure(is_new, format!("{key}.name"), known.parameter, allowed)?;
@@ -97,7 +106,8 @@ pub(crate) fn check(
     correlations(knowns).map(|_| ())
 }
 
-/// The correlation matrix of all inputs.
+/// The correlation matrix of all inputs, one row per input in their order. An error if a correlation names no or several
+/// inputs, is beyond -1 to 1, is given twice with different values, or if the matrix has a negative eigenvalue.
 pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let n = knowns.len();
     // Each correlation is given at one of its inputs and applies to both.
@@ -105,6 +115,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     for (i, known) in knowns.iter().enumerate() {
         for (k, Correlation { with, experiment, value }) in known.correlations.iter().enumerate() {
             let key = |own: &str| format!("known[{i}].correlation[{k}].{own}");
+            // An input of one experiment may be correlated with that of the same name in another.
             let is_named = |other: &Known| {
                 let has = |name: &String| {
                     other.experiments.is_empty() || other.experiments.contains(name)
@@ -136,7 +147,8 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     Ok(matrix)
 }
 
-/// A root `B` of the correlation matrix `B B'`: the product of `B` with independent normal numbers has these correlations.
+/// A root `B` of the correlation matrix `B B'`, square and one row per input: the product of `B` with independent standard
+/// normal numbers has these correlations.
 pub(crate) fn correlation_root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let correlations = correlations(knowns)?;
     if knowns.is_empty() {

@@ -193,7 +193,8 @@ pub struct Fit {
     keep_plot_data: bool,
 }
 
-/// State of a search that [stopped at the first acceptable optimum](Search::stops_at_first_fit).
+/// State of a search that [stopped at the first acceptable optimum](Search::stops_at_first_fit), from which a complete search
+/// continues.
 struct FirstFit<'a> {
     search: &'a Search<'a>,
     experiments: &'a [Experiment],
@@ -201,7 +202,7 @@ struct FirstFit<'a> {
     x: Vec<f64>,
 }
 
-/// State of a fit between the first optimum and the report.
+/// State of a fit between the first optimum and the report, passed on by [`Fit::refine`].
 #[derive(Clone, Copy)]
 struct RefinementState<'a> {
     precheck: &'a DataPrecheck,
@@ -216,12 +217,12 @@ struct RefinementState<'a> {
 }
 
 impl Fit {
-    /// A fit of the parameters of `problem`.
+    /// A fit of the parameters of `problem`, as one experiment without a name.
     pub fn new(problem: &Problem) -> Self {
         Self::of([Experiment::new("", problem)])
     }
 
-    /// A fit of the parameters of several experiments.
+    /// A fit of the parameters of several experiments, without unknowns yet.
     pub fn of(experiments: impl IntoIterator<Item = Experiment>) -> Self {
         Self {
             experiments: experiments.into_iter().collect(),
@@ -239,7 +240,7 @@ impl Fit {
         self
     }
 
-    /// Adds a measurement to the last experiment.
+    /// Adds a measurement to the last experiment; no effect without an experiment.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         if let Some(experiment) = self.experiments.last_mut() {
             experiment.measurements.push(measurement.into());
@@ -247,7 +248,7 @@ impl Fit {
         self
     }
 
-    /// Adds a parameter to identify.
+    /// Adds a parameter to identify, with or without start, bounds and prior.
     pub fn identify(mut self, unknown: impl Into<Unknown>) -> Self {
         self.unknowns.push(unknown.into());
         self
@@ -259,18 +260,19 @@ impl Fit {
         self
     }
 
-    /// Sets the analyses beside the estimates.
+    /// Sets the analyses beside the estimates, as bootstrap or profile likelihood.
     pub fn analyse(self, analysis: Analysis) -> Self {
         Self { analysis, ..self }
     }
 
-    /// Calls `progress` with the stage and the work done so far, in full simulations.
+    /// Calls `progress` during the fit with the name of the stage and the work done so far, in full simulations of all
+    /// experiments.
     pub fn on_progress(mut self, progress: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
         self.progress = Some(Arc::new(progress));
         self
     }
 
-    /// Keeps the data of the plots in [`FitReport::plot_data`]. It costs one more simulation.
+    /// Keeps the data of the plots in [`FitReport::plot_data`]. This costs one more simulation.
     pub fn keep_plot_data(self) -> Self {
         Self { keep_plot_data: true, ..self }
     }
@@ -358,7 +360,8 @@ impl Fit {
         Ok(FitReport::new(outcome, &search, &experiments, since))
     }
 
-    /// Searches the global optimum on the initial mesh, and refines and assesses it.
+    /// Searches the global optimum on the initial mesh, and refines and assesses it. Where mesh and step are open, the search
+    /// stops at the first optimum that explains the motion, except with prescribed ends. `since` is the start of the fit.
     fn search(
         &self,
         search: &mut Search,
@@ -375,8 +378,9 @@ impl Fit {
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// Refines mesh and step to the accuracy that the optimum requires, compares it with other minima, and assesses the final
-    /// optimum. Each change of the optimum or its mesh calls this function again.
+    /// From an optimum to the report: refines mesh and step to the accuracy that the optimum requires, compares it with other
+    /// minima, and assesses the final optimum. Each change of the optimum or its mesh calls this function again, with the
+    /// `state`.
     fn refine(
         &self,
         fitted: Fitted,
@@ -403,6 +407,7 @@ impl Fit {
             true => estimate_bias(fitted, &local, &self.analysis, &mut warnings)?,
             false => None,
         };
+        // Standard errors at the optimum determine the discretization error that is acceptable.
         let finer = refined_start(experiments, fitted, &local, bias.as_ref(), state.round)?;
         if let Some(RefinedStart { experiments, x: start }) = finer {
             let measured = measured(&experiments);
@@ -462,8 +467,8 @@ impl Fit {
         Ok(FitReport::new(outcome, search, experiments, state.since))
     }
 
-    /// The experiments without constant coordinates, with layouts for generic values of all parameters by which they are
-    /// differentiated: unknowns and inputs with an uncertainty.
+    /// The experiments without constant coordinates, with layouts of their meshes for generic values of all parameters by
+    /// which they are differentiated: unknowns and inputs with an uncertainty.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         let knowns = self.knowns.iter().map(Known::as_unknown);
         let parameters: Vec<Unknown> = self.unknowns.iter().cloned().chain(knowns).collect();
@@ -472,13 +477,14 @@ impl Fit {
         with_fixed_layouts(&experiments, &parameters)
     }
 
-    /// Rejects a fit that cannot be solved, and planned measurements.
+    /// Rejects a fit that cannot be solved, as by missing data or wrong values of keys, and planned measurements.
     fn check(&self) -> Result<(), Error> {
         self.check_plan()?;
         check_recorded(&self.experiments)
     }
 
-    /// Rejects a fit that cannot be solved even with all planned measurements.
+    /// Rejects a fit that cannot be solved even if all planned measurements were recorded: wrong values of keys, duplicates,
+    /// and contradictory inputs.
     fn check_plan(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
         check_duplicates(&self.experiments)?;

@@ -1,4 +1,9 @@
-//! `[[observation]]` of a fit file: its keys, and the conversion to recorded or planned motions.
+//! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points of the rod.
+//!
+//! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker, or as
+//! several with their points; `markers = "free"` takes all unprescribed markers of the recording that drives the ends;
+//! `duration` with `fps` plans an observation without data. Output: one [`Measurement`] per point, or an error with the key
+//! for keys that exclude each other. [`Sigma`] is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -20,7 +25,8 @@ pub(crate) struct ObservationForm(ObservationKeys);
 impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
-    /// Converts `ObservationKeys` to `ObservationForm`; an error if it is not valid.
+    /// Checks the required keys: a file unless markers are free or the observation is planned, and a frame rate where it is
+    /// planned. The error is the name of the missing key.
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
         let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {
@@ -70,7 +76,7 @@ pub(crate) enum Sigma {
 }
 
 impl Sigma {
-    /// The number or the columns.
+    /// The standard deviation as a number, m, or as columns of the file; the other one is `None`.
     pub fn parts(self) -> (Option<f64>, Option<SigmaColumns>) {
         match self {
             Self::Number(sigma) => (Some(sigma), None),
@@ -131,8 +137,8 @@ struct ObservationKeys {
 }
 
 impl ObservationForm {
-    /// The measurements of the table at `key`: a planned or recorded point, several markers of a file, which is relative to
-    /// `folder`, or the free markers of the recording in `problem`.
+    /// The measurements of the table, whose `key` in the fit file is named in errors: a planned or recorded point, several
+    /// markers of a file, whose path is relative to `folder`, or the free markers of the recording in `problem`.
     pub fn read(
         self,
         folder: &Path,
@@ -186,6 +192,7 @@ impl ObservationForm {
                 );
                 ensure(is_absent, format!("{key}.{own}"), found, allowed)?;
             }
+            // A file with named markers has one measurement per marker, another file only one.
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
             let Some(MarkerSelection::Named(markers)) = markers else {
                 let read = Observation::read_as(file, &recording)?;
@@ -199,6 +206,7 @@ impl ObservationForm {
             let read = Observation::read_markers(file, &recording, &markers)?;
             return Ok(read.into_iter().map(measurement).collect());
         };
+        // Free markers have their points and files by the scene: keys of files contradict them.
         let are_alone = file.is_none() && point.is_none() && recording == Recording::default();
         let allowed = "no file, point or keys of files together with markers = \"free\", which \
                        are markers of supports.path";

@@ -1,4 +1,9 @@
-//! `[[parameter]]` and `[[known]]` of a fit file: their keys, and the conversion to unknowns and inputs.
+//! `[[parameter]]` and `[[known]]` of a fit file: their keys, and their conversion to unknowns and inputs with an
+//! uncertainty.
+//!
+//! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds, prior,
+//! experiments) or a [`Known`] (standard uncertainty, correlations, experiments). The only error here is an empty list of
+//! experiments; values are checked later with the scenes. Used by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};
@@ -69,7 +74,7 @@ pub(crate) enum ExperimentNames {
 }
 
 impl ExperimentNames {
-    /// The names in the table at `key`; an empty list for all experiments.
+    /// The names, in the table at `key`; an empty list means all experiments. An error for an empty list in the file.
     pub fn list(self, key: &str) -> Result<Vec<String>, Error> {
         match self {
             Self::All => Ok(Vec::new()),
@@ -85,7 +90,7 @@ impl ExperimentNames {
 }
 
 impl ParameterForm {
-    /// The unknown of the table at `key`.
+    /// The unknown of the table at `key` of the fit file; its `fixed` value is applied by the caller.
     pub fn unknown(self, key: &str) -> Result<Unknown, Error> {
         let Self { name, start, bounds, prior, experiment, .. } = self;
         let experiments = experiment.list(key)?;
@@ -94,7 +99,7 @@ impl ParameterForm {
 }
 
 impl KnownForm {
-    /// The input of the table at `key`.
+    /// The input with its standard uncertainty of the table at `key` of the fit file.
     pub fn known(self, key: &str) -> Result<Known, Error> {
         let Self { name, sigma, experiment, correlation } = self;
         // The form has the names of the file's keys, the input those of the library.

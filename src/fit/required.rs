@@ -1,8 +1,12 @@
-//! Required keys of a fit file, as rules for messages about missing keys.
+//! Required keys of a fit file, as a list of rules by table for messages about missing keys.
+//!
+//! Each rule names a table, as `experiment[].shape[]`, and returns the keys that a table of this name must have, which may
+//! depend on its other keys. The parser in `input::missing_keys` reports all missing keys of a file at once by these rules.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
-/// The required keys of every table.
+/// The rules for the required keys of every table of a fit file. The first is that of the file itself; the others apply to
+/// every table of their name.
 pub(crate) const REQUIRED: [Rule; 13] = [
     always("", fit_keys),
     if_there("field[]", |_| &["name", "sigma", "length"]),
@@ -19,7 +23,8 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
 
-/// Required keys of the file: `parameter`, unless lists along the rod are fitted or all measurements are validation data.
+/// Required keys of the file: `parameter`, unless it fits lists along the rod (`field`) or all its experiments are validation
+/// data (`held_out`).
 fn fit_keys(fit: &toml::Table) -> Keys {
     let held_out = |table: &toml::Value| table.get("held_out") == Some(&toml::Value::Boolean(true));
     let experiments = fit.get("experiment").and_then(toml::Value::as_array);
@@ -27,7 +32,7 @@ fn fit_keys(fit: &toml::Table) -> Keys {
     if fit.contains_key("field") || only_predicts { &[] } else { &["parameter"] }
 }
 
-/// Required keys of an experiment. Experiments of recordings have the names of these.
+/// Required keys of `[[experiment]]`: a scene, and a name unless a recording in `path` or `paths` provides it.
 fn experiment_keys(experiment: &toml::Table) -> Keys {
     match experiment.contains_key("path") || experiment.contains_key("paths") {
         true => &["scene"],
@@ -35,8 +40,8 @@ fn experiment_keys(experiment: &toml::Table) -> Keys {
     }
 }
 
-/// Required keys of an observation. Free markers are in the recording that prescribes the ends, and planned observations have
-/// no file.
+/// Required keys of `[[observation]]`: `file`. Planned observations (with `duration`) need `fps` instead; free markers, which
+/// are in the recording that prescribes the ends, need none.
 fn observation_keys(observation: &toml::Table) -> Keys {
     let free = observation.get("markers").is_some_and(toml::Value::is_str);
     match observation.contains_key("duration") {
@@ -46,7 +51,7 @@ fn observation_keys(observation: &toml::Table) -> Keys {
     }
 }
 
-/// Required keys of a shape. Planned shapes have arc lengths instead of a file.
+/// Required keys of `[[shape]]`: `file`. Planned shapes have arc lengths (`at`) instead.
 fn shape_keys(shape: &toml::Table) -> Keys {
     if shape.contains_key("at") { &[] } else { &["file"] }
 }

@@ -1,10 +1,12 @@
-//! Mesh and step of a fit, where scenes leave them to the program.
+//! Choice of mesh and time step of a fit, where scenes leave them to the program.
 //!
-//! A search begins with a coarse mesh and large steps for the recorded motion. At its optimum another mesh and another step
-//! give the shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation).
-//! The shift is corrected in the estimates, and half of it is the error of the correction. Where this half is more
-//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), or where discretization errors are a visible part of the
-//! residuals, mesh and step are refined accordingly. The fit continues from the optimum that is expected on them.
+//! Input: experiments, and at an optimum its covariance and discretization errors. A search begins with a coarse mesh and
+//! large steps for the recorded motion ([`with_initial_resolution`]). At its optimum another mesh and another step give the
+//! shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation). The shift is corrected
+//! in the estimates, and half of it is the error of the correction. Where this half exceeds [`MAX_ERROR_RATIO`] of a standard
+//! error and [`MAX_RELATIVE_ERROR`] of the value, or discretization errors are a visible part of the residuals, mesh and step
+//! are refined ([`refined_start`]). Output: the refined experiments, with the optimum that is expected on them as the next
+//! start.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
@@ -16,28 +18,36 @@ use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAININ
 use crate::fit::unknown::Unknown;
 use crate::scene::StepTolerance;
 
-/// Largest discretization error that remains, over the standard error.
+/// Largest discretization error that may remain after correction, as a fraction of the standard error. At a quarter it widens
+/// a combined standard error by 3 %.
 const MAX_ERROR_RATIO: f64 = 0.25;
-/// Largest discretization error that remains, over the value, where data are exact.
+/// Largest discretization error that may always remain, relative to the value. It limits the refinement for nearly exact
+/// data.
 const MAX_RELATIVE_ERROR: f64 = 1e-4;
-/// Fewest edges of the initial mesh.
+/// Smallest number of edges of the initial mesh. Fewer are faster, but give an optimum farther from that of the fine mesh.
 const FIRST_EDGES: usize = 24;
-/// Edges of the initial mesh for each mode up to the highest measured one.
+/// Smallest number of edges of the initial mesh per mode, up to the highest measured one. More edges cost more in every
+/// simulation of the search; fewer shift the frequencies more.
 const FIRST_PER_MODE: usize = 6;
-/// Initial number of steps in the first period.
+/// Initial number of time steps in the shortest recorded period, which is twice the rise time of a recording. More steps cost
+/// more in every simulation of the search; fewer shift its optimum more.
 const FIRST_STEPS: f64 = 60.0;
-/// Largest number of refinements.
+/// Largest number of refinements in a row; larger discretization errors are then reported.
 const ROUNDS: usize = 4;
-/// Largest factor of one refinement, on the number of edges and on that of steps.
+/// Largest factor of one refinement, on the number of edges and on that of steps. A larger one takes fewer rounds, but relies
+/// on an extrapolation over a larger range.
 const MOST_FINER: f64 = 4.0;
-/// Smallest factor that is worth a refinement.
+/// Smallest factor on edges or steps that is worth a refinement. Each refinement costs a further fit.
 const LEAST_FINER: f64 = 1.01;
-/// Factor on the number of steps where steps were halved, which makes the misfit discontinuous.
+/// Smallest factor on the number of steps after a simulation that halved steps which did not converge. Such steps make the
+/// misfit discontinuous.
 const FINER_IF_HALVED: f64 = 2.0;
-/// Largest work of a simulation of all experiments, steps times edges.
+/// Largest work of one simulation of all experiments, as the sum of steps times edges. A larger limit permits slower fits
+/// with smaller discretization errors.
 const MOST_WORK: f64 = 4e6;
 
-/// The experiments with the mesh and the step with which a search begins, where the scenes leave these open.
+/// The experiments with the mesh and the step with which a search begins, where the scenes leave these open; others
+/// unchanged. The mesh has edges for the highest measured mode, the step is the recorded period over [`FIRST_STEPS`].
 pub(crate) fn with_initial_resolution(
     experiments: Vec<Experiment>,
 ) -> Result<Vec<Experiment>, Error> {
@@ -81,8 +91,8 @@ fn step_size(experiment: &Experiment) -> f64 {
     experiment.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size())
 }
 
-/// The experiment with this number of edges and this step, s, where its scene leaves them open. The markers of a recording
-/// that prescribes the ends are at nodes: the number of edges is a multiple of the spans between them.
+/// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open. The
+/// markers of a recording that prescribes the ends are at nodes: the number of edges is a multiple of the spans between them.
 fn with_resolution(
     experiment: Experiment,
     segments: usize,
@@ -106,8 +116,8 @@ pub(crate) struct RefinedStart {
 }
 
 /// The experiments with the mesh and the step that the accuracy of the optimum requires, and the optimum expected on them.
-/// `bias` is that of the unknowns by mesh and step. None where mesh and step are sufficient,
-/// at their limit of work, or at the last `round` of refinement.
+/// `bias` is the shift of the unknowns by mesh and step. `None` where mesh and step are sufficient or at their limit of work,
+/// or where `round`, the number of refinements so far, is [`ROUNDS`].
 pub(crate) fn refined_start(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,
@@ -171,8 +181,8 @@ pub(crate) fn refined_start(
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// The scale of relative errors at `x`: 1 of a logarithm; of others the value, or the typical size of the parameter if that is
-/// larger.
+/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm; for others the larger of
+/// the value and the typical size of the parameter.
 fn value_scale(unknown: &Unknown, x: f64, search: &Search) -> f64 {
     if unknown.parameter.is_positive() {
         return 1.0;

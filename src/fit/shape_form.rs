@@ -1,4 +1,8 @@
-//! `[[shape]]` of a fit file: its keys, and the conversion to a measured or planned shape.
+//! `[[shape]]` of a fit file: its keys, and their conversion to a measured or planned shape of the rod at rest.
+//!
+//! Input: the deserialized table with the CSV file of the points (read with scale, origin and axes), or with the arc lengths
+//! `at`, m, of a planned shape; the standard deviation, m; the loss function. Output: a [`Measurement`], or an error with the
+//! key if both or neither of file and arc lengths are given. Used by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -37,7 +41,8 @@ pub(crate) struct ShapeForm {
 }
 
 impl ShapeForm {
-    /// The measurement of the table at `key`: reads the file, relative to `folder`, or plans the points.
+    /// The measurement of the table, whose `key` in the fit file is named in errors. Reads the file, whose path is relative
+    /// to `folder`, or plans the points.
     pub fn read(self, folder: &Path, key: &str) -> Result<Measurement, Error> {
         let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);

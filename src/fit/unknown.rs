@@ -1,6 +1,8 @@
 //! Unknowns of a fit: a parameter with its start, bounds and prior, and the scale on which it is identified.
 //!
-//! Positive parameters are identified on the scale of their logarithm, others on their own.
+//! Positive parameters (stiffness, density, damping) are identified as their natural logarithm, others as their value in
+//! their unit. Bounds, steps and covariances of the search are on this scale ("the scale of the fit"). [`Unknown::to_scale`]
+//! and [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -20,7 +22,7 @@ pub struct Prior {
     pub sigma: f64,
 }
 
-/// A parameter to be identified.
+/// A parameter to be identified, with its start, bounds, prior and experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// The parameter.
@@ -37,7 +39,7 @@ pub struct Unknown {
     pub(crate) plain: bool,
 }
 
-/// Values of the unknowns, at which a fit is evaluated.
+/// A point of the search: the unknowns with one number each on its scale, at which simulations and residuals are evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct ParameterPoint<'a> {
     /// The unknowns of the fit.
@@ -47,7 +49,7 @@ pub(crate) struct ParameterPoint<'a> {
 }
 
 impl ParameterPoint<'_> {
-    /// Values of all parameters, each in its unit.
+    /// The value of every unknown in its unit, in their order.
     pub fn values(self) -> Vec<f64> {
         self.unknowns.iter().zip(self.x).map(|(unknown, x)| unknown.from_scale(*x)).collect()
     }
@@ -59,8 +61,8 @@ impl ParameterPoint<'_> {
     }
 }
 
-/// The experiments with mesh and layout chosen for generic values of the unknowns, once for the whole fit. The misfit is
-/// then a smooth function of the unknowns.
+/// The experiments with the layout of their mesh (the arrangement of nodes and elements) chosen for generic values of the
+/// unknowns, once for the whole fit. The misfit is then a smooth function of the unknowns.
 pub(crate) fn with_fixed_layouts(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -122,7 +124,7 @@ impl Unknown {
         self
     }
 
-    /// Whether an experiment has this unknown.
+    /// Whether an experiment has this unknown: it is named, or without names its scene has the parameter.
     pub(crate) fn is_of(&self, experiment: &Experiment) -> bool {
         match self.experiments.is_empty() {
             true => self.parameter.of(experiment.problem.scene()).is_some(),
@@ -157,7 +159,8 @@ impl Unknown {
         self.parameter.is_positive() && !self.plain
     }
 
-    /// The derivative of the parameter by its number on the scale of the fit, at a value in its unit.
+    /// The derivative of the parameter by its number on the scale of the fit, at a `value` in its unit: the value itself on a
+    /// logarithmic scale, else 1.
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithm() { value } else { 1.0 }
     }
@@ -174,7 +177,8 @@ impl Unknown {
         }
     }
 
-    /// The bounds, within the limits of the parameter, on the scale of the fit.
+    /// The lower and upper bound on the scale of the fit: the given bounds within the physical limits of the parameter.
+    /// Infinite where a side is unlimited.
     pub fn scaled_bounds(&self) -> [f64; 2] {
         // Given bounds never extend beyond the limits of the parameter.
         let [low, high] = self.parameter.limits();

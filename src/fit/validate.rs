@@ -1,4 +1,10 @@
-//! Validation of a fit before any simulation. Each error has the key or the file, the value, and the allowed values.
+//! Validation of a fit before any simulation.
+//!
+//! Input: experiments, unknowns and analyses. Rejected are missing or too few data, duplicate names, values of keys out of
+//! range, and parameters or points that a scene does not have. So are starts that make the rod too short for an observed
+//! point, and positions in a wrong unit. Output: `Ok`, or the first [`Error::Invalid`] with the key in the fit file or the
+//! file, the value found, and the allowed values. [`check`] is for fits, [`check_predicted`] for validation data,
+//! [`check_recorded`] excludes planned measurements.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -13,20 +19,22 @@ use crate::numerics::upper_median;
 use crate::scene::validate::positive;
 use crate::scene::{Parameter, Point, Support};
 
-/// Fewest values of a measurement without a sigma beside other measurements: fewer do not determine their noise.
+/// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their noise.
 const FEW: usize = 8;
 
 /// Largest number of replicates of bootstrap and Monte Carlo; more are a typing error.
 const MOST_REPLICATES: usize = 1_000_000;
 
-/// Largest tolerance of the minimum, in standard errors.
+/// Largest tolerance of the distance from the minimum, in standard errors. The tolerance is an error of the estimates beside
+/// their standard errors.
 const LARGEST_TOLERANCE: f64 = 0.1;
 
-/// Largest typical distance of observed points from the wall of a held rod, over its length.
+/// Largest typical distance of observed points from the wall of a held rod, over its length. Points of an inextensible rod
+/// are within one length of the wall; wrong units, as mm for m, change the distance by large factors.
 const FARTHEST: f64 = 2.5;
 
-/// Rejects a fit that cannot be solved: without measurements or unknowns, with wrong values of keys, or with fewer values than
-/// unknowns.
+/// Rejects a fit that cannot be solved: without fitted measurements or unknowns, with wrong values of keys, or with fewer
+/// values (and priors) than unknowns. Without all sigmas one more value is needed for the noise.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -60,7 +68,7 @@ pub(crate) fn check(
     ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
 }
 
-/// Rejects values of `[analysis]` outside of their ranges, and unknown terms in `plausible`.
+/// Rejects values of `[analysis]` outside of their ranges, and names in `plausible` that are no tested effect.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -85,7 +93,7 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects measurements that cannot be compared with their scenes.
+/// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit.
 pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     check_experiments(experiments)?;
     // Without a fit the noise of a measurement is not needed for its weight.
@@ -93,7 +101,7 @@ pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     experiments.iter().try_for_each(|e| check_measurements(e, &[], several))
 }
 
-/// Rejects planned measurements.
+/// Rejects planned measurements, which have no data; the error has the key of the missing file.
 pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
         for (i, measurement) in experiment.measurements.iter().enumerate() {
@@ -123,7 +131,7 @@ fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects unknowns with wrong values, and unknowns with the same parameter in one experiment.
+/// Rejects unknowns with wrong values (`Unknown::check`), and two unknowns of one parameter in one experiment.
 fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<(), Error> {
     for (i, unknown) in unknowns.iter().enumerate() {
         let key = format!("parameter[{i}]");
@@ -135,8 +143,9 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
     Ok(())
 }
 
-/// Rejects measurements of one experiment that cannot be compared with its scene, or have no weight beside `several`
-/// measurements.
+/// Rejects measurements of one experiment that cannot be compared with its scene, parameters of a scheme without a fixed
+/// step, and nodes named by index on an open mesh. If the fit has `several` measurements, one with few values needs a sigma,
+/// or it has no weight.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -146,6 +155,7 @@ fn check_measurements(
     let is_offset = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
     let other_clock =
         experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(is_offset);
+    // Parameters of the time scheme act through the step: they need a step that stays.
     let chosen = experiment.problem.scene().chosen();
     let is_of_scheme = |u: &&Unknown| {
         ["time.beta", "time.rho_inf"].contains(&u.parameter.path()) && u.is_of(experiment)
@@ -159,9 +169,11 @@ fn check_measurements(
         measurement.check(experiment, &key, other_clock)?;
         let allowed = "\"tip\" or { arc_length = distance from the wall in m }, and a column s \
                        instead of node, as nodes have no index without rod.segments";
+        // The index of a node has a meaning only on a given mesh.
         let has_index = chosen.segments && names_nodes(measurement);
         ensure(!has_index, &key, "a node by its index", allowed)?;
         let values = measurement.values();
+        // The sigma of a few values cannot be estimated, and the weight beside other measurements depends on it.
         let has_no_weight = several && measurement.sigma().is_none() && values < FEW;
         let found = format!("no sigma and {values} values");
         let allowed = format!(
@@ -173,7 +185,7 @@ fn check_measurements(
     Ok(())
 }
 
-/// Rejects starts at which the rod is too short for an observed point.
+/// Rejects starts of the unknowns of one experiment at which the rod is too short for an observed point.
 fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
     let is_of_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
     for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| is_of_rod(u)) {
@@ -210,7 +222,8 @@ pub(crate) fn measurement_key(experiment: &Experiment, i: usize) -> String {
     experiment.key(&format!("{table}[{before}]"))
 }
 
-/// An error of a scene about a parameter, with the `key` of the parameter in the fit file and the name of the experiment.
+/// The `error` of a scene about a parameter, with the `key` of the parameter's table in the fit file and the name of the
+/// experiment added. Other errors are unchanged.
 fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
     let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
     if !experiment.is_empty() {
@@ -221,14 +234,14 @@ fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
 }
 
 impl Unknown {
-    /// Whether any experiment has both unknowns, which are of the same parameter.
+    /// Whether both unknowns are of the same parameter and any experiment has both.
     pub(crate) fn is_same_in_any(&self, other: &Self, experiments: &[Experiment]) -> bool {
         let has_both = |e: &Experiment| self.is_of(e) && other.is_of(e);
         self.parameter == other.parameter && experiments.iter().any(has_both)
     }
 
-    /// Rejects unknown names of experiments, parameters that no scene has, and values of start, bounds and prior out of range.
-    /// `key` is that of its table.
+    /// Rejects unknown or repeated names of experiments, parameters that no scene has, and values of start, bounds and prior
+    /// out of range. `key` is that of the unknown's table in the fit file.
     pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
         // Names of experiments, then the parameter in their scenes, then its values.
@@ -264,6 +277,7 @@ impl Unknown {
             false => format!("{least} .. {most}"),
         };
         let is_valid = |value: f64| value.is_finite() && value >= least && value <= most;
+        // Bounds, prior and start are checked against the limits of the parameter, the start also against the bounds.
         let [low, high] = self.bounds.unwrap_or([least, most]);
         let are_bounds = self.bounds.is_none() || is_valid(low) && is_valid(high) && low < high;
         let ascending = format!("two ascending numbers, each {}", allowed());
@@ -283,10 +297,12 @@ impl Unknown {
 }
 
 impl Measurement {
-    /// Rejects positions that are too far from the wall of a held rod, which are most likely in other units.
+    /// Rejects a measurement whose positions are in another unit than meters: their median distance from the wall of a held
+    /// rod exceeds [`FARTHEST`] lengths of the rod. Planned data and free rods are accepted.
     pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
+        // A free rod may be anywhere: its distance from the wall is no sign of the unit.
         let is_free = (supports.start, supports.end) == (Support::Free, Support::Free);
         if self.planned() || is_free {
             return Ok(());
@@ -312,8 +328,8 @@ impl Measurement {
         Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Rejects values, sigmas and points that cannot be compared with the problem of the experiment. `key` is that of its
-    /// table.
+    /// Rejects values, sigmas and points that cannot be compared with the problem of the experiment. `key` is that of the
+    /// table in the fit file. With `other_clock` the times may end after the motion.
     fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
         ensure(self.values() > 0, key, "no values", "at least one")?;
@@ -323,6 +339,7 @@ impl Measurement {
         let (factors, points) = (&self.header.sigma_factors, self.points());
         factors.iter().try_for_each(|f| positive(&format!("{key}.sigma_factors"), *f))?;
         let (count, values) = (factors.len(), self.values());
+        // Factors of the standard deviation are per point or per value, and need a sigma to multiply.
         let are_factors = count == 0 || [points, values].contains(&count) && self.sigma().is_some();
         let found = format!("{count} for {points} points with {values} values");
         ensure(

@@ -1,41 +1,43 @@
-//! Deserialization of lists of a fixed length, for which the TOML reader ignores excess numbers, and of infinite numbers,
-//! which are null in JSON.
+//! Deserialization (serde) of lists of exactly `N` numbers, and of numbers that JSON writes as null because they are infinite.
+//!
+//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error instead. Fields of
+//! scenes, fits and reports name them in `#[serde(deserialize_with = ..)]`.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// Reads exactly `N` numbers.
+/// Reads a list of exactly `N` numbers; another length is an error.
 pub(crate) fn numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<[T; N], D::Error> {
     exactly(Vec::deserialize(deserializer)?)
 }
 
-/// Reads exactly `N` numbers, or none of a key that is absent or null.
+/// Reads a list of exactly `N` numbers; none for a key that is absent or null. Another length is an error.
 pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {
     Option::deserialize(deserializer)?.map(exactly).transpose()
 }
 
-/// Reads lists of exactly `N` numbers each.
+/// Reads a list of lists of exactly `N` numbers each; another length is an error.
 pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Vec<[T; N]>, D::Error> {
     Vec::<Vec<T>>::deserialize(deserializer)?.into_iter().map(exactly).collect()
 }
 
-/// Converts a list of exactly `N` values.
+/// The array of `N` values; an error of serde with both lengths if there are more or fewer.
 fn exactly<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
     let expected = format!("{N} numbers");
     <[T; N]>::try_from(values).map_err(|values| E::invalid_length(values.len(), &expected.as_str()))
 }
 
-/// Reads a number; null is infinity.
+/// Reads a number; null, as which JSON writes infinity, is infinite.
 pub(crate) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
-/// Reads a list of numbers; null is infinity.
+/// Reads a list of numbers; a null, as which JSON writes infinity, is infinite.
 pub(crate) fn all_or_infinite<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<f64>, D::Error> {

@@ -1,5 +1,8 @@
-//! Likely mistakes behind a file that cannot be parsed: a file of another kind, and `[[table]]` for `[table]` or the other
-//! way round.
+//! Messages about likely mistakes behind an input file (TOML) that cannot be parsed.
+//!
+//! [`explained`] detects a file of another kind (a fit instead of a scene) by keys that only this kind has. It also detects
+//! `[[table]]` for `[table]`, or the other way round, with its line. It replaces the message of the TOML reader. [`SCENE`],
+//! [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
 
 use crate::error::Error;
 use toml::{Table, Value};
@@ -18,7 +21,7 @@ pub(crate) struct FileKind {
     repeated: &'static [&'static str],
 }
 
-/// A scene file.
+/// Scene file: one rod with its supports, loads and times.
 pub(crate) const SCENE: FileKind = FileKind {
     name: "a scene",
     marks: &["rod", "material"],
@@ -50,7 +53,7 @@ pub(crate) const SCENE: FileKind = FileKind {
     ],
 };
 
-/// A structure.
+/// Structure file: several rods with bodies and joints.
 pub(crate) const STRUCTURE: FileKind = FileKind {
     name: "a structure",
     marks: &["rods"],
@@ -59,7 +62,7 @@ pub(crate) const STRUCTURE: FileKind = FileKind {
     repeated: &["rods", "rods.mass", "materials", "bodies", "joints", "supports", "loads.point"],
 };
 
-/// A fit file.
+/// Fit file: observations of a motion and free parameters.
 pub(crate) const FIT: FileKind = FileKind {
     name: "a fit file",
     marks: &["parameter", "observation", "experiment", "shape", "frequencies", "field"],
@@ -79,7 +82,7 @@ pub(crate) const FIT: FileKind = FileKind {
     ],
 };
 
-/// A campaign file.
+/// Campaign file: many fits on one or several machines.
 pub(crate) const CAMPAIGN: FileKind = FileKind {
     name: "a campaign file",
     marks: &["fits", "grid", "starts", "bootstrap", "table"],
@@ -88,7 +91,8 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
     repeated: &[],
 };
 
-/// Replaces the message of a parse error by the likely mistake in a text that was `read_as` a kind of file, if one is found.
+/// The parse error with the likely mistake as its message, if one is found in `text`, which was `read_as` a kind of file.
+/// Other errors, and texts without a known mistake, are unchanged.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
     // The text is TOML, but not of this kind: the likely mistake is clearer than the parser's
@@ -99,7 +103,8 @@ pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     Error::Parse { file, message: hint.unwrap_or(message) }
 }
 
-/// Message about a file of another kind; none for a file of the kind itself, or of no known kind.
+/// Message about a file of another kind, with the commands for it; none for a file with keys of the kind itself, or of no known
+/// kind.
 fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
     // A file with a key of its own kind has another error.
@@ -110,7 +115,8 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 
-/// Message about a table with the brackets of a list, or a list with those of a table; none without such a mistake.
+/// Message, with its line in `text`, about a table with the brackets of a list, or a list with those of a table; none without
+/// such a mistake.
 fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
     let is_list = |value: &Value| {
         value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))
@@ -140,7 +146,7 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
     None
 }
 
-/// Value at a path; of a list of tables the first one is followed.
+/// Value at a dotted path (`rod.shape`); in a list of tables the first one is followed. None if a part is missing.
 fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let (first, rest) =
         path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
@@ -157,6 +163,7 @@ fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 mod tests {
     use super::*;
 
+    /// Message of a parse error after the search for a likely mistake.
     fn hint(text: &str, read_as: &FileKind) -> String {
         let error = Error::Parse { file: None, message: "plain".into() };
         explained(error, text, read_as).to_string()

@@ -1,4 +1,8 @@
 //! Parsing of TOML files with messages that list all missing keys; the TOML reader stops at the first one.
+//!
+//! [`parse`] deserializes a text. The message of an error is the first of these: keys with a placeholder (`..`) as value; all
+//! missing keys by the [`Rule`]s of the file kind; the error of the TOML reader with line, column and the token at fault. Files
+//! of scenes, fits and campaigns are read with it.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -8,7 +12,7 @@ use toml::{Table, Value};
 /// Names of keys.
 pub(crate) type Keys = &'static [&'static str];
 
-/// Required keys of a table.
+/// Required keys of one table of a file.
 pub(crate) struct Rule {
     /// Path of the table: `rod.shape`; `loads.point[]` is each entry of a list.
     table: &'static str,
@@ -18,17 +22,17 @@ pub(crate) struct Rule {
     keys: fn(&Table) -> Keys,
 }
 
-/// Rule of a required table.
+/// Rule for a required table: its keys are missing even if the table itself is.
 pub(crate) const fn always(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: true, keys }
 }
 
-/// Rule of an optional table.
+/// Rule for an optional table: its keys are required only if the table is given.
 pub(crate) const fn if_there(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: false, keys }
 }
 
-/// Paths of the required keys that a file does not have.
+/// Paths of all required keys that a file does not have, in the order of the rules.
 pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
     let mut missing = Vec::new();
     let none = Table::new();
@@ -50,7 +54,7 @@ fn join(table: &str, key: &str) -> String {
     if table.is_empty() { key.into() } else { format!("{table}.{key}") }
 }
 
-/// The tables at a place, each with its own path.
+/// The tables at a place (`loads.point[]`: each entry of a list), each with its own path (`loads.point[0]`); empty if absent.
 fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     let mut found = vec![(String::new(), file)];
     for part in place.split('.').filter(|part| !part.is_empty()) {
@@ -74,7 +78,8 @@ fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     found
 }
 
-/// Where the table begins that lacks a key, such as `experiment[1].name`.
+/// Byte offset in `text` at which the table begins that lacks a key, such as `experiment[1].name`; none for a key outside of
+/// tables or a table that is not found.
 fn place(text: &str, key: &str) -> Option<usize> {
     let (tables, _) = key.rsplit_once('.')?;
     let root = DeTable::parse(text).ok()?;
@@ -97,7 +102,7 @@ fn place(text: &str, key: &str) -> Option<usize> {
     start
 }
 
-/// Values that templates, and people, write where a value is still missing.
+/// Texts in place of a value that is still missing, as templates and users write them.
 const PLACEHOLDERS: [&str; 4] = ["..", "...", "?", "TODO"];
 
 /// A key with a placeholder in the place of its value.
@@ -108,7 +113,7 @@ struct Placeholder<'a> {
     comment: &'a str,
 }
 
-/// The keys of a TOML file whose value is a placeholder, with their lines and comments.
+/// The keys of a TOML file whose value is one of [`PLACEHOLDERS`], with their lines (from 1) and comments.
 fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
     let found = text.lines().enumerate().filter_map(|(k, line)| {
         let (key, rest) = line.split_once('=')?;
@@ -125,7 +130,7 @@ pub fn placeholders(text: &str) -> Vec<String> {
     find_placeholders(text).into_iter().map(|placeholder| placeholder.key.into()).collect()
 }
 
-/// The keys that are still to be filled in, with their lines and comments; none where there are none.
+/// Message that lists the keys still to be filled in, with their lines and comments; none without placeholders.
 fn placeholder_message(text: &str) -> Option<String> {
     let one = |p: &Placeholder| {
         let comment = if p.comment.is_empty() { "" } else { &format!(" ({})", token(p.comment)) };
@@ -135,13 +140,13 @@ fn placeholder_message(text: &str) -> Option<String> {
     (!all.is_empty()).then(|| all.join("; "))
 }
 
-/// The number of the line that ends a text.
+/// Number, from 1, of the line in which a text ends.
 fn line_of(before: &str) -> usize {
     before.matches('\n').count() + 1
 }
 
-/// Where a file is not right and why, with the token at fault and nothing else of the file: it may be any file, such as
-/// one that only the program may read.
+/// Message of the TOML reader with line, column and the token at fault. It contains nothing else of the file, which may be any
+/// file, such as one that only the program may read.
 fn described(error: &toml::de::Error, text: &str) -> String {
     let cut = with_tokens_cut(error.message(), '"').into_owned();
     let message = with_tokens_cut(&cut, '`').trim_end().replace('\n', ", ");
@@ -160,14 +165,18 @@ fn described(error: &toml::de::Error, text: &str) -> String {
     }
 }
 
-/// The text `key = ` at the end of a text; otherwise empty.
+/// The text `key = ` at the end of a text, for a value that follows it; otherwise empty.
 fn key_before(text: &str) -> String {
     let line = text.rsplit('\n').next().unwrap_or_default().trim_end();
     let key = line.strip_suffix('=').and_then(|line| line.rsplit(['{', ',']).next());
     key.map_or(String::new(), |key| format!("{} = ", column_name(key.trim())))
 }
 
-/// Parses TOML. The error message has line, key and expected value, or all missing keys.
+/// Deserializes a TOML text; `required` are the required keys of its kind.
+///
+/// # Errors
+///
+/// Placeholders in place of values, all missing keys, or the first error with line, column, key and expected value.
 pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     text: &str,
     required: &[Rule],
@@ -176,6 +185,7 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
         if let Some(message) = placeholder_message(text) {
             return Error::Parse { file: None, message };
         }
+        // Only a missing field leads to the complete list; other errors keep their own place.
         let missing = match (error.message().starts_with("missing field"), text.parse()) {
             (true, Ok(table)) => missing(&table, required),
             _ => Vec::new(),

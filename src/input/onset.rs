@@ -1,42 +1,46 @@
-//! Onset of motion in a recording that begins before its release.
+//! Estimate of the onset of motion (release) in a recording that begins with a rest.
 //!
-//! The samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`: a point at rest that is released
-//! accelerates (`p = 2`), after a blow it has a velocity (`p = 1`), and behind a driven support it starts more smoothly
-//! (`p = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted where a cubic
-//! without rest, which has as many coefficients, fits significantly worse.
+//! The samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest
+//! accelerates (`p = 2`); after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p = 3,
+//! 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if a cubic without rest, which
+//! has as many coefficients, fits significantly worse. [`onset_of_motion`] returns the time `t0`, or none if the recording has
+//! no rest before the motion.
 
 use std::collections::VecDeque;
 
-/// Fewest samples for which an onset is searched.
+/// Smallest number of samples for which an onset is searched; the fit needs [`FEWEST_AT_REST`] and [`FEWEST_MOVING`] of them.
 const FEWEST_SAMPLES: usize = 8;
-/// Fewest samples at rest; with fewer the recording begins with the motion.
+/// Smallest number of samples at rest; with fewer the recording begins with the motion.
 const FEWEST_AT_REST: usize = 3;
 /// Largest range of positions at rest, as a fraction of the whole extent; tremor of a hand is smaller.
 const REST_EXTENT: f64 = 0.02;
-/// Range of the noise in a long rest, in standard deviations.
+/// Largest range of the noise in a long rest, in standard deviations. Smaller values reject a noisy rest, larger ones accept
+/// slow motion.
 const NOISE_EXTENT: f64 = 10.0;
-/// Largest range that is attributed to noise, as a fraction of the whole extent.
+/// Largest range that is attributed to noise, as a fraction of the whole extent; larger values accept slow motion as rest.
 const MOST_NOISE_EXTENT: f64 = 0.2;
-/// Speed of the first fast motion, as a fraction of the highest speed.
+/// Speed of the first fast motion, as a fraction of the highest speed. Smaller values accept an earlier, slower motion as the
+/// first one.
 const FAST: f64 = 0.5;
-/// Distance over which the highest speed is measured, as a fraction of the extent.
+/// Distance over which the highest speed is measured, as a fraction of the extent. Smaller distances measure noise as speed.
 const FAST_EXTENT: f64 = 0.25;
 /// Largest fitted displacement, as a fraction of that in the first fast motion; larger ones do not follow a power of time.
 const FITTED_PART: f64 = 0.35;
-/// Fewest fitted samples of the motion.
+/// Smallest number of fitted samples of the motion.
 const FEWEST_MOVING: usize = 4;
-/// Most fitted samples at rest, since the point may drift long before the onset: this number, ..
+/// Largest number of fitted samples at rest, since the point may drift long before the onset: this number, ..
 const FITTED_AT_REST: usize = 100;
 /// .. or this number for each sample of the motion, if that is larger.
 const FITTED_REST: usize = 3;
-/// Most fitted samples; of longer windows every second, third, .. sample is used.
+/// Largest number of fitted samples, for run time; of longer windows every second, third, .. sample is used.
 const MOST_FITTED: usize = 400;
-/// Candidates of the onset in each of two refinements.
+/// Candidates of the onset in each of two refinements: the window is resolved to 2 / 100 / 100 of its length.
 const CANDIDATES: usize = 100;
 /// Reduction of the sum of squares against models without rest, in residual variances: four standard errors.
 const SIGNIFICANT: f64 = 16.0;
 
-/// Sliding range of one axis: indices and values of the samples that are the lowest or highest of all later ones.
+/// Range (highest minus lowest sample) of one axis over a sliding window, in constant time per sample. Stored are indices and
+/// values of the samples that are lower, or higher, than all later ones.
 #[derive(Default)]
 struct SlidingRange {
     lows: VecDeque<(usize, f64)>,
@@ -44,7 +48,7 @@ struct SlidingRange {
 }
 
 impl SlidingRange {
-    /// Adds a sample.
+    /// Adds the sample `x` with the number `index` at the end of the window.
     fn push(&mut self, index: usize, x: f64) {
         // Samples that can never be the extreme any more are dropped: constant time per sample.
         while self.lows.back().is_some_and(|(_, low)| *low >= x) {
@@ -57,7 +61,7 @@ impl SlidingRange {
         self.highs.push_back((index, x));
     }
 
-    /// Removes the samples before an index.
+    /// Removes the samples before the number `first`.
     fn forget_before(&mut self, first: usize) {
         for list in [&mut self.lows, &mut self.highs] {
             while list.front().is_some_and(|(index, _)| *index < first) {
@@ -75,7 +79,7 @@ impl SlidingRange {
     }
 }
 
-/// Times and positions of a point in the frames with all recorded axes.
+/// Times and positions (unit of the recording) of a point in the frames with all recorded axes.
 struct MotionSamples {
     times: Vec<f64>,
     places: Vec<[f64; 3]>,
@@ -99,7 +103,8 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
 }
 
 impl MotionSamples {
-    /// Samples without axes that are never recorded, and without frames in which another axis is missing.
+    /// The samples of a recording, without axes that are never recorded (zero) and without frames in which another axis is
+    /// missing. None for fewer than [`FEWEST_SAMPLES`].
     fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
         let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
         let whole = |place: &[Option<f64>; 3]| (0..3).all(|c| place[c].is_some() == seen[c]);
@@ -112,12 +117,12 @@ impl MotionSamples {
         (times.len() >= FEWEST_SAMPLES).then_some(Self { times, places })
     }
 
-    /// Distance between two samples.
+    /// Distance between the positions of two samples.
     fn distance(&self, i: usize, j: usize) -> f64 {
         norm([0, 1, 2].map(|c| self.places[i][c] - self.places[j][c]))
     }
 
-    /// Diagonal of the bounding box of all positions.
+    /// Diagonal of the bounding box of all positions, in their unit.
     fn extent(&self) -> f64 {
         let along = |c: usize| {
             let values = self.places.iter().map(|place| place[c]);
@@ -129,7 +134,8 @@ impl MotionSamples {
         norm([0, 1, 2].map(along))
     }
 
-    /// Standard deviation of the noise, all axes, by the median of the second differences.
+    /// Standard deviation of the noise, all axes: the median length of the second differences over `sqrt(6)`; 0 for fewer than
+    /// three samples.
     fn noise(&self) -> f64 {
         let second = |w: &[[f64; 3]]| {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
@@ -139,7 +145,9 @@ impl MotionSamples {
         all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// First and last sample of the first fast motion.
+    /// First and last sample of the first fast motion. The lag is the smallest power of two with a displacement of
+    /// [`FAST_EXTENT`] of the extent; the motion is the first with at least [`FAST`] times the largest displacement. None
+    /// without such a displacement.
     fn fast(&self, extent: f64) -> Option<[usize; 2]> {
         let count = self.places.len();
         // The lag doubles until a displacement of a quarter of the extent is found within it.
@@ -155,8 +163,9 @@ impl MotionSamples {
         None
     }
 
-    /// First sample of the rest before the first fast motion, and the last fitted sample. Positions at rest are within an
-    /// `allowed` range.
+    /// First sample of the last rest before the first fast motion, and the last sample to be fitted. Positions at rest are
+    /// within an `allowed` range. None without a rest of [`FEWEST_AT_REST`] samples that begins the recording or outlasts the
+    /// rise.
     fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
         let [fast, end] = self.fast(extent)?;
         let mut found = None;
@@ -196,7 +205,8 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset, if a model with rest fits significantly better than those without.
+    /// Time of the onset by least squares over a grid, refined once. None if a model without rest fits nearly as well
+    /// ([`SIGNIFICANT`] residual variances) or fewer than [`FEWEST_AT_REST`] samples lie before the onset.
     fn onset(&self) -> Option<f64> {
         let count = self.times.len();
         let [first, last] = [self.times[0], self.times[count - 1]];
@@ -229,13 +239,13 @@ impl MotionSamples {
         (at_rest >= FEWEST_AT_REST && without_rest - sum > SIGNIFICANT * variance).then_some(onset)
     }
 
-    /// Sum of squares about `c + a max(0, t - onset)^power`.
+    /// Sum of squared residuals of `c + a max(0, t - onset)^power` with free `c` and `a` for each axis.
     fn squares_of_power(&self, onset: f64, power: i32) -> f64 {
         let basis: Vec<f64> = self.times.iter().map(|t| (t - onset).max(0.0).powi(power)).collect();
         self.squares_beside(&[vec![1.0; basis.len()], basis])
     }
 
-    /// Sum of squares about a cubic of time.
+    /// Sum of squared residuals of a cubic of time for each axis.
     fn squares_of_cubic(&self) -> f64 {
         let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
         let unit = |t: &f64| 2.0 * (t - first) / (last - first) - 1.0;
@@ -243,7 +253,8 @@ impl MotionSamples {
         self.squares_beside(&[0, 1, 2, 3].map(power))
     }
 
-    /// Sum of squares of the places, all axes, that linear least squares leaves.
+    /// Sum of squared residuals of the positions, all axes, after linear least squares with the basis functions `columns`
+    /// (Gram-Schmidt orthogonalization).
     fn squares_beside(&self, columns: &[Vec<f64>]) -> f64 {
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
         let remove = |from: &mut [f64], basis: &[Vec<f64>]| {
@@ -299,14 +310,17 @@ mod tests {
         (times, places)
     }
 
+    /// Damped oscillation, m, at the time `t` since the release, s.
     fn swing(t: f64) -> f64 {
         0.05 * (-0.5 * t).exp() * (TAU * t / PERIOD).cos()
     }
 
+    /// Held aside until the release at t = 0, then the damped oscillation, m.
     fn released(t: f64) -> f64 {
         if t < 0.0 { 0.05 } else { swing(t) }
     }
 
+    /// At rest until a blow at t = 0, then an oscillation with a velocity at its start, m.
     fn struck(t: f64) -> f64 {
         if t < 0.0 { 0.0 } else { 0.05 * (TAU * t / PERIOD).sin() }
     }

@@ -1,7 +1,8 @@
 //! Files that are replaced only when complete: written under a temporary name, `NAME.XXXXXX.part`, and renamed at the end.
 //!
-//! The temporary file is locked as long as its process lives. One without a lock was left by a process that was
-//! killed; the next process that writes the same name removes it. Where the file system has no locks, such files stay.
+//! [`PartFile`] creates, locks and renames the temporary file, in the folder of the result. It is locked as long as its process
+//! lives. A temporary file without a lock belongs to a process that was killed; the next process that writes the same name
+//! removes it. Where the file system has no locks, such files stay.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
@@ -15,7 +16,7 @@ const SUFFIX: &str = ".part";
 const KEPT_SUFFIX: &str = "kept";
 /// Number of random letters and digits in a temporary name.
 const RANDOM_LENGTH: usize = 6;
-/// Longest name, bytes, at the beginning of a temporary name; file systems allow 255 bytes in total.
+/// Longest name, bytes, at the beginning of a temporary name; longer ones are replaced. File systems allow 255 bytes in total.
 const LONGEST_NAME: usize = 200;
 /// Largest number of attempts to create a file that another process removes before it is locked.
 const MAX_ATTEMPTS: usize = 100;
@@ -25,8 +26,8 @@ const MAX_ATTEMPTS: usize = 100;
 pub struct PartFile(NamedTempFile);
 
 impl PartFile {
-    /// Creates a temporary file in the existing folder of `path`, and removes those of the same name that terminated processes
-    /// left.
+    /// Creates a locked temporary file in the existing folder of `path`, and removes those of the same name that terminated
+    /// processes left.
     ///
     /// # Errors
     ///
@@ -43,17 +44,17 @@ impl PartFile {
         Ok(Self(file))
     }
 
-    /// Temporary path.
+    /// Path of the temporary file.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// The open file.
+    /// The open temporary file.
     pub fn file(&self) -> &File {
         self.0.as_file()
     }
 
-    /// Renames the complete file to `path`.
+    /// Renames the complete file to `path`, which is replaced.
     ///
     /// # Errors
     ///
@@ -79,13 +80,14 @@ impl Write for PartFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write(bytes)
     }
-    /// Writes what is buffered.
+    /// Writes the buffered bytes.
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }
 }
 
-/// Creates a temporary file and locks it for this process.
+/// Creates a temporary file in `folder` whose name begins with `prefix`, and locks it for this process. An error if no file can
+/// be created, or if another program removes [`MAX_ATTEMPTS`] of them.
 fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
@@ -105,7 +107,7 @@ fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     Err(io::Error::other("temporary files are removed by another program"))
 }
 
-/// Removes temporary files of a name that no process has locked; ignores errors.
+/// Removes temporary files in `folder` with the name `prefix` that no process has locked; ignores errors.
 fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name(), prefix)) {
@@ -122,7 +124,7 @@ fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     }
 }
 
-/// Whether a file name is a temporary name with this prefix.
+/// Whether a file name is `prefix`, [`RANDOM_LENGTH`] letters or digits, and [`SUFFIX`].
 fn is_temporary(name: &OsStr, prefix: &OsStr) -> bool {
     let random = name.as_encoded_bytes().strip_prefix(prefix.as_encoded_bytes());
     let random = random.and_then(|rest| rest.strip_suffix(SUFFIX.as_bytes()));

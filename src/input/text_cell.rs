@@ -1,5 +1,7 @@
-//! Text in the cells of tables. Spreadsheets compute cells that begin with `=`, `+`, `-` or `@`, whoever wrote them; a
-//! leading apostrophe keeps them text (OWASP, "CSV Injection").
+//! Text in the cells of CSV tables, guarded against evaluation as a formula.
+//!
+//! Spreadsheets compute cells that begin with `=`, `+`, `-` or `@`, whoever wrote them; a leading apostrophe keeps them text
+//! (OWASP, "CSV Injection"). [`to_cell`] adds it, [`of_cell`] removes it, so that every text is read back unchanged.
 
 use std::borrow::Cow;
 

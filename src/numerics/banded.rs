@@ -1,8 +1,9 @@
-//! Symmetric band matrices and their `L D L^T` factors.
+//! Symmetric band matrices of half-bandwidth `W` and their `L D L^T` factors, for the linear systems of a rod.
 //!
-//! The tangent of an open rod is a band of half-bandwidth `W`: 5 in the plane, 10 in space. The
-//! factorization takes no pivots. It is backward stable for positive definite matrices. For others the number of
-//! negative pivots is positive, and the solution is checked by its [residual](Tangent::residual).
+//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns, adds
+//! element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots. It is backward stable for
+//! positive definite matrices. For others the number of negative pivots is positive, and the solution is checked by its
+//! [residual](Tangent::residual).
 //!
 //! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once, in the
 //! order first row, last row, second row, ..., until the ends meet in `W` or `W + 1` rows in the middle, which come last.
@@ -28,7 +29,7 @@ fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
 }
 
-/// The same, to be written.
+/// `N` mutable entries of `slice` from `start` on, with one bounds check for all of them.
 #[inline(always)]
 fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
@@ -42,7 +43,8 @@ pub struct BandMatrix<D, const W: usize> {
     below: Vec<[D; W]>,
 }
 
-/// A product that is added to a list, as work for a vector unit. A closure instead would be compiled without its instructions.
+/// The sum `out + A x` for `G` vectors, as work for a vector unit. A closure instead would be compiled without its
+/// instructions.
 struct Product<'a, D, const W: usize, const G: usize> {
     matrix: &'a BandMatrix<D, W>,
     x: &'a [[D; G]],
@@ -52,7 +54,7 @@ struct Product<'a, D, const W: usize, const G: usize> {
 impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
     type Output = ();
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Computes the product, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         self.matrix.add_product_inlined(self.x, self.out);
@@ -77,7 +79,8 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
-    /// [`add_product`](Tangent::add_product), inlined.
+    /// Adds `A x` to `out` for `G` vectors, by symmetry with one pass over the stored half:
+    /// [`add_product`](Tangent::add_product).
     #[inline(always)]
     fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
@@ -88,12 +91,14 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
             for g in 0..G {
                 sum[g] += self.diagonal[j] * own[g];
             }
+            // Each stored entry acts twice: below the diagonal and, by symmetry, right of it.
             let mut both = |below: &mut [D; G], x: &[D; G], entry: D| {
                 for g in 0..G {
                     below[g] += entry * own[g];
                     sum[g] += entry * x[g];
                 }
             };
+            // The last W rows have fewer entries below them.
             match (below.first_chunk_mut::<W>(), x[j + 1..].first_chunk::<W>()) {
                 (Some(below), Some(x)) => {
                     for p in 0..W {
@@ -169,7 +174,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
+    /// Adds column `j` of the matrix times `x[g]` to each vector `out[..][g]`.
     #[inline(always)]
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
@@ -178,6 +183,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
             }
         };
         add(&mut out[j], self.diagonal[j]);
+        // Entries below the diagonal; the last columns have fewer than W.
         let column = &self.below[j];
         let below = &mut out[j + 1..];
         match below.first_chunk_mut::<W>() {
@@ -209,7 +215,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds `A x` to `out`, for `G` vectors.
+    /// Adds `A x` to `out`, for `G` vectors; with vector instructions for more than two.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
     }
@@ -218,6 +224,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let n = x.len();
         out[..n].fill(0.0);
+        // Columns with W rows below them, then the last ones with fewer.
         let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
         for (j, column) in inner.iter().enumerate() {
             let xs: &[D; W] = array(x, j + 1);
@@ -241,7 +248,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    /// A range that contains all rows with an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
     }

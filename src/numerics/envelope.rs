@@ -1,8 +1,9 @@
-//! Symmetric matrices stored by their envelope: every row from its first column with an entry to the diagonal; and their
-//! `L D L^T` factors.
+//! Symmetric matrices stored by their envelope (every row from its first column with an entry to the diagonal), and their
+//! `L D L^T` factors, for the linear systems of structures.
 //!
 //! The factorization takes no pivots and fills no entry outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281).
 //! Its cost is the sum of the squared lengths of the rows, so that a good order of the rows has short ones.
+//! [`reverse_cuthill_mckee`] computes such an order from the graph of the matrix.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};
@@ -12,6 +13,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Envelope<D> {
     first: Arc<[usize]>,
+    /// Offset of each row in the entries, as if it began at column 0: entry `(i, j)` is at `start[i] + j`.
     /// Index of the entry of column 0 of each row, had it one: entry `(i, j)` is at `start[i] + j`.
     start: Arc<[usize]>,
     entries: Vec<D>,
@@ -48,7 +50,7 @@ impl<D: Scalar> Envelope<D> {
         }
     }
 
-    /// Adds to the entry of row `i`, column `j`, at most `i`, which is inside the envelope.
+    /// Adds `entry` to the one of row `i`, column `j`, at most `i`, which is inside the envelope.
     #[inline]
     pub fn add(&mut self, i: usize, j: usize, entry: D) {
         let k = self.index(i, j);
@@ -87,7 +89,7 @@ impl<D: Scalar> Envelope<D> {
         self.entries[own] = D::from(1.0);
     }
 
-    /// Calls `visit` with row, column and entry of the lower triangle.
+    /// Calls `visit(row, column, entry)` for each entry of the lower triangle inside the envelope.
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize, D)) {
         for (i, first) in self.first.iter().enumerate() {
             for j in *first..=i {
@@ -96,10 +98,10 @@ impl<D: Scalar> Envelope<D> {
         }
     }
 
-    /// Replaces the matrix by its factors: `L` below the diagonal, `D` on it.
+    /// Replaces the matrix `A` by its factors `L D L^T`: `L` (unit lower triangle) below the diagonal, `D` on it.
     ///
     /// # Errors
-    /// The row of a pivot that is zero or not a number.
+    /// The row of a pivot that is zero or not finite.
     pub fn factor(&mut self) -> Result<(), Singular> {
         for i in 0..self.order() {
             let first = self.first[i];
@@ -135,8 +137,10 @@ impl<D: Scalar> Envelope<D> {
         (0..self.order()).filter(|i| self.entries[self.index(*i, *i)].value() < 0.0).count()
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, with the factors of `A`.
+    /// Solves `A x = b` in place for `R` right-hand sides with the factors of `A`: forward with `L`, division by `D`, backward
+    /// with `L^T`.
     pub fn solve<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        // Forward substitution with L.
         for i in 0..self.order() {
             for j in self.first[i]..i {
                 let entry = self.entries[self.index(i, j)];
@@ -146,12 +150,14 @@ impl<D: Scalar> Envelope<D> {
                 }
             }
         }
+        // Division by the pivots.
         for i in (0..self.order()).rev() {
             let by_pivot = self.entries[self.index(i, i)].recip();
             for r in 0..R {
                 x[i][r] = x[i][r] * by_pivot;
             }
         }
+        // Backward substitution with the transpose of L.
         for i in (0..self.order()).rev() {
             for j in self.first[i]..i {
                 let entry = self.entries[self.index(i, j)];
@@ -165,12 +171,13 @@ impl<D: Scalar> Envelope<D> {
 }
 
 /// An order of the vertices of a graph, given by the lists of their neighbors, with a small envelope: Cuthill and McKee's,
-/// reversed (George and Liu 1981). Returns the vertices in their new order.
+/// reversed (George and Liu 1981). Returns the vertices in their new order; parts of the graph may be unconnected.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];
     let degree = |i: usize| neighbors[i].len();
     while order.len() < neighbors.len() {
+        // Each connected part begins at a vertex with few neighbors.
         let unseen = (0..neighbors.len()).filter(|i| !seen[*i]);
         let Some(mut root) = unseen.min_by_key(|i| degree(*i)) else { break };
         // The last vertex of a breadth-first order is far from its root: a better root.
@@ -210,6 +217,7 @@ mod tests {
     /// Envelope of rows of different lengths.
     const FIRST: [usize; 8] = [0, 0, 2, 1, 4, 0, 3, 6];
 
+    /// Matrix with the envelope [`FIRST`]; indefinite for a negative `shift`.
     fn matrix(shift: f64) -> Envelope<f64> {
         let mut a = Envelope::zeros(FIRST.to_vec());
         for (i, first) in FIRST.into_iter().enumerate() {
@@ -221,6 +229,7 @@ mod tests {
         a
     }
 
+    /// The same matrix with all entries.
     fn dense(a: &Envelope<f64>) -> nalgebra::DMatrix<f64> {
         nalgebra::DMatrix::from_fn(a.order(), a.order(), |i, j| a.get(i, j))
     }

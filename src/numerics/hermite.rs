@@ -1,5 +1,7 @@
-//! Cubic Hermite interpolation between two time steps, from positions and velocities at both. The time of interpolation
-//! may carry derivatives.
+//! Cubic Hermite interpolation between two time steps, from positions and velocities at both.
+//!
+//! [`HermiteWeights`] returns the weights of the four numbers for a position or a velocity at a time in between. That time may
+//! carry derivatives (dual numbers). Recorded frames between the steps of a simulation are interpolated with it.
 
 use crate::numerics::scalar::Scalar;
 
@@ -16,7 +18,7 @@ pub(crate) struct HermiteWeights<D> {
 }
 
 impl<D: Scalar> HermiteWeights<D> {
-    /// Weights of the interpolant's derivative by time, the velocity at `t`.
+    /// Weights of the interpolant's derivative by time, the velocity, at `t` between the times `t0` and `t1`, s.
     pub fn derivative(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let u = (t - t0) / h;
@@ -25,7 +27,7 @@ impl<D: Scalar> HermiteWeights<D> {
         Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
     }
 
-    /// Weights of the position at `t` between the times `t0` and `t1`.
+    /// Weights of the position at `t` between the times `t0` and `t1`, s; rounding errors outside of the interval are clamped.
     pub fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let mut u = (t - D::from(t0)) * (1.0 / h);

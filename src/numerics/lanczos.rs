@@ -2,7 +2,8 @@
 //!
 //! `k` products with a matrix `A` from a vector `b` yield an orthonormal basis `Q` of the Krylov space of `b`, and the
 //! tridiagonal matrix `T = Q' A Q`. Eigenvalues of `T` (Ritz values) approximate the largest ones of `A`, and
-//! `Q (T + shift)^-1 Q' b` solves `(A + shift) x = b` for any shift without further products.
+//! `Q (T + shift)^-1 Q' b` solves `(A + shift) x = b` for any shift without further products. Fits of many parameters (fields
+//! along the rod) use it for steps and uncertainties, with one forward and one adjoint run for each product.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -38,13 +39,13 @@ pub struct RitzPair {
     pub vector: Vec<f64>,
 }
 
-/// The scalar product, summed in the order of the entries: results do not depend on the vector instructions.
+/// The scalar product, summed in the order of the entries, so that results do not depend on the vector instructions.
 fn dot(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
     a.iter().zip(b.iter()).map(|(a, b)| a * b).sum()
 }
 
 impl Lanczos {
-    /// The Krylov space of `start`, before the first product.
+    /// The Krylov space of the vector `start`, before the first product.
     pub fn new(start: Vec<f64>) -> Self {
         let start = DVector::from_vec(start);
         let norm = dot(&start, &start).sqrt();
@@ -58,7 +59,8 @@ impl Lanczos {
         }
     }
 
-    /// The vector whose product with `A` extends the basis; none where the Krylov space is complete.
+    /// The vector whose product with `A` extends the basis; none if the Krylov space is complete (remainder below
+    /// `BREAKDOWN`, or as many products as rows).
     pub fn next(&self) -> Option<&[f64]> {
         let complete =
             self.remainder <= BREAKDOWN * self.scale || self.basis.len() >= self.next.len();
@@ -70,7 +72,8 @@ impl Lanczos {
         self.basis.len()
     }
 
-    /// Extends the basis by the product of `A` with the [next](Self::next) vector.
+    /// Extends the basis by `product`, that of `A` with the [next](Self::next) vector: orthogonalizes it twice against all basis
+    /// vectors, and adds a row and column to `T`.
     pub fn extend(&mut self, product: Vec<f64>) {
         let mut product = DVector::from_vec(product);
         self.diagonal.push(dot(&product, &self.next));
@@ -88,7 +91,7 @@ impl Lanczos {
         self.next = product / self.remainder.max(f64::MIN_POSITIVE);
     }
 
-    /// The projection `T` of the matrix on the basis.
+    /// The tridiagonal projection `T` of the matrix on the basis.
     fn projection(&self) -> DMatrix<f64> {
         let k = self.count();
         DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
@@ -98,7 +101,7 @@ impl Lanczos {
         })
     }
 
-    /// The vector with these coordinates in the basis.
+    /// The vector with these coordinates in the Krylov basis.
     fn combination(&self, coordinates: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = DVector::zeros(self.next.len());
         for (coordinate, vector) in coordinates.into_iter().zip(&self.basis) {
@@ -107,8 +110,8 @@ impl Lanczos {
         sum.data.into()
     }
 
-    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector
-    /// scaled to `length`.
+    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector scaled
+    /// to `length`. Zero, with the residual `length`, before the first product or if `T + shift` is not positive definite.
     pub fn solve(&self, shift: f64, length: f64) -> (Vec<f64>, f64) {
         let k = self.count();
         let matrix = self.projection() + DMatrix::identity(k, k) * shift;
@@ -122,7 +125,8 @@ impl Lanczos {
         }
     }
 
-    /// Approximate eigenpairs of the matrix, by descending eigenvalues.
+    /// Approximate eigenpairs of `A` from the eigenvalues and eigenvectors of `T`, by descending eigenvalues, each with a bound
+    /// of its error.
     pub fn ritz_pairs(&self) -> Vec<RitzPair> {
         let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(self.projection());
         let mut order: Vec<usize> = (0..eigenvalues.len()).collect();

@@ -1,5 +1,6 @@
-//! `G` numbers in an array with elementwise arithmetic, such as the derivatives of a state by `G` parameters. The
-//! compiler maps the loops to SIMD instructions.
+//! `G` numbers in an array with elementwise arithmetic ([`Lanes`]), such as the derivatives of a state by `G` parameters.
+//!
+//! The compiler maps the loops to SIMD instructions. Forward sensitivities of several parameters are propagated with it.
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
@@ -13,7 +14,7 @@ impl<const G: usize> Lanes<G> {
 }
 
 impl<const G: usize> From<f64> for Lanes<G> {
-    /// Converts `f64` to `Lanes<G>`.
+    /// The number `x` in each lane.
     #[inline(always)]
     fn from(x: f64) -> Self {
         Self([x; G])
@@ -43,7 +44,7 @@ elementwise! {
 
 impl<const G: usize> Mul<Lanes<G>> for f64 {
     type Output = Lanes<G>;
-    /// The product.
+    /// Each lane multiplied by this number.
     #[inline(always)]
     fn mul(self, lanes: Lanes<G>) -> Lanes<G> {
         lanes * self
@@ -59,6 +60,7 @@ impl<const G: usize> AddAssign for Lanes<G> {
 }
 
 impl<const G: usize> SubAssign for Lanes<G> {
+    /// Subtracts the numbers lane by lane.
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
@@ -75,7 +77,7 @@ pub fn dot<const G: usize, const N: usize>(a: &[f64; N], b: &[Lanes<G>; N]) -> L
     sum
 }
 
-/// The array of all values; none if one is missing.
+/// The array of all values; none if at least one is missing.
 pub fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
     let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
     all.try_into().ok()

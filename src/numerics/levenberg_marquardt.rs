@@ -2,13 +2,13 @@
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`. The damping is scaled by the column
 //! norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does not depend
-//! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected where the cost rises,
-//! where the problem returns an error, and where an unknown loses its effect: plateaus have no minimum.
+//! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if the cost rises,
+//! if the problem returns an error, or if an unknown loses its effect: plateaus have no minimum.
 //!
 //! Rounding errors of the cost hide changes below about `1e-8` of the residuals. Closer to the minimum, undamped
 //! (Gauss-Newton) steps are accepted without a test of the cost, as long as each predicts a smaller change than the one
-//! before. That yields the minimum to rounding. The minimum is also reached where no step lowers the cost and the
-//! Gauss-Newton step predicts no more than that. Where the residuals themselves are rounding errors, the search may end
+//! before. That yields the minimum to rounding. The minimum is also reached if no step lowers the cost and the
+//! Gauss-Newton step predicts no more than that. If the residuals themselves are rounding errors, the search may end
 //! with "no step lowers the cost".
 //!
 //! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts a
@@ -62,38 +62,49 @@ struct ModelError {
 
 /// Damping at the start, relative to the squared scales.
 const FIRST_DAMPING: f64 = 1e-4;
-/// Smallest damping.
+/// Smallest damping; smaller values have no effect on the step.
 const LEAST_DAMPING: f64 = 1e-15;
-/// Smallest damping that an increase starts from.
+/// Smallest damping from which an increase starts, so that a nearly undamped search needs few rejections.
 const LEAST_RAISED_DAMPING: f64 = 1e-6;
 /// Above this damping a step is too short to change anything.
 const LARGEST_DAMPING: f64 = 1e20;
-/// Damping of a Gauss-Newton step: enough to define the step of combinations that the data do not determine.
+/// Damping of a Gauss-Newton step: enough to define the step along combinations that the data do not determine.
 const NO_DAMPING: f64 = 1e-16;
-/// Smallest factor on the damping after a good step.
+/// Smallest factor on the damping after a good step: smaller ones approach Gauss-Newton steps faster.
 const LEAST_FACTOR: f64 = 0.03;
-/// The same after longer steps were rejected: the next iteration would reject them too.
+/// Smallest factor on the damping after longer steps were rejected: the next iteration would reject them too.
 const LEAST_FACTOR_AFTER_REJECTION: f64 = 0.5;
-/// Decay of the largest column norm per step.
+/// Decay of the largest column norm per step. At 1 the scale of a far start would persist; at 0 there is no memory.
 const SCALE_DECAY: f64 = 0.7;
-/// A step of an unknown is short below this part of its longest step.
+/// A step of an unknown is short below this fraction of its longest step; only short steps are taken without evaluation.
 const SHORT: f64 = 0.01;
-/// Least ratio of the achieved to the predicted decrease of the cost that accepts a step.
+/// Smallest ratio of the achieved to the predicted decrease of the cost at which a step is accepted.
 const LEAST_GAIN: f64 = 1e-4;
-/// A step that predicts more than this part of the decrease that a rejected one predicted is nearly the same step.
+/// A step that predicts more than this fraction of the decrease predicted by a rejected one is nearly the same step, and is
+/// skipped without an evaluation.
 const NEARLY_SAME: f64 = 0.8;
 /// Factor on the damping while steps are nearly the rejected one.
 const SKIP_FACTOR: f64 = 4.0;
-/// From so many unknowns on, a trial runs without derivatives first: these take longer than the run itself.
+/// Number of unknowns from which on a trial first runs without derivatives: these take longer than the run itself.
 const MANY_UNKNOWNS: usize = 8;
 /// At a corner of the misfit the search ends where the Gauss-Newton step is below this part of a standard error.
 const CORNER_TOLERANCE: f64 = 0.5;
-/// Least part of its effect that every unknown must keep in a step.
+/// Smallest fraction of its effect (column norm of the Jacobian) that every unknown must keep in a step.
 const LEAST_EFFECT: f64 = 1e-6;
-/// Changes of the model below this part of the residuals are hidden by rounding errors of the cost.
+/// Changes of the model below this fraction of the norm of the residuals are hidden by rounding errors of the cost.
 const COST_RESOLUTION: f64 = 3e-5;
 /// Predicted decreases below this part of the cost are rounding errors of it.
 const COST_ROUNDING: f64 = 1e-12;
+
+/// Largest ratio of the model's change to that of the previous undamped step; steps below the resolution of the cost must
+/// shrink at least this fast. Values near 1 allow many steps that only exchange rounding errors.
+const LARGEST_CHANGE_RATIO: f64 = 0.95;
+
+/// Default of the largest Gauss-Newton step that counts as zero, in the unit of the unknowns.
+const STEP_TOLERANCE: f64 = 1e-10;
+
+/// Default of the change of the model that counts as zero, in standard deviations of the residuals.
+const NOISE_TOLERANCE: f64 = 1e-3;
 
 /// Residuals and derivatives at a point.
 struct PointEvaluation {
@@ -102,7 +113,8 @@ struct PointEvaluation {
     cost: f64,
 }
 
-/// Evaluates the problem at `x`. The Jacobian comes first: its run yields the residuals too.
+/// Jacobian, residuals and cost of the problem at `x`; an error if one is not finite or the problem returns one. The Jacobian
+/// comes first: its run yields the residuals too.
 fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<PointEvaluation, Error>
 where
     O: Operator<Param = Vec<f64>, Output = Vec<f64>>
@@ -120,20 +132,20 @@ where
     Ok(PointEvaluation { jacobian, residuals, cost })
 }
 
-/// The state with the iterate `x` and its evaluation.
+/// The argmin state with the iterate `x` and its evaluation.
 fn state_at(state: LeastSquaresState, x: Vec<f64>, there: PointEvaluation) -> LeastSquaresState {
     state.param(x).cost(there.cost).jacobian(there.jacobian).residuals(there.residuals)
 }
 
 impl LevenbergMarquardt {
-    /// A solver for unknowns within `bounds`, lower and upper ones.
+    /// A solver for unknowns within `bounds`, a pair of lower and upper bound for each, with the default settings.
     pub fn new(bounds: Vec<[f64; 2]>) -> Self {
         Self {
             scale: vec![0.0; bounds.len()],
             longest_steps: vec![f64::INFINITY; bounds.len()],
             bounds,
-            step_tolerance: 1e-10,
-            noise_tolerance: 1e-3,
+            step_tolerance: STEP_TOLERANCE,
+            noise_tolerance: NOISE_TOLERANCE,
             last_step: 0.0,
             damping: FIRST_DAMPING,
             growth: 2.0,
@@ -175,8 +187,9 @@ impl LevenbergMarquardt {
         Self { patience, ..self }
     }
 
-    /// Whether a step that changes the linear model by `change`, at residuals with the standard deviation `noise`, is the
-    /// last one and need not be evaluated. No unknown moves by a larger part of its standard error than `change/noise`.
+    /// Whether `step`, which changes the linear model by `change` at residuals with the standard deviation `noise`, is the last
+    /// one and need not be evaluated. No unknown moves by a larger part of its standard error than `change/noise`. The error of
+    /// the linear model is extrapolated from the last accepted step; none so far is false.
     fn is_last(&self, step: &[f64], change: f64, noise: f64) -> bool {
         let Some(ModelError { step: before, norm }) = &self.model_error else { return false };
         let parts = step.iter().zip(before).map(|(now, before)| match *now == 0.0 {
@@ -193,13 +206,13 @@ impl LevenbergMarquardt {
             && norm * part * part <= self.noise_tolerance * noise
     }
 
-    /// Increases the damping after a rejected step.
+    /// Multiplies the damping by the growth factor after a rejected step, and doubles the factor (Nielsen 1999).
     fn raise_damping(&mut self) {
         self.damping = self.damping.max(LEAST_RAISED_DAMPING) * self.growth;
         self.growth *= 2.0;
     }
 
-    /// Adapts the damping to the gain ratio of an accepted step (Nielsen 1999).
+    /// Adapts the damping to the gain ratio of an accepted step (Nielsen 1999); `after_rejection` limits the decrease.
     fn relax_damping(&mut self, gain: f64, after_rejection: bool) {
         let factor = 1.0 - (2.0 * gain - 1.0).powi(3);
         let least = if after_rejection { LEAST_FACTOR_AFTER_REJECTION } else { LEAST_FACTOR };
@@ -216,7 +229,7 @@ impl LevenbergMarquardt {
     }
 }
 
-/// `x` moved into its bounds.
+/// `x` moved to the nearest point within its bounds.
 fn clamp(x: Vec<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
     x.iter().zip(bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
 }
@@ -226,10 +239,13 @@ where
     O: Operator<Param = Vec<f64>, Output = Vec<f64>>
         + Jacobian<Param = Vec<f64>, Jacobian = Vec<Vec<f64>>>,
 {
+    /// Name of the solver in argmin's reports.
     fn name(&self) -> &str {
         "Levenberg-Marquardt"
     }
 
+    /// The state of argmin at the start value moved into the bounds, with residuals, Jacobian and cost. An error without a start
+    /// value, for bounds or longest steps of another number, or from the problem.
     fn init(
         &mut self,
         problem: &mut Problem<O>,
@@ -253,6 +269,8 @@ where
         Ok((state_at(state, x, start), None))
     }
 
+    /// One iteration: the state with the next iterate, or the same one with the reason why the search ends. An error is that of
+    /// the problem if no trial point could be evaluated.
     fn next_iter(
         &mut self,
         problem: &mut Problem<O>,
@@ -306,7 +324,7 @@ where
         // Below the resolution of the cost, Gauss-Newton steps need no lower cost as long as they shrink.
         let below_resolution = change <= COST_RESOLUTION * (2.0 * cost).sqrt();
         if below_resolution
-            && change < 0.95 * self.last_change
+            && change < LARGEST_CHANGE_RATIO * self.last_change
             && let Ok(there) = evaluate(problem, &target)
             && there.cost <= cost * (1.0 + 10.0 * COST_RESOLUTION * COST_RESOLUTION)
         {

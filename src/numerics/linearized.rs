@@ -1,12 +1,19 @@
 //! The bounded, damped linear least-squares problem of a Levenberg-Marquardt step.
 //!
-//! From the residuals `r` and their Jacobian `J` at `x` it computes the step `s` that minimizes
-//! `|r + J s|^2 + damping |D s|^2` with `x + s` within bounds, by QR factorization.
+//! From the residuals `r` and their Jacobian `J` at `x`, [`Linearized`] computes the step `s` by QR factorization. It minimizes
+//! `|r + J s|^2 + damping |D s|^2` with `x + s` within bounds. It also returns the predicted decrease of the cost and the effect
+//! that each unknown keeps at another point.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Factor on the damping of a bounded step that changes the model by more than the unbounded one.
 const DAMPING_FACTOR: f64 = 100.0;
+
+/// Relative excess of a bounded step's change of the model over the unbounded one that is attributed to rounding.
+const CHANGE_TOLERANCE: f64 = 1e-6;
+
+/// Damping, relative to the squared scales, above which a bounded step is accepted in any case.
+const LARGEST_RETRIED_DAMPING: f64 = 1.0;
 
 /// Half the sum of squares of the residuals, the cost of a least-squares problem.
 pub(crate) fn half_sum_of_squares(residuals: &[f64]) -> f64 {
@@ -36,8 +43,8 @@ pub(crate) struct BoundedStep {
 }
 
 impl Linearized {
-    /// From the rows of `J`, the residuals `r`, the iterate `x` and its bounds. Unknowns at a bound whose descent direction
-    /// points outward are held there.
+    /// The linear model from the rows of `J`, the residuals `r`, the iterate `x` and its bounds. Unknowns at a bound whose
+    /// descent direction points outward are held there.
     pub fn new(rows: &[Vec<f64>], residuals: &[f64], x: &[f64], bounds: &[[f64; 2]]) -> Self {
         let gradient =
             |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
@@ -58,12 +65,12 @@ impl Linearized {
         Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), norms }
     }
 
-    /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`. None where it is not finite. Unknowns
-    /// that would leave their bounds stop at the bound, and the others are minimized again.
+    /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`; `scale` has one number per unknown. None if
+    /// it is not finite. Unknowns that would leave their bounds stop at the bound, and the others are minimized again.
     ///
-    /// Along combinations without an effect on the data, rounding errors determine the step. They may move several
-    /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the model by more than
-    /// the unbounded one is such a step; it is computed again with more damping.
+    /// Along combinations without an effect on the data, rounding errors determine the step. They may move several unknowns to
+    /// bounds at once, and the others cannot compensate. A bounded step that changes the model by more than the unbounded one is
+    /// such a step; it is computed again with more damping.
     pub fn step(
         &self,
         x: &[f64],
@@ -73,14 +80,16 @@ impl Linearized {
     ) -> Option<BoundedStep> {
         loop {
             let step = self.bounded(x, bounds, scale, damping)?;
-            if step.change <= step.unbounded_change * (1.0 + 1e-6) || damping > 1.0 {
+            if step.change <= step.unbounded_change * (1.0 + CHANGE_TOLERANCE)
+                || damping > LARGEST_RETRIED_DAMPING
+            {
                 return Some(step);
             }
             damping *= DAMPING_FACTOR;
         }
     }
 
-    /// The bounded step with this damping, whatever its change of the model.
+    /// The step within bounds for this damping, without a limit on its change of the model. None if it is not finite.
     fn bounded(
         &self,
         x: &[f64],
@@ -104,6 +113,7 @@ impl Linearized {
                 let to = x[j] + step[*k];
                 to >= bounds[j][0] && to <= bounds[j][1]
             };
+            // Unknowns outside their bounds stop there; the others are solved for again.
             let (inside, outside): (Vec<usize>, Vec<usize>) =
                 moving.into_iter().partition(is_inside);
             if outside.is_empty() {
@@ -124,7 +134,8 @@ impl Linearized {
         Some(BoundedStep { step: all, change, unbounded_change })
     }
 
-    /// The steps of the unknowns `moving` that minimize the damped sum of squares, with the given steps of the others.
+    /// The steps of the unknowns `moving` that minimize the damped sum of squares, with the given steps of the others. None if
+    /// they are not finite.
     fn solve(
         &self,
         moving: &[usize],
@@ -141,6 +152,7 @@ impl Linearized {
             scale if scale > 0.0 => damping.sqrt() * scale,
             _ => 1.0,
         };
+        // The damping as additional rows of the least-squares problem.
         let stacked = DMatrix::from_fn(n + m, m, |i, k| match i {
             i if i < n => self.r[(i, moving[k])],
             i if i - n == k => weight(k),
@@ -153,15 +165,15 @@ impl Linearized {
         solution.iter().all(|s| s.is_finite()).then_some(solution)
     }
 
-    /// Decrease of the cost by a step that the linear model predicts.
+    /// Decrease of the cost `1/2 |r|^2` by `step` that the linear model predicts; positive for a descent.
     pub fn predicted(&self, step: &[f64]) -> f64 {
         let s = DVector::from_fn(self.free.len(), |j, _| step[self.free[j]]);
         let change = &self.r * s;
         -(change.dot(&self.qtr) + 0.5 * change.norm_squared())
     }
 
-    /// Smallest ratio of an unknown's column norm at another point, with the Jacobian `rows`, to that at the iterate,
-    /// over the largest such ratio. It is near zero where an unknown loses its effect on the residuals.
+    /// Ratio of an unknown's column norm at another point, with the Jacobian `rows`, to that at the iterate: the smallest one
+    /// over the largest. It is near zero if an unknown loses its effect on the residuals; 1 without any effect.
     pub fn least_kept_effect(&self, rows: &[Vec<f64>]) -> f64 {
         let norms = column_norms(rows, self.norms.len());
         let had_effect = self.free.iter().filter(|j| self.norms[**j] > 0.0);

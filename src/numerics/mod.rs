@@ -1,5 +1,5 @@
-//! Numerical methods that do not depend on rods: scalars with derivatives and SIMD lanes, vectors, band matrices and their
-//! factorization, eigenvalues, interpolation, spectra, noise estimates, and nonlinear least squares.
+//! Numerical methods that do not depend on rods: scalars with derivatives and SIMD lanes, vectors, band and envelope matrices
+//! and their factorization, eigenvalues, interpolation, spectra, noise estimates, and nonlinear least squares.
 
 pub mod banded;
 pub mod envelope;
@@ -23,14 +23,14 @@ pub mod vector;
 
 pub(crate) use linearized::half_sum_of_squares;
 
-/// An integer with the order of [`f64::total_cmp`]. Lists that are sorted by it with `sort_by_cached_key` share one compiled
-/// sort.
+/// An integer with the order of [`f64::total_cmp`], NaN included. Lists that are sorted by it with `sort_by_cached_key` share
+/// one compiled sort.
 pub fn total_order(x: f64) -> i64 {
     let bits = x.to_bits().cast_signed();
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
-/// The median of some values: the larger of the two middle ones of an even number; none of no values.
+/// The median of `values`: the larger of the two middle ones of an even number; none without values.
 pub(crate) fn upper_median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by_cached_key(|x| total_order(*x));

@@ -1,16 +1,17 @@
 //! Standard deviation of white noise on a sampled smooth signal, from differences of the samples.
 //!
 //! A divided difference of order `m` annihilates polynomials of degree `m - 1`. With weights `c` of length one its
-//! square has the expectation `sigma^2` for white noise, whatever the clock, plus what the signal leaks:
+//! square has the expectation `sigma^2` for white noise, at any sampling times, plus the leakage of the signal:
 //! `A^2/2 (2 sin(w h/2))^(2m) / binom(2m, m)` for a wave of amplitude `A`, frequency `w` and step `h`. The estimate
 //!
 //! ```text
-//! s^2 = sum (c.x)^2/n,    degrees of freedom tr(A)^2/tr(A^2),    A = sum c c'/n
+//! s^2 = sum (c.x)^2/n,   degrees of freedom tr(A)^2/tr(A^2),   A = sum c c'/n
 //! ```
 //!
 //! decreases with the order until the leakage is below the noise (von Neumann 1941; Gasser, Sroka and Jennen-Steinmetz
 //! 1986). Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A
 //! comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
+//! [`NoisySeries::noise`] returns the estimate or the reason why there is none; fits use it as the noise of recordings.
 
 mod samples;
 #[cfg(test)]
@@ -18,8 +19,8 @@ mod tests;
 
 use crate::numerics::noise_scale::samples::NoiseSamples;
 
-/// Orders of differences that are compared. A moving signal leaks little into differences of order two and above; weights of orders
-/// above six select the Nyquist frequency instead of an average over the spectrum.
+/// Orders of differences that are compared. A moving signal leaks little into differences of order two and above; weights of
+/// orders above six select the Nyquist frequency instead of an average over the spectrum.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 /// The highest of these orders.
 const HIGHEST_ORDER: usize = 6;
@@ -28,17 +29,23 @@ pub const FEWEST_DIFFERENCES: usize = 20;
 /// Share of outliers above which the remaining differences are too few and too contaminated. A tenth is accepted; the
 /// margin is the error of the count in a hundred samples.
 const MOST_OUTLIERS: f64 = 0.12;
-/// The order is sufficient where the next one lowers the variance by less than this many standard errors of the
+/// An order is sufficient if the next one lowers the variance by less than this many standard errors of the
 /// difference of the two.
 const SIGNIFICANT_DECREASE: f64 = 1.0;
-/// The estimate from every second sample exceeds that from all by this many standard errors of independent estimates
-/// where the noise is autocorrelated. Both share samples, so that white noise is above it in one of 100 series.
+/// Noise is autocorrelated if the estimate from every second sample exceeds that from all by this many standard errors of
+/// independent estimates. Both share samples, so that white noise is above it in one of 100 series.
 const OVERSAMPLING_LEVEL: f64 = 1.8;
 /// A wave that leaks into the estimate from every second sample lowers its variance from one order to the next below
 /// this part, for periods above 6.5 samples; AR(1) noise keeps 0.8 and more.
 const LEAKAGE_DECREASE: f64 = 0.75;
 /// Values are on a lattice where they are whole multiples of their smallest difference to this part of it.
 const LATTICE_TOLERANCE: f64 = 1e-3;
+
+/// Smallest difference of values, relative to their range, that is no rounding error of a unit conversion.
+const SMALLEST_DIFFERENCE: f64 = 1e-9;
+
+/// Number of differences above which a lattice is no coincidence: two or three distinct values are always on one.
+const COINCIDENT_DIFFERENCES: usize = 3;
 
 /// One coordinate of a recording.
 #[derive(Clone, Copy)]
@@ -93,11 +100,11 @@ struct DifferenceVariance {
 }
 
 impl NoisySeries<'_> {
-    /// The standard deviation of white noise on the values.
+    /// The standard deviation of white noise on the values: that of the lowest sufficient order of differences.
     ///
     /// # Errors
     ///
-    /// The reason why it cannot be estimated.
+    /// The reason why it cannot be estimated: constant values, too few differences, too many outliers, autocorrelated noise.
     pub fn noise(&self) -> Result<NoiseEstimate, NoEstimate> {
         let samples = self.usable()?;
         let by_order = |stride: usize| -> Vec<DifferenceVariance> {
@@ -123,7 +130,8 @@ impl NoisySeries<'_> {
         })
     }
 
-    /// The samples without excluded ones, repeated frames and outliers.
+    /// The samples without excluded ones, repeated frames and outliers; an error if they are constant or have more than
+    /// [`MOST_OUTLIERS`].
     fn usable(&self) -> Result<NoiseSamples, NoEstimate> {
         let mut samples = NoiseSamples::new(self);
         let Some(first) = samples.values.first() else { return Err(NoEstimate::Few(0)) };
@@ -140,24 +148,25 @@ impl NoisySeries<'_> {
     }
 }
 
-/// The quantization step of the values: all differences are whole multiples of it. None for values that are not quantized.
+/// The quantization step of the values: all differences are whole multiples of it, within `LATTICE_TOLERANCE`. None for
+/// values that are not quantized, or too few distinct ones.
 pub fn quantization_step(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let range = sorted.last()? - sorted.first()?;
     // Smaller differences are rounding errors of a unit conversion.
-    let steps: Vec<f64> =
-        sorted.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 1e-9 * range).collect();
+    let is_step = |step: &f64| *step > SMALLEST_DIFFERENCE * range;
+    let steps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(is_step).collect();
     let least = steps.iter().copied().reduce(f64::min)?;
     let is_multiple = |step: &f64| {
         let ratio = step / least;
         (ratio - ratio.round()).abs() < LATTICE_TOLERANCE * ratio.max(1.0)
     };
     // Two or three distinct values are always on a lattice.
-    (steps.len() > 3 && steps.iter().all(is_multiple)).then_some(least)
+    (steps.len() > COINCIDENT_DIFFERENCES && steps.iter().all(is_multiple)).then_some(least)
 }
 
-/// Variance and degrees of freedom from the differences of an order over every `stride`-th sample.
+/// Number, mean square and degrees of freedom of the normalized differences of an order over every `stride`-th sample.
 fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> DifferenceVariance {
     let all: Vec<Option<(f64, [f64; HIGHEST_ORDER + 1])>> =
         (0..samples.values.len()).map(|first| samples.difference(first, order, stride)).collect();
@@ -182,7 +191,8 @@ fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> Differenc
     }
 }
 
-/// Index of the first order whose variance the next one does not lower significantly, else of the highest order.
+/// Index of the first order whose variance the next one does not lower significantly ([`SIGNIFICANT_DECREASE`]), else of the
+/// highest order; none for an empty list.
 fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     let falls = |pair: &[DifferenceVariance]| {
         let [this, next] = pair else { return false };
@@ -193,7 +203,8 @@ fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     Some(all.windows(2).position(|pair| !falls(pair)).unwrap_or(highest))
 }
 
-/// Ratio of the standard deviation from every second sample to that from all; none where it is not significantly above 1.
+/// Ratio of the standard deviation from every second sample (`thinned`) to that from all. None if it is not significantly above
+/// 1 ([`OVERSAMPLING_LEVEL`]), or if the signal leaks into the thinned differences ([`LEAKAGE_DECREASE`]).
 fn oversampling(all: &[DifferenceVariance], thinned: &[DifferenceVariance]) -> Option<f64> {
     let chosen = sufficient_order(thinned)?;
     let (thin, full) = (&thinned[chosen], all.get(chosen)?);

@@ -1,4 +1,6 @@
-//! Operators of a number type that follow from its binary operators `+ - * /` and its comparison.
+//! Macro that implements the operators of a number type that follow from its binary operators `+ - * /` and its comparison.
+//!
+//! `derived_operators!` adds the assignments, `Sum`, equality, and comparison with an `f64`; the scalars of this crate use it.
 
 /// Implements, for a `Copy` number type `N` with `N + N`, `N + f64` and so on, `From<f64>` and `PartialOrd`:
 /// the assignments `+= -= *= /=` of an `N` and of an `f64`, `Sum`, equality, and comparison with an `f64`.
@@ -15,21 +17,25 @@ macro_rules! derived_operators {
     };
     (@others [$($parameters:tt)*] $Number:ty) => {
         impl<$($parameters)*> std::iter::Sum for $Number {
+            /// The sum of all numbers; 0 without any.
             fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
                 numbers.fold(Self::from(0.0), |sum, x| sum + x)
             }
         }
         impl<$($parameters)*> PartialEq for $Number {
+            /// Whether both numbers are equal in their order.
             fn eq(&self, other: &Self) -> bool {
                 self.partial_cmp(other) == Some(std::cmp::Ordering::Equal)
             }
         }
         impl<$($parameters)*> PartialEq<f64> for $Number {
+            /// Whether the number equals the `f64`.
             fn eq(&self, other: &f64) -> bool {
                 *self == Self::from(*other)
             }
         }
         impl<$($parameters)*> PartialOrd<f64> for $Number {
+            /// The order of the number and the `f64`.
             fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
                 self.partial_cmp(&Self::from(*other))
             }

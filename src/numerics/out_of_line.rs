@@ -1,7 +1,8 @@
 //! Out-of-line arithmetic: numbers whose operations are function calls instead of inlined code.
 //!
 //! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that are
-//! not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small.
+//! not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small. Value and derivatives are
+//! bitwise those of the number inside.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
@@ -16,7 +17,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct OutOfLine<D>(pub D);
 
 impl<D: Scalar> From<f64> for OutOfLine<D> {
-    /// Converts `f64` to `OutOfLine<D>`.
+    /// The number `x` with derivatives of zero.
     fn from(x: f64) -> Self {
         Self(D::from(x))
     }
@@ -67,6 +68,7 @@ impl<D: Scalar> Neg for OutOfLine<D> {
 }
 
 impl<D: Scalar> PartialOrd for OutOfLine<D> {
+    /// The order of the values.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.0.partial_cmp(&other.0)
     }
@@ -94,12 +96,12 @@ impl<D: Scalar> Scalar for OutOfLine<D> {
     fn value(&self) -> f64 {
         self.0.value()
     }
-    /// x^n.
+    /// The number to the whole power `n`.
     #[inline(never)]
     fn powi(self, n: i32) -> Self {
         Self(self.0.powi(n))
     }
-    /// x^n for any n; of positive numbers.
+    /// The number to any power `n`; for positive numbers.
     #[inline(never)]
     fn powf(self, n: f64) -> Self {
         Self(self.0.powf(n))
@@ -116,7 +118,7 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     type Level = ();
     const LANES: usize = 1;
 
-    /// The vector with `value(lane)` in each lane.
+    /// The number of lane 0, the only one.
     #[inline(always)]
     fn gather((): (), mut of: impl FnMut(usize) -> D) -> Self {
         Self(of(0))
@@ -126,13 +128,12 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     fn lane(&self, _: usize) -> D {
         self.0
     }
-    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
-    /// first.
+    /// The previous number of the only lane: `earlier`.
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
         earlier
     }
-    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
+    /// The next number of the only lane: `later`.
     #[inline(always)]
     fn after(self, later: Self) -> Self {
         later
@@ -143,13 +144,16 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
 macro_rules! nestable {
     ($($scalar:ty: $instance:ident, $sweeps:ty, $components:expr;)*) => {
         $(impl Nestable for $scalar {
+            /// The instance of `all` for this scalar.
             fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
                 all.$instance()
             }
+            /// Runs a sweep along a rod with one number at a time, out of line for scalars with several derivatives.
             #[inline]
             fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
                 sweep.sweep::<$sweeps>(())
             }
+            /// Whether the value and all derivatives are zero.
             fn is_identically_zero(&self) -> bool {
                 let components: fn(&Self) -> [f64; _] = $components;
                 components(self).iter().all(|part| *part == 0.0)

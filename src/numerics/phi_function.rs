@@ -1,8 +1,11 @@
 //! The function `phi_1(x) = (1 - e^-x)/x` of exponential integrators: the mean of a decay `e^-x t` over `0 <= t <= 1`.
+//!
+//! [`phi1`] evaluates it for real and dual numbers, by its Taylor series near zero.
 
 use crate::numerics::scalar::Scalar;
 
-/// `(1 - e^-x)/x`, also near zero, where the quotient loses digits.
+/// `(1 - e^-x)/x` for any `x`; 1 at zero. Below 0.1 the Taylor series to the tenth order replaces the quotient, which loses
+/// digits.
 pub fn phi1<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.1 {
         return (-(-x).exp() + 1.0) / x;

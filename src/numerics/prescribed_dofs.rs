@@ -2,7 +2,7 @@
 //!
 //! Linear systems are solved over one range of unknowns. A prescribed unknown inside it keeps its row and column, which
 //! become those of the identity, and its right-hand side becomes zero. Then its change is zero, and the changes of the
-//! other unknowns are those of the system without it.
+//! other unknowns are those of the system without it. [`PrescribedDofs`] is the list of such unknowns.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
@@ -13,13 +13,14 @@ use std::sync::Arc;
 pub struct PrescribedDofs(Arc<[usize]>);
 
 impl Default for PrescribedDofs {
+    /// No prescribed unknowns.
     fn default() -> Self {
         Self(Arc::new([]))
     }
 }
 
 impl PrescribedDofs {
-    /// From indices in any order, with or without repetitions.
+    /// The list from indices in any order, with or without repetitions.
     pub fn new(mut unknowns: Vec<usize>) -> Self {
         unknowns.sort_unstable();
         unknowns.dedup();
@@ -36,7 +37,7 @@ impl PrescribedDofs {
         self.0.binary_search(&i).is_ok()
     }
 
-    /// The indices.
+    /// The indices of prescribed unknowns in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = usize> {
         self.0.iter().copied()
     }

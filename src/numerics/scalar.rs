@@ -1,7 +1,8 @@
-//! The number type every energy is written over.
+//! The trait [`Scalar`]: the number type over which every energy and every physical formula is written.
 //!
-//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
-//! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
+//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact derivatives, and
+//! [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative. [`SimdScalar`] is a vector of
+//! numbers for loops along a rod ([`Sweep`]); [`Nestable`] are the four scalars with which rods are computed.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;
@@ -58,7 +59,7 @@ pub trait Scalar:
 {
     /// Highest order of the derivatives that the number carries.
     const ORDER: usize;
-    /// Whether it carries no derivatives. Branches on this constant are removed at compile time.
+    /// Whether the number carries no derivatives. Branches on this constant are removed at compile time.
     const PLAIN: bool = Self::ORDER == 0;
     /// The real part.
     fn value(&self) -> f64;
@@ -66,9 +67,9 @@ pub trait Scalar:
     fn recip(self) -> Self;
     /// Square root; its derivatives exist for positive values only.
     fn sqrt(self) -> Self;
-    /// x^n.
+    /// The number to the whole power `n`.
     fn powi(self, n: i32) -> Self;
-    /// x^n for any n; of positive numbers.
+    /// The number to any power `n`; for positive numbers.
     fn powf(self, n: f64) -> Self;
     /// e^x.
     fn exp(self) -> Self;
@@ -138,7 +139,7 @@ pub trait Scalar:
     fn max(self, other: Self) -> Self {
         if other.value() > self.value() { other } else { self }
     }
-    /// Length of the hypotenuse over two legs; not both zero, where it has no derivatives.
+    /// Length of the hypotenuse over two legs. If both are zero there are no derivatives.
     #[inline]
     fn hypot(self, other: Self) -> Self {
         (self * self + other * other).sqrt()
@@ -165,17 +166,17 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     fn value(&self) -> f64 {
         self.re()
     }
-    /// x^n.
+    /// The number to the whole power `n`.
     #[inline]
     fn powi(self, n: i32) -> Self {
         DualNum::powi(&self, n)
     }
-    /// x^n for any n; of positive numbers.
+    /// The number to any power `n`; for positive numbers.
     #[inline]
     fn powf(self, n: f64) -> Self {
         DualNum::powf(&self, n)
     }
-    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with accurate derivatives also near x = 0.
     #[inline]
     fn atan2(self, x: Self) -> Self {
         // |y| <= |x|: the quotient y/x is small, and its derivatives are accurate.
@@ -198,10 +199,10 @@ pub trait SimdScalar<D>: Scalar {
     /// The vector with `value(lane)` in each lane.
     fn gather(level: Self::Level, value: impl FnMut(usize) -> D) -> Self;
 
-    /// The number of one lane.
+    /// The number of the lane `lane`.
     fn lane(&self, lane: usize) -> D;
 
-    /// One lane of `N` vectors.
+    /// The numbers of the lane `lane` of `N` vectors.
     #[inline(always)]
     fn extract_lane<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
     where
@@ -225,23 +226,22 @@ impl<D: Scalar> SimdScalar<D> for D {
     type Level = ();
     const LANES: usize = 1;
 
-    /// The vector with `value(lane)` in each lane.
+    /// The number of lane 0, the only one.
     #[inline(always)]
     fn gather((): (), mut value: impl FnMut(usize) -> D) -> Self {
         value(0)
     }
-    /// The number of one lane.
+    /// The number itself.
     #[inline(always)]
     fn lane(&self, _: usize) -> D {
         *self
     }
-    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
-    /// first.
+    /// The previous number of the only lane: `earlier`.
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
         earlier
     }
-    /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
+    /// The next number of the only lane: `later`.
     #[inline(always)]
     fn after(self, later: Self) -> Self {
         later
@@ -255,7 +255,7 @@ impl<D: Scalar> SimdScalar<D> for D {
 pub trait Sweep<D> {
     /// Result of the computation.
     type Output;
-    /// Runs the computation with the numbers `V`.
+    /// Runs the computation with numbers `V`, on the SIMD level that they need.
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Self::Output;
 }
 
@@ -263,11 +263,11 @@ pub trait Sweep<D> {
 /// numbers. The set is closed: an object chosen at run time, such as a [user-defined energy](crate::energy::own), has
 /// one instance compiled for each of them.
 pub trait Nestable: Scalar + DualNum<Primitive = f64> {
-    /// The instance of `all` for this scalar.
+    /// The instance of `all` for this scalar, such as a user-defined energy.
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
 
-    /// Runs a sweep with the SIMD numbers of this processor.
+    /// Runs a sweep with the widest SIMD numbers of this processor, or with one number at a time.
     #[doc(hidden)]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output;
 
@@ -281,18 +281,18 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
 pub trait ForEachScalar {
     /// The instance for the scalar `D`.
     type Instance<D: Scalar>: ?Sized;
-    /// The instance without derivatives.
+    /// The instance over `f64`, without derivatives.
     fn plain(&self) -> &Self::Instance<f64>;
-    /// The instance with one first derivative.
+    /// The instance over dual numbers with one first derivative.
     fn dual(&self) -> &Self::Instance<Dual64>;
-    /// The instance with two first derivatives and the mixed second one.
+    /// The instance over hyper-dual numbers: two first derivatives and the mixed second one.
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64>;
-    /// The instance with two first derivatives.
+    /// The instance over dual numbers with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
 }
 
-/// Whether the values of all numbers are finite. Four independent sums are vectorized: a sum is finite only if its
-/// terms are.
+/// Whether the values of all numbers are finite; derivatives are not tested. Four independent sums are vectorized: a sum is
+/// finite only if its terms are.
 #[inline(always)]
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
     // The order of the sum does not matter: only whether it is finite.

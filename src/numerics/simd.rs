@@ -2,7 +2,8 @@
 //!
 //! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at once
 //! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic, except for sines
-//! and cosines, which are evaluated by polynomials (`numerics::trigonometry`).
+//! and cosines, which are evaluated by polynomials (`numerics::trigonometry`). [`with_simd`] runs a computation compiled for the
+//! vector unit; [`PairLevel`] multiplies pairs for band matrices. Without AVX2 all of them use scalar code.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
@@ -13,7 +14,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A SIMD instruction set. A value of the type is the proof that the processor supports it.
 pub trait Level: Simd {
-    /// The value, in code that already runs with this instruction set.
+    /// The value of the type, in code that already runs with this instruction set.
     fn here() -> Self;
     /// `own` shifted by one lane towards higher indices; the first lane receives the last lane of `earlier`.
     fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s;
@@ -23,19 +24,19 @@ pub trait Level: Simd {
 
 #[cfg(target_arch = "x86_64")]
 impl Level for pulp::x86::V3 {
-    /// The value, in code that already runs with this instruction set.
+    /// The value of the type. Panics on a processor without the instruction set.
     #[inline(always)]
     fn here() -> Self {
         Self::try_new().expect("numbers of this type exist only where the processor supports it")
     }
-    /// `own` shifted by one lane towards higher indices; the first lane receives the last lane of `earlier`.
+    /// The four lanes of `own` shifted towards higher indices; the first lane receives the last lane of `earlier`.
     #[inline(always)]
     fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s {
         // A cast of four numbers, which the compiler turns into a permutation of registers.
         let (x, e) = (lanes(&own), lanes(&earlier));
         bytemuck::cast([e[3], x[0], x[1], x[2]])
     }
-    /// `own` shifted by one lane towards lower indices; the last lane receives the first lane of `later`.
+    /// The four lanes of `own` shifted towards lower indices; the last lane receives the first lane of `later`.
     #[inline(always)]
     fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s {
         let (x, l) = (lanes(&own), lanes(&later));
@@ -43,7 +44,7 @@ impl Level for pulp::x86::V3 {
     }
 }
 
-/// The lanes of a register as a slice.
+/// The lanes of a register as a slice of numbers.
 #[inline(always)]
 fn lanes<T: bytemuck::NoUninit>(numbers: &T) -> &[f64] {
     bytemuck::cast_slice(std::slice::from_ref(numbers))
@@ -69,7 +70,7 @@ impl<L: Level> SimdF64<L> {
         lanes(&self.numbers)
     }
 
-    /// `f` of every lane, one after the other.
+    /// The vector with `f` of every lane, evaluated one after the other.
     #[inline(always)]
     fn map_lanes(self, f: impl Fn(f64) -> f64) -> Self {
         Self::gather(self.level, |lane| f(self.lanes()[lane]))
@@ -80,7 +81,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
     type Level = L;
     const LANES: usize = L::F64_LANES;
 
-    /// The vector with `value(lane)` in each lane.
+    /// The vector with `of(lane)` in each lane.
     #[inline(always)]
     fn gather(level: L, mut of: impl FnMut(usize) -> f64) -> Self {
         let mut numbers = level.splat_f64s(0.0);
@@ -91,7 +92,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
         Self { level, numbers }
     }
 
-    /// The number of one lane.
+    /// The number of the lane `lane`.
     #[inline(always)]
     fn lane(&self, lane: usize) -> f64 {
         self.lanes()[lane]
@@ -112,7 +113,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
 }
 
 impl<L: Level> From<f64> for SimdF64<L> {
-    /// Converts `f64` to `SimdF64<L>`.
+    /// The number `x` in every lane.
     #[inline(always)]
     fn from(x: f64) -> Self {
         Self::splat(L::here(), x)
@@ -144,7 +145,7 @@ derived_operators!([L: Level] SimdF64<L>);
 
 impl<L: Level> Neg for SimdF64<L> {
     type Output = Self;
-    /// The number with the opposite sign.
+    /// The numbers with the opposite sign.
     #[inline(always)]
     fn neg(self) -> Self {
         Self { numbers: self.level.neg_f64s(self.numbers), ..self }
@@ -152,7 +153,7 @@ impl<L: Level> Neg for SimdF64<L> {
 }
 
 impl<L: Level> PartialOrd for SimdF64<L> {
-    /// The order that all lanes have; none where lanes differ in it.
+    /// The order that all lanes have; none if lanes differ in it.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         // Comparisons of formulas with SIMD numbers must not branch on one lane only.
         let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
@@ -175,44 +176,45 @@ impl<L: Level> Scalar for SimdF64<L> {
 
     lane_by_lane!(exp ln tan asin acos atan sinh cosh tanh);
 
-    /// The value that all lanes have; NaN where they differ. Formulas with SIMD numbers use
+    /// The value that all lanes have; NaN if they differ. Formulas with SIMD numbers use
     /// [`if_less`](Scalar::if_less) instead of branches on the value.
     #[inline]
     fn value(&self) -> f64 {
         let [first, rest @ ..] = self.lanes() else { return f64::NAN };
         if rest.iter().all(|x| x == first) { *first } else { f64::NAN }
     }
-    /// 1/x.
+    /// 1/x of every lane.
     #[inline(always)]
     fn recip(self) -> Self {
         Self::splat(self.level, 1.0) / self
     }
-    /// Square root; its derivatives exist for positive values only.
+    /// Square root of every lane.
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self { numbers: self.level.sqrt_f64s(self.numbers), ..self }
     }
-    /// x^n.
+    /// The whole power `n` of every lane.
     #[inline]
     fn powi(self, n: i32) -> Self {
         self.map_lanes(|x| x.powi(n))
     }
-    /// x^n for any n; of positive numbers.
+    /// The power `n` of every lane; for positive numbers.
     #[inline]
     fn powf(self, n: f64) -> Self {
         self.map_lanes(|x| x.powf(n))
     }
-    /// Sine of an angle in rad.
+    /// Sine of the angles in rad.
     #[inline(always)]
     fn sin(self) -> Self {
         self.sin_cos()[0]
     }
-    /// Cosine of an angle in rad.
+    /// Cosine of the angles in rad.
     #[inline(always)]
     fn cos(self) -> Self {
         self.sin_cos()[1]
     }
-    /// Sine and cosine of an angle in rad.
+    /// Sine and cosine of the angles in rad: by polynomials if all are below `trigonometry::LARGEST`, else lane by
+    /// lane.
     #[inline(always)]
     fn sin_cos(self) -> [Self; 2] {
         // Argument reduction in two parts of pi/2 is exact to rounding below this bound.
@@ -221,18 +223,17 @@ impl<L: Level> Scalar for SimdF64<L> {
         }
         [self.map_lanes(f64::sin), self.map_lanes(f64::cos)]
     }
-    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
+    /// Angle of each point (`x`, `self`) in rad, in (-pi, pi].
     #[inline]
     fn atan2(self, x: Self) -> Self {
         Self::gather(self.level, |lane| self.lanes()[lane].atan2(x.lanes()[lane]))
     }
-    /// The constant `x` in the type, and on the SIMD level, of this number.
+    /// The constant `x` in every lane.
     #[inline(always)]
     fn like(&self, x: f64) -> Self {
         Self::splat(self.level, x)
     }
-    /// `then` where this number is less than `bound`, and `otherwise` elsewhere: a selection without a branch, made
-    /// in every SIMD lane.
+    /// `then` in the lanes in which this number is less than `bound`, and `otherwise` in the others, without a branch.
     #[inline(always)]
     fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self {
         let level = self.level;
@@ -240,32 +241,32 @@ impl<L: Level> Scalar for SimdF64<L> {
         let less = level.less_than_f64s(self.numbers, bound.numbers);
         Self { level, numbers: level.select_f64s(less, then.numbers, otherwise.numbers) }
     }
-    /// Whether this number, or every SIMD lane of it, is less than `bound`.
+    /// Whether the numbers of all lanes are less than those of `bound`.
     #[inline(always)]
     fn all_less(&self, bound: Self) -> bool {
         let less = self.level.less_than_f64s(self.numbers, bound.numbers);
         self.level.first_true_m64s(self.level.not_m64s(less)) == L::F64_LANES
     }
-    /// For numbers below 2^51.
+    /// The nearest integer in every lane, for numbers below 2^51.
     #[inline(always)]
     fn nearest_whole(self) -> Self {
         // 1.5 * 2^52, at which the spacing of doubles is one: adding and subtracting it rounds to an integer.
         const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
         (self + TO_WHOLE) - TO_WHOLE
     }
-    /// Absolute value; at zero with the derivatives of the number itself.
+    /// Absolute value of every lane.
     #[inline(always)]
     fn abs(self) -> Self {
         // All bits but the sign.
         let all_but_sign = self.level.splat_f64s(f64::from_bits(!(1 << 63)));
         Self { numbers: self.level.and_f64s(self.numbers, all_but_sign), ..self }
     }
-    /// The smaller of two numbers, with its derivatives.
+    /// The smaller number in every lane.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         other.if_less(self, other, self)
     }
-    /// The larger of two numbers, with its derivatives.
+    /// The larger number in every lane.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.if_less(other, other, self)
@@ -273,12 +274,12 @@ impl<L: Level> Scalar for SimdF64<L> {
 }
 
 impl Nestable for f64 {
-    /// The instance of `all` for this scalar.
+    /// The instance without derivatives.
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()
     }
 
-    /// Runs a sweep with the SIMD numbers of this processor.
+    /// Runs a sweep with AVX2 if the processor has it, else with one number at a time.
     #[inline]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
@@ -292,7 +293,7 @@ impl Nestable for f64 {
         sweep.sweep::<Self>(())
     }
 
-    /// Whether the value and all derivatives are zero.
+    /// Whether the number is zero.
     fn is_identically_zero(&self) -> bool {
         *self == 0.0
     }
@@ -322,7 +323,7 @@ pub trait PairLevel: Copy {
     /// Whether registers have four numbers.
     const WIDE: bool;
 
-    /// `a - x y` of a pair.
+    /// `a - x y` of a pair, number by number.
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2];
 
     /// `a - x y` of two pairs with the same `y`.
@@ -332,13 +333,13 @@ pub trait PairLevel: Copy {
 impl PairLevel for () {
     const WIDE: bool = false;
 
-    /// `a - x y` of a pair.
+    /// `a - x y` of a pair, by scalar instructions.
     #[inline(always)]
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         [a[0] - x[0] * y[0], a[1] - x[1] * y[1]]
     }
 
-    /// `a - x y` of two pairs with the same `y`.
+    /// `a - x y` of two pairs with the same `y`, by scalar instructions.
     #[inline(always)]
     fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         [self.less_product(a[0], x[0], y), self.less_product(a[1], x[1], y)]
@@ -349,14 +350,14 @@ impl PairLevel for () {
 impl PairLevel for pulp::x86::V3 {
     const WIDE: bool = true;
 
-    /// `a - x y` of a pair.
+    /// `a - x y` of a pair, by one instruction of two numbers each.
     #[inline(always)]
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast(y)];
         bytemuck::cast(self.sse2._mm_sub_pd(a, self.sse2._mm_mul_pd(x, y)))
     }
 
-    /// `a - x y` of two pairs with the same `y`.
+    /// `a - x y` of two pairs with the same `y`, by one instruction of four numbers each.
     #[inline(always)]
     fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];

@@ -1,20 +1,22 @@
-//! Bandwidth of a sampled signal by the power spectrum of its even extension (a discrete cosine transform of type I).
+//! Power spectrum of a sampled signal by harmonics of its even extension (a discrete cosine transform of type I).
 //!
-//! The even extension is continuous, so that a signal that ends elsewhere than it begins leaks with the fourth power of
-//! the frequency only; a periodic extension leaks with the second.
+//! [`harmonic_variances`] returns the variance of each harmonic of a signal on a uniform grid, for the bandwidth of
+//! recorded motions. The even extension is continuous, so that a signal that ends elsewhere than it begins leaks with the
+//! fourth power of the frequency only; a periodic extension leaks with the second.
 
 use std::f64::consts::PI;
 
 /// Largest number of intervals of a signal, a power of two: it bounds time and memory of the transform.
 const MOST_INTERVALS: usize = 1 << 17;
 
-/// Number of intervals, a power of two, of a uniform grid that resolves a signal of `samples` samples.
+/// Number of intervals, a power of two from 8 to [`MOST_INTERVALS`], of a uniform grid that resolves a signal of `samples`
+/// samples.
 pub(crate) fn intervals(samples: usize) -> usize {
     samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
 }
 
-/// Variances of the harmonics 1, 2, .. of a signal on a uniform grid with a power of two of intervals. Harmonic `k` has
-/// `k / 2` periods over the signal. The sum is the variance of the even extension (Parseval).
+/// Variances of the harmonics 1, 2, .. of a signal on a uniform grid with a power of two of intervals, in the squared unit of
+/// the signal. Harmonic `k` has `k / 2` periods over the signal. The sum is the variance of the even extension (Parseval).
 pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     let intervals = signal.len() - 1;
     let extended = signal.iter().chain(signal[1..intervals].iter().rev());
@@ -26,7 +28,7 @@ pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     (1..=intervals).map(|k| if k < intervals { 2.0 * power(k) } else { power(k) }).collect()
 }
 
-/// Discrete Fourier transform in place (Cooley and Tukey 1965) of a power of two of complex numbers, real part first.
+/// Discrete Fourier transform in place (Cooley and Tukey 1965) of a power of two of complex numbers `[real, imaginary]`.
 fn transform(terms: &mut [[f64; 2]]) {
     let count = terms.len();
     let bits = count.trailing_zeros();

@@ -1,7 +1,8 @@
 //! Traits of a symmetric sparse matrix (a tangent: the second derivatives of an energy) and of its `L D L^T` factors.
 //!
-//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). Steppers, equilibria, modes and
-//! sensitivities use only these traits, so that other sparsity patterns need no change there.
+//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products and
+//! residuals; [`Factors`] has the factorization of a range of rows, solutions and the number of negative eigenvalues. Steppers,
+//! equilibria, modes and sensitivities use only these traits, so that other sparsity patterns need no change there.
 
 use crate::numerics::scalar::Scalar;
 use std::fmt::Debug;
@@ -26,7 +27,7 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// The entry of row `i`, column `j`; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D;
 
-    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    /// A range that contains all rows with an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize>;
 
     /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column `start`
@@ -39,13 +40,13 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// Sets every entry to zero.
     fn clear(&mut self);
 
-    /// Adds `factor` times `other`.
+    /// Adds `factor` times `other`, a matrix of the same sparsity pattern.
     fn add_scaled(&mut self, other: &Self, factor: f64);
 
     /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]);
 
-    /// Adds `A x` to `out`, for `G` vectors.
+    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`).
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]);
 
     /// Writes `A x` to `out`.
@@ -57,7 +58,7 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]);
 
-    /// `b - A x` over the rows and columns of `range`; unknowns outside of it count as zero.
+    /// The residual `b - A x` over the rows and columns of `range`, one number per row; unknowns outside of it count as zero.
     fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let row = |i: usize| {
             let coupled = self.coupled(i, range.end);
@@ -74,7 +75,7 @@ pub trait PatternByOrder<D: Scalar>: Tangent<D> {
     fn zeros(n: usize) -> Self;
 }
 
-/// The factors `L D L^T` of a range of rows and columns of a [`Tangent`].
+/// The factors `L D L^T` of a range of rows and columns of a [`Tangent`], without pivoting.
 pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Type of the factored matrices.
     type Matrix;
@@ -82,7 +83,7 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Factors the rows and columns of `range`; allocates nothing.
     ///
     /// # Errors
-    /// The row of a pivot that is zero or not a number.
+    /// The row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &Self::Matrix, range: Range<usize>) -> Result<(), Singular>;
 
     /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
@@ -111,7 +112,7 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     }
 }
 
-/// A pivot of the factorization is zero or not a number.
+/// Error of a factorization: a pivot is zero or not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is singular at row {row}")]
 pub struct Singular {

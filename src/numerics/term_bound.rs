@@ -1,6 +1,6 @@
-//! Numbers that bound the rounding errors of derivatives, for the comparison of hand-derived derivatives.
+//! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
-//! A computed derivative is a sum of terms. Where large terms cancel, its relative error is large although the
+//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the
 //! formula is correct. [`Terms`] evaluates an energy and sums the absolute values of the terms of the chain rule,
 //! for every first and second derivative. The check accepts differences up to a tolerance times that sum.
 
@@ -11,13 +11,13 @@ use num_dual::Dual3_64;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Rounding errors of a value that count as agreement, over the value's magnitude and over the
-/// tolerance of derivatives: with a tolerance of 1e-12 about 70 machine epsilons. In 500 random scenes the largest
-/// error is then 8e-15 of the sum, a hundredth of that tolerance.
+/// Rounding errors of a value that count as agreement, over the value's magnitude and over the tolerance of derivatives: with a
+/// tolerance of 1e-12 about 70 machine epsilons. In 500 random scenes the largest error is then 8e-15 of the sum, a hundredth of
+/// that tolerance.
 const VALUE_ROUNDING: f64 = 1.0 / 64.0;
 
 /// A value and, for its first and second derivatives by `N` unknowns, the sums of the absolute
-/// values of all terms of the chain rule. Rounding errors of a derivative are proportional to its sum, also where
+/// values of all terms of the chain rule. Rounding errors of a derivative are proportional to its sum, even if
 /// large terms cancel and the derivative is small.
 ///
 /// With [`Terms::rounded_unknowns`] every sum also has a floor: the change of each term by rounding errors of the
@@ -48,7 +48,7 @@ struct Partials {
 }
 
 impl<const N: usize> Terms<N> {
-    /// The unknowns at `q`, whose derivatives have the plain sums of absolute terms.
+    /// The unknowns at the values `q`, whose derivatives have the plain sums of absolute terms.
     pub fn unknowns(q: &[f64; N]) -> [Self; N] {
         std::array::from_fn(|i| {
             let mut x = Self::from(q[i]);
@@ -57,14 +57,14 @@ impl<const N: usize> Terms<N> {
         })
     }
 
-    /// The unknowns at `q`, whose derivatives have sums of absolute terms with the floor that rounding
-    /// errors of the values need.
+    /// The unknowns at the values `q`, whose derivatives have sums of absolute terms with the floor that rounding errors of the
+    /// values need.
     pub fn rounded_unknowns(q: &[f64; N]) -> [Self; N] {
         Self::unknowns(q).map(|x| Self { rounding: VALUE_ROUNDING, ..x })
     }
 
-    /// The chain rule for `f(x)`: its value and the absolute terms of its derivatives. `f` is evaluated with dual
-    /// numbers of third order, as the floor of the second derivative needs the third one.
+    /// The chain rule for `f(x)` with `x = self`: its value and the absolute terms of its derivatives. `f` is evaluated with
+    /// dual numbers of third order, as the floor of the second derivative needs the third one.
     fn chain(&self, f: impl Fn(Dual3_64) -> Dual3_64) -> Self {
         // Value and three derivatives of f by one dual number of third order.
         let exact = f(Dual3_64::new(self.value, 1.0, 0.0, 0.0));
@@ -125,7 +125,7 @@ fn table<const N: usize>(entry: impl Fn(usize, usize) -> f64) -> [[f64; N]; N] {
 }
 
 impl<const N: usize> From<f64> for Terms<N> {
-    /// Converts `f64` to `Terms<N>`.
+    /// The constant `value`, without derivatives and rounding errors.
     fn from(value: f64) -> Self {
         let magnitude = value.abs();
         Self { value, first: [0.0; N], second: [[0.0; N]; N], magnitude, rounding: 0.0 }
@@ -137,21 +137,21 @@ const LINEAR: Partials = Partials { first: [1.0; 2], second: [0.0; 3], third: [0
 
 impl<const N: usize> Add for Terms<N> {
     type Output = Self;
-    /// The sum.
+    /// The sum, with the terms of both numbers.
     fn add(self, other: Self) -> Self {
         self.chain2(&other, self.value + other.value, LINEAR)
     }
 }
 impl<const N: usize> Sub for Terms<N> {
     type Output = Self;
-    /// The difference.
+    /// The difference, with the terms of both numbers.
     fn sub(self, other: Self) -> Self {
         self.chain2(&other, self.value - other.value, LINEAR)
     }
 }
 impl<const N: usize> Mul for Terms<N> {
     type Output = Self;
-    /// The product.
+    /// The product, with the terms of the product rule.
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         let partials = Partials { first: [b, a], second: [0.0, 1.0, 0.0], third: [0.0; 4] };
@@ -160,7 +160,7 @@ impl<const N: usize> Mul for Terms<N> {
 }
 impl<const N: usize> Div for Terms<N> {
     type Output = Self;
-    /// The quotient.
+    /// The quotient, with the terms of the quotient rule.
     fn div(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         // Derivatives of a/b by a and b: 1/b, -a/b^2, and so on; signs do not matter for bounds.
@@ -183,28 +183,28 @@ impl<const N: usize> Neg for Terms<N> {
 }
 impl<const N: usize> Add<f64> for Terms<N> {
     type Output = Self;
-    /// The sum.
+    /// The sum with a constant.
     fn add(self, other: f64) -> Self {
         Self { value: self.value + other, magnitude: self.magnitude + other.abs(), ..self }
     }
 }
 impl<const N: usize> Sub<f64> for Terms<N> {
     type Output = Self;
-    /// The difference.
+    /// The difference from a constant.
     fn sub(self, other: f64) -> Self {
         self + -other
     }
 }
 impl<const N: usize> Mul<f64> for Terms<N> {
     type Output = Self;
-    /// The product.
+    /// The product with a constant.
     fn mul(self, other: f64) -> Self {
         self.chain(|x| x * other)
     }
 }
 impl<const N: usize> Div<f64> for Terms<N> {
     type Output = Self;
-    /// The quotient.
+    /// The quotient by a constant.
     fn div(self, other: f64) -> Self {
         self.chain(|x| x / other)
     }
@@ -213,6 +213,7 @@ impl<const N: usize> Div<f64> for Terms<N> {
 derived_operators!([const N: usize] Terms<N>);
 
 impl<const N: usize> PartialOrd for Terms<N> {
+    /// The order of the values.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }
@@ -229,21 +230,21 @@ macro_rules! functions {
 impl<const N: usize> Scalar for Terms<N> {
     const ORDER: usize = 2;
 
-    /// The real part.
+    /// The value itself.
     fn value(&self) -> f64 {
         self.value
     }
     functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
-    /// x^n.
+    /// The whole power `n`, with the terms of its derivatives.
     fn powi(self, n: i32) -> Self {
         self.chain(|x| Scalar::powi(x, n))
     }
-    /// x^n for any n; of positive numbers.
+    /// The power `n`, for positive numbers, with the terms of its derivatives.
     fn powf(self, n: f64) -> Self {
         self.chain(|x| Scalar::powf(x, n))
     }
-    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with the terms of its derivatives.
     fn atan2(self, x: Self) -> Self {
         let (y, x_) = (self.value, x.value);
         let by_rr = 1.0 / (x_ * x_ + y * y);
@@ -349,6 +350,7 @@ mod tests {
     /// At one function each, no terms cancel: the sums are the absolute derivatives by num-dual.
     #[test]
     fn terms_of_every_function_equal_its_absolute_derivatives() {
+        /// Every function and operator at `x` and `y`.
         fn all<D: Scalar>(x: D, y: D) -> Vec<D> {
             vec![
                 x + y,

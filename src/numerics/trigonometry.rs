@@ -1,16 +1,20 @@
 //! Sine and cosine by argument reduction and polynomials (FDLIBM), without branches, so that SIMD lanes share the code.
+//!
+//! [`sin_and_cos`] subtracts the nearest multiple of a right angle (Cody and Waite 1980) and evaluates polynomials up to half a
+//! right angle. SIMD numbers use it for angles below [`LARGEST`].
 
 use crate::numerics::scalar::Scalar;
 use std::f64::consts::FRAC_2_PI;
 
-/// Largest angle, rad, that is reduced to full accuracy: fewer than 2^19 right angles.
+/// Largest angle, rad, that is reduced to full accuracy: fewer than 2^19 right angles, whose number times the first term of
+/// [`RIGHT_ANGLE`] is exact.
 pub const LARGEST: f64 = 8e5;
 
 /// A right angle as a sum (Cody and Waite 1980). The first term has 20 zero bits at its end, so that its product with the
 /// number of right angles is exact.
 const RIGHT_ANGLE: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
-/// Polynomials in the square of an angle up to half a right angle (FDLIBM, Sun Microsystems 1993): of
-/// `(sin r - r)/r^3` and of `(cos r - 1 + r^2/2)/r^4`, highest first.
+/// Coefficients of the polynomial of `(sin r - r)/r^3` in `r^2` on [-pi/4, pi/4], highest power first (FDLIBM, Sun Microsystems
+/// 1993).
 const SIN: [f64; 6] = [
     1.589_690_995_211_55e-10,
     -2.505_076_025_340_686_3e-8,
@@ -19,7 +23,7 @@ const SIN: [f64; 6] = [
     8.333_333_333_322_49e-3,
     -1.666_666_666_666_663_2e-1,
 ];
-/// Coefficients of the cosine on [-pi/4, pi/4], highest power first.
+/// Coefficients of the polynomial of `(cos r - 1 + r^2/2)/r^4` in `r^2` on [-pi/4, pi/4], highest power first (FDLIBM).
 const COS: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
     2.087_572_321_298_175e-9,
@@ -29,7 +33,7 @@ const COS: [f64; 6] = [
     4.166_666_666_666_66e-2,
 ];
 
-/// The polynomial with these coefficients, highest first, at `x` (Horner).
+/// The polynomial with these coefficients, highest power first, at `x` (Horner).
 #[inline(always)]
 fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
     let [first, rest @ ..] = coefficients;
@@ -40,12 +44,13 @@ fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
     sum
 }
 
-/// Sine and cosine of an angle below [`LARGEST`], to an error of one and a half units in the last place.
+/// Sine and cosine of an angle below [`LARGEST`], rad, to an error of one and a half units in the last place.
 #[inline(always)]
 pub fn sin_and_cos<D: Scalar>(x: D) -> [D; 2] {
     let count = (x * FRAC_2_PI).nearest_whole();
     let r = x - count * RIGHT_ANGLE[0] - count * RIGHT_ANGLE[1];
     let z = r * r;
+    // Polynomials of the reduced angle.
     let sin = r + r * z * polynomial(&SIN, z);
     let half = z * 0.5;
     // 1 - z/2 with its rounding error, which is added to the small terms.

@@ -1,4 +1,7 @@
-//! Vectors of three components over any [`Scalar`]: sums, products and rotation.
+//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sums, products, unit vectors, and
+//! rotation by a rotation vector (Rodrigues' formula, by its series at small angles).
+//!
+//! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays by inlined loops.
 
 use crate::numerics::scalar::Scalar;
 
@@ -27,43 +30,43 @@ pub fn map_components<T: Copy, D: Copy + From<f64>, const N: usize>(
     components(|i| map(all[i]))
 }
 
-/// a + b.
+/// The sum `a + b`.
 #[inline(always)]
 pub fn add<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// a - b.
+/// The difference `a - b`.
 #[inline(always)]
 pub fn sub<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// s a.
+/// The vector `a` times `s`.
 #[inline(always)]
 pub fn scale<D: Scalar>(a: Vector<D>, s: D) -> Vector<D> {
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
-/// s a + t b.
+/// The linear combination `s a + t b`.
 #[inline(always)]
 pub fn combine<D: Scalar>(s: D, a: Vector<D>, t: D, b: Vector<D>) -> Vector<D> {
     [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
 }
 
-/// a . b.
+/// The scalar product `a . b`.
 #[inline(always)]
 pub fn dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// a x b.
+/// The vector product `a x b`.
 #[inline(always)]
 pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// a / |a|.
+/// The unit vector `a / |a|`; NaN for a zero vector.
 #[inline(always)]
 pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())

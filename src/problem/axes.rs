@@ -1,8 +1,9 @@
-//! Axes of the edges of a rod, which carry markers beside its center line.
+//! Axes of the edges of a rod in the world and their rates, for markers beside the center line.
 //!
 //! The first axis is the tangent, the others are the material directors `d1` and `d2 = t x d1`. On the first edge at rest
 //! `d1` is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
-//! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in both models.
+//! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in the planar and the spatial
+//! model: [`DirectorRotation`] is the constant rotation from the directors of the model to the material ones.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
@@ -21,7 +22,7 @@ type Axis<D> = [Vector<D>; 2];
 pub(crate) struct DirectorRotation<D>([D; 2]);
 
 impl<M: Model> Discretized<'_, M> {
-    /// Rotation from the directors of the model to the material directors, for the rod of a setup.
+    /// Rotation from the directors of the model to the material directors, from the first edge at rest of the setup.
     pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> DirectorRotation<D> {
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
@@ -31,7 +32,8 @@ impl<M: Model> Discretized<'_, M> {
         DirectorRotation([dot(along, first), dot(along, cross(tangent, first))])
     }
 
-    /// Axes of an edge, and their rates, 1/s, of a rod with the unknowns `q` and the velocities `v`.
+    /// The axes `[t, d1, d2]` of the edge number `edge`, each with its rate, 1/s, of a rod with the unknowns `q`, the velocities
+    /// `v` and the reference frames `frames`.
     pub(crate) fn axes<D: Nestable>(
         &self,
         directors: DirectorRotation<D>,
@@ -54,7 +56,7 @@ impl<M: Model> Discretized<'_, M> {
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
     }
 
-    /// Offset of a marker from the center line of the rest shape in the world, m.
+    /// Offset of a marker from the center line of the rest shape in the world, m; a weighted sum over the edges of its stencil.
     pub(crate) fn beside_at_rest(&self, marker: &MarkerStencil) -> Vector<f64> {
         let (directors, q, frames) = (self.directors(self.setup), self.rest(), self.rest_frames());
         let still = vec![0.0; q.len()];
@@ -65,7 +67,7 @@ impl<M: Model> Discretized<'_, M> {
         })
     }
 
-    /// First director of the model in the world; in a plane the in-plane vector across the edge.
+    /// First director of the model on an edge, in the world; in a plane the in-plane unit vector across its `tangent`.
     fn model_director<D: Nestable>(
         &self,
         q: &[D],

@@ -11,7 +11,7 @@
 //! the recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the
 //! ends may be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only
 //! the positions of the supports at its end. All vectors are in the axes of the model; in the plane the third component
-//! is zero.
+//! is zero. [`BoundaryMotion`] is used by steppers, equilibria (in stages) and sensitivities.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -24,6 +24,19 @@ use crate::scene::{End, Motion, Track};
 use num_dual::{Dual, Dual2_64, Dual64};
 use std::f64::consts::TAU;
 use std::sync::Arc;
+
+/// Largest displacement of an end per stage of an equilibrium, as a fraction of the rod length. Newton's method converges
+/// from one stage to the next; smaller stages take longer.
+const LARGEST_SHIFT: f64 = 0.02;
+
+/// Largest rotation of an end per stage, rad.
+const LARGEST_TURN: f64 = 0.1;
+
+/// Largest twist of an end per stage, rad.
+const LARGEST_TWIST: f64 = 0.5;
+
+/// Largest number of stages of one equilibrium: 400 rod lengths of displacement, or 1591 turns of twist.
+const MOST_STAGES: f64 = 20_000.0;
 
 /// Prescribed motion of the held nodes and edges of a rod.
 #[derive(Clone, Debug)]
@@ -83,7 +96,8 @@ pub struct RecordedPart {
 }
 
 impl RecordedPart {
-    /// Held nodes and their positions, m, in the axes of the model at a time, s.
+    /// Indices of the held nodes and their positions, m, in the axes of the model at a time, s: a marker, or between two of
+    /// them.
     fn positions<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
         self.nodes.iter().map(move |held| {
             let ([from, to], part) = (held.markers.map(|j| &self.track.markers()[j]), held.part);
@@ -96,12 +110,12 @@ impl RecordedPart {
     }
 }
 
-/// Components of a vector along three axes.
+/// Components of the vector `x` along three axes.
 fn along<D: Scalar>(axes: &[[f64; 3]; 3], x: Vector<D>) -> Vector<D> {
     axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2])
 }
 
-/// The time, s, of recorded motions; in the search for an equilibrium that of the start.
+/// The time, s, at which recorded motions are evaluated; in the search for an equilibrium that of the start, 0.
 fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     match moment {
         MotionTime::Time(time) => time,
@@ -109,7 +123,7 @@ fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     }
 }
 
-/// Rigid displacement of an end, m, its rotation vector, rad, and its twist, rad.
+/// Rigid motion of an end: displacement, m, rotation vector, rad, and twist about the rod, rad.
 #[derive(Clone, Copy, Debug)]
 struct Pose<D> {
     displacement: Vector<D>,
@@ -118,7 +132,7 @@ struct Pose<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// Sum of the motions of the end at a time.
+    /// Sum of the motions of the end at a time, or at a fraction of the approach to an equilibrium.
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
@@ -136,7 +150,7 @@ impl<D: Scalar> MovedEnd<D> {
         pose
     }
 
-    /// Position, m, of a point of the end after its displacement and rotation.
+    /// Position, m, of `point` of the end after the displacement and rotation of `pose`.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
         add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
@@ -165,7 +179,7 @@ impl<D: Nestable> BoundaryMotion<D> {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
-    /// Whether the motion depends on parameters; a recording does not.
+    /// Whether the motion depends on parameters: whether an end is held or moved by keys of the scene. A recording does not.
     pub fn has_numbers(&self) -> bool {
         !self.ends.is_empty()
     }
@@ -181,7 +195,8 @@ impl<D: Nestable> BoundaryMotion<D> {
         [nodes.chain(angles.iter().copied()).collect(), angles]
     }
 
-    /// Moves the held unknowns of `q` from their positions at the time `from` to those at the time `to`.
+    /// Moves the held unknowns of `q` from their positions at the time `from` to those at the time `to`; aligns held edges by
+    /// `frames`.
     pub fn advance<R: Rod<D>>(
         &self,
         from: MotionTime<f64>,
@@ -217,7 +232,7 @@ impl<D: Nestable> BoundaryMotion<D> {
         }
     }
 
-    /// Writes the velocities of the held nodes, m/s, at a time, s.
+    /// Writes the velocities of the held nodes, m/s, at a time, s, into `v`, by differentiation in dual numbers.
     pub fn velocities(&self, time: f64, v: &mut [D]) {
         // Derivative by time in dual numbers, of the same function as the position.
         let now = Dual::new(D::from(time), D::from(1.0));
@@ -250,7 +265,7 @@ impl<D: Nestable> BoundaryMotion<D> {
 }
 
 impl BoundaryMotion<Dual64> {
-    /// Whether the motion depends on the parameter of its derivatives.
+    /// Whether the motion has a derivative other than zero by the parameter of its dual numbers.
     pub fn changes(&self) -> bool {
         let seen = std::cell::Cell::new(false);
         let see = |x: Dual64| seen.set(seen.get() || x.eps != 0.0);
@@ -265,14 +280,14 @@ impl BoundaryMotion<Dual64> {
 }
 
 impl BoundaryMotion {
-    /// Writes the accelerations of the held nodes, m/s^2, at a time, s.
+    /// Writes the accelerations of the held nodes, m/s^2, at a time, s, into `a`, by second-order dual numbers.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
         let now = Dual2_64::from_re(time).derivative();
         self.write_rates(now, Dual2_64::from_re, |rate| rate.v2, a);
     }
 
-    /// Moves the whole rod with its ends from one time to another, as a predictor for the rod between them: node `i` by the
-    /// fraction `weight(end, i)` of the rigid motion of the end.
+    /// Moves the whole rod, `q`, with its ends from one time to another, as a predictor for the rod between them. Node `i` moves
+    /// by the fraction `weight(end, i)` of the rigid motion of the end.
     pub fn carry(
         &self,
         from: MotionTime<f64>,
@@ -307,7 +322,7 @@ impl BoundaryMotion {
     /// `settled`.
     ///
     /// # Errors
-    /// More than [`MOST_STAGES`].
+    /// More than `MOST_STAGES`.
     pub fn stages(&self, length: f64, settled: bool) -> Result<usize, Error> {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
         // The number of stages that the largest of displacement, rotation and twist requires.
@@ -318,6 +333,7 @@ impl BoundaryMotion {
                 .max(pose.twist.abs() / LARGEST_TWIST)
         };
         let stages = self.ends.iter().map(stages).fold(1.0, f64::max).ceil();
+        // A motion beyond the limit is rejected before the first stage.
         if stages > MOST_STAGES {
             let turns = |angle: f64| (MOST_STAGES * angle / TAU).floor();
             let allowed = format!(
@@ -332,12 +348,3 @@ impl BoundaryMotion {
         Ok(stages as usize)
     }
 }
-
-/// Largest displacement of an end per stage of an equilibrium, as a fraction of the rod length.
-const LARGEST_SHIFT: f64 = 0.02;
-/// Largest rotation of an end per stage, rad.
-const LARGEST_TURN: f64 = 0.1;
-/// Largest twist of an end per stage, rad.
-const LARGEST_TWIST: f64 = 0.5;
-/// Most stages of one equilibrium: 400 rod lengths of displacement, or 1591 turns of twist.
-const MOST_STAGES: f64 = 20_000.0;

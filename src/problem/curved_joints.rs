@@ -1,4 +1,9 @@
 //! Corrected stiffness of the joints of a polygon that represents a curved rest shape: see [`crate::problem::model`].
+//!
+//! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. From the nodes at rest
+//! follow the tangent of the curve (polynomial through five nodes) and its components along the bending axes of the joint, the
+//! slant ([`joint_slants`]). [`resistances`] returns the strains in which the joint resists with `EI1`, `EI2` and `GJ`, from
+//! the natural curvature and the slant.
 
 use crate::energy::frame::{EdgeFrame, transport};
 use crate::numerics::scalar::Scalar;
@@ -42,7 +47,8 @@ pub(crate) fn natural_slant<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twis
     limit_slant(natural, k.map(|k| factor * k))
 }
 
-/// Unit tangent of the curve at node `i`: that of the polynomial through the five nearest nodes, m, at arc lengths `arcs`, m.
+/// Unit tangent of the curve at node `i`: that of the polynomial through the five nearest nodes, m, as a function of the arc
+/// length; `arcs` are the lengths between the nodes, m.
 fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     let (zero, one) = (D::from(0.0), D::from(1.0));
     let count = nodes.len().min(5);
@@ -60,15 +66,15 @@ fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     unit(total)
 }
 
-/// Components of the unit tangent `t` along the bending axes of a joint: its directors `m2` and `-m1` halfway between its
-/// edges.
+/// Components of the unit tangent `t` along the bending axes of the joint between the edges `e` and `f`: its directors `m2` and
+/// `-m1` halfway between them.
 fn bending_components<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
 }
 
-/// Resistances of a joint with the integrated natural curvature `k` and the slant `[a, b]`.
+/// Resistances of a joint with the integrated natural curvature `k` and the slant `[a, b]`; [`PLAIN`] for a straight one.
 pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
     // c = cos(phi/2) with tan(phi/2) = |k|/2.
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();

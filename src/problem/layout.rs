@@ -1,5 +1,9 @@
 //! Discrete choices of a problem, which have no derivatives: mesh topology, planar or spatial model, and corrections of the
 //! elements.
+//!
+//! [`choose`] takes the planar model if rest shape, loads and section lie in one plane, else the spatial one, and returns the
+//! reason. [`correction`] decides whether arcs, walls and curved joints are corrected. [`check_on_mesh`] rejects points,
+//! energies and shapes that do not fit the mesh. A problem makes these choices once, for all values of its varying parameters.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -14,7 +18,8 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
-    /// Mesh of the rest shape, with the parts of its outermost edges behind walls.
+    /// Mesh of the rest shape, with the parts of its outermost edges behind walls. After a change of mesh or walls, the named
+    /// arc lengths are those of the mesh in the scene file. An error of a shape without a mesh.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
         let own = mesh(self.rod.segments, behind_walls(&self.supports, self.soft_by_itself))?;
@@ -39,7 +44,12 @@ pub(super) const BESIDE_STRAIGHT: &str =
 /// Allowed lengths of edges, m, whose fourth powers double precision can represent.
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 
-/// Rejects edges between nodes, m, outside the allowed lengths; `key` is that of their shape.
+/// Relative excess of an arc over its chord above which an edge is curved: a turning angle of 5e-6 rad. Smaller excesses may
+/// be rounding errors.
+const CURVED_EXCESS: f64 = 1e-12;
+
+/// Rejects edges between consecutive nodes, m, outside the allowed lengths [`EDGES`]; `key` is that of their shape, for the
+/// error.
 pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
         let [x, y, z] = sub(p[1], p[0]);
@@ -65,14 +75,16 @@ pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 
     [behind(supports.start, soft[0]), behind(supports.end, soft[1])]
 }
 
-/// Corrections of the elements, valid for all values of the `varying` parameters.
+/// Corrections of the elements of a scene on its mesh, valid for all values of the `varying` parameters: arcs unless the
+/// discretization is the paper's, and joints at walls of rods with curved rest shape and natural curvature, or for
+/// `corrected-statics`.
 pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
     let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
-    // An arc that is longer than its chord by more than rounding errors: a turning angle of 5e-6 rad.
+    // An arc that is longer than its chord by more than rounding errors.
     let mut longer = edges.map(|(p, arc)| {
         let edge = sub(p[1], p[0]);
-        arc / dot(edge, edge).sqrt() - 1.0 > 1e-12
+        arc / dot(edge, edge).sqrt() - 1.0 > CURVED_EXCESS
     });
     let bends = matches!(scene.rod.shape, Shape::Arc { .. }) && varies("rod.shape.angle");
     let natural =
@@ -85,7 +97,8 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     }
 }
 
-/// Rejects points, energies and shapes that do not fit the mesh of a scene; returns its initial shape and nodal loads.
+/// Rejects points, energies and shapes that do not fit the mesh of a scene; returns its initial shape and nodal loads. The
+/// error has the key and the allowed range.
 pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
@@ -116,7 +129,12 @@ pub(crate) struct StartAndLoads {
     loads: Vec<NodalLoad>,
 }
 
-/// The requested model, or the planar one if it can represent the scene; and the reason of the choice.
+/// The model of a scene on its mesh and the reason of the choice. It is the requested one, else the planar one if it represents
+/// the scene; the corrections are valid for all values of the `varying` parameters.
+///
+/// # Errors
+///
+/// A requested planar model that cannot represent the scene, keys that the chosen model cannot have, a missing shear modulus.
 pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,

@@ -1,4 +1,9 @@
 //! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads.
+//!
+//! [`Scene::problem`] builds a [`Problem`]: validation, mesh, choice of the model (`layout`) and setup (rest shape, start,
+//! loads in plain numbers). Stiffnesses, masses and turning angles are checked. A problem with other values of its parameters is
+//! built by [`Problem::with`] (new layout) or `with_fixed_layout` (results are smooth functions of the values). [`Discretized`]
+//! is the problem with the type of its model; statics, dynamics, vibration and fits compute with it.
 
 mod axes;
 pub(crate) mod boundary;
@@ -110,7 +115,7 @@ macro_rules! with_model {
 pub(crate) use with_model;
 
 impl Scene {
-    /// Builds the problem of a scene with given mesh, step and scheme.
+    /// Builds the problem of a scene that has mesh, step and scheme.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -122,13 +127,14 @@ impl Scene {
 
 impl Problem {
     /// The problem of a valid scene, with a layout for all values of the `varying` parameters, or with that of the problem
-    /// `like`.
+    /// `like`. Errors name the scene file.
     fn of(scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         let path = scene.path.clone();
         Self::new(scene, varying, like).map_err(|error| error.in_file(path.as_deref()))
     }
 
-    /// [`of`](Self::of) without the file in its errors.
+    /// The problem of a valid scene: files, soft clamps, mesh, checks, model and setup, in this order. Like [`of`](Self::of),
+    /// but errors do not name the file.
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         // The default becomes explicit, so that a saved scene stays the same under another
         // default.
@@ -178,8 +184,10 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Rejects stiffnesses and masses that overflow or vanish, and joints that turn by 180 degrees.
+    /// Builds the rod and rejects stiffnesses and nodal masses that overflow or vanish in double precision, and joints that turn
+    /// by 180 degrees (infinite natural curvature).
     fn check_sizes(&self) -> Result<(), Error> {
+        // All stiffnesses and masses of the rod, and its integrated natural curvatures.
         let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 let rod = discretized.rod();
@@ -221,7 +229,8 @@ impl Problem {
         }
     }
 
-    /// Rejects user-defined energies without finite values and gradients in the initial state.
+    /// Rejects user-defined energies whose value or gradient is not finite in the initial state; the error has the energy and
+    /// its place.
     fn check_own(&self) -> Result<(), Error> {
         if self.scene.energies.is_empty() {
             return Ok(());
@@ -241,7 +250,7 @@ impl Problem {
         })
     }
 
-    /// The scene.
+    /// The scene, with the files that it names and default values made explicit.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -250,7 +259,8 @@ impl Problem {
         self.scene.resolution.as_ref()
     }
 
-    /// Replaces the estimated error, a fraction of the length, by that of the chosen run.
+    /// Replaces the estimated error, a fraction of the length, by that of the chosen run. An error above the requested accuracy
+    /// is marked as a limit of work. No effect without a resolution or for a missing or infinite error.
     pub fn set_estimated_error(&mut self, error: Option<f64>) {
         let Some(resolution) = &mut self.scene.resolution else { return };
         let Some(error) = error.filter(|error| error.is_finite()) else { return };
@@ -267,7 +277,7 @@ impl Problem {
         };
         (name, &self.reason)
     }
-    /// The problem with its model.
+    /// The problem with the type of its model, planar or spatial.
     pub fn discretized(&self) -> AnyProblem<'_> {
         match &self.model {
             AnyModel::Planar(modelled) => AnyProblem::Planar(self.discretized_as(modelled)),
@@ -282,7 +292,7 @@ impl Problem {
         let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
-    /// The spatial model of the scene, also of a planar problem.
+    /// The spatial model of the scene, also of a planar problem. An error if the scene does not have one.
     pub(crate) fn spatial_model(&self) -> Result<ModelWithSetup<SpatialModel>, Error> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
         let mut loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
@@ -291,28 +301,28 @@ impl Problem {
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
         Ok(ModelWithSetup::new(model, &self.scene))
     }
-    /// The problem with another model.
+    /// The problem with another model and its setup.
     pub(crate) fn discretized_as<'a, M: Model>(
         &'a self,
         modelled: &'a ModelWithSetup<M>,
     ) -> Discretized<'a, M> {
         Discretized { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
-    /// The problem with its planar model, if it has one.
+    /// The problem with its planar model; none for a spatial one.
     pub fn planar(&self) -> Option<PlanarProblem<'_>> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => Some(discretized),
             AnyProblem::Spatial(_) => None,
         }
     }
-    /// The problem with its spatial model, if it has one.
+    /// The problem with its spatial model; none for a planar one.
     pub fn spatial(&self) -> Option<SpatialProblem<'_>> {
         match self.discretized() {
             AnyProblem::Spatial(discretized) => Some(discretized),
             AnyProblem::Planar(_) => None,
         }
     }
-    /// Number of unknowns, including held ones.
+    /// Number of unknowns, including those held by supports.
     pub fn dof(&self) -> usize {
         with_model!(self, |discretized| discretized.model.dof())
     }
@@ -332,7 +342,8 @@ impl Problem {
     pub(crate) fn wall(&self) -> [f64; 3] {
         self.rest_positions()[0]
     }
-    /// Position of the first node, m, and the scene over another number type; `seed` returns the number of a parameter.
+    /// Position of the first node at rest, m, and the scene over another number type; `seed(parameter, value)` returns the
+    /// number of a parameter.
     pub(crate) fn wall_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -351,7 +362,8 @@ impl Problem {
         let nodes = self.rest_positions();
         stencil.place(|i| nodes[i])
     }
-    /// Position of a marker of the rest shape in the world, m; `offset` is in m.
+    /// Position of a marker of the rest shape in the world, m: a point of the center line and an `offset`, m, along the axes of
+    /// the edge. An error for a point that is not on the rod.
     pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
         let marker = self.marker(point, offset)?;
         let beside = with_model!(self, |discretized| discretized.beside_at_rest(&marker));
@@ -364,7 +376,7 @@ impl Problem {
             AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
         }
     }
-    /// The problem with the duration `end` of simulations, s.
+    /// The problem with the duration `end` of simulations, s; unchanged without `[time]`.
     pub(crate) fn lasting(mut self, end: f64) -> Self {
         if let Some(time) = &mut self.scene.time {
             time.end = end;
@@ -379,7 +391,7 @@ impl Problem {
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
     }
-    /// The problem with other derivatives.
+    /// The problem whose simulations use hand-derived or automatic derivatives.
     pub fn with_derivatives(mut self, derivatives: Derivatives) -> Self {
         self.derivatives = derivatives;
         self
@@ -394,11 +406,11 @@ impl Problem {
     fn computed_as(self, other: &Self) -> Self {
         Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
     }
-    /// Whether the stop flag is set.
+    /// Whether the stop flag is set; false without a flag.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
-    /// [`Error::Interrupted`] once the stop flag is set.
+    /// An error, [`Error::Interrupted`], if the stop flag is set.
     pub(crate) fn check_stop(&self) -> Result<(), Error> {
         if self.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
     }
@@ -430,8 +442,8 @@ impl Problem {
         Ok(scene.build()?.computed_as(self))
     }
 
-    /// The problem with other values of some parameters and the same layout, so that its results are smooth functions of the
-    /// values.
+    /// The problem with other values of some parameters and the same layout (model, corrections, varying parameters), so that
+    /// its results are smooth functions of the values. An error for a value that the scene or the model cannot take.
     pub(crate) fn with_fixed_layout(
         &self,
         values: impl IntoIterator<Item = (Parameter, f64)>,
@@ -441,13 +453,13 @@ impl Problem {
         Ok(Self::of(scene, self.varying.clone(), Some(self))?.computed_as(self))
     }
 
-    /// The problem with a layout for all values of these parameters; with a curvature among them joints are those of a curved
-    /// rod.
+    /// The problem with a layout for all values of the parameters `varying`; with a curvature among them joints are those of a
+    /// curved rod.
     pub(crate) fn with_generic_layout_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
         Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
     }
 
-    /// The problem with a layout for all values of one more parameter.
+    /// The problem with a layout for all values of one more parameter than the present varying ones.
     pub(crate) fn with_generic_layout_for_another(
         &self,
         parameter: Parameter,
@@ -455,19 +467,19 @@ impl Problem {
         self.with_generic_layout_for(self.varying.iter().copied().chain([parameter]).collect())
     }
 
-    /// The problem of another scene, such as one with another mesh or step, with the varying parameters and the derivatives of
-    /// this one.
+    /// The problem of another scene, such as one with another mesh or step, with the varying parameters, the derivatives and the
+    /// stop flag of this one.
     pub(crate) fn with_scene(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
         Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))
     }
 
-    /// The scene with other values of some parameters.
+    /// The scene with other values of some parameters; an error for a parameter that it does not have or a value out of range.
     fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
         Parameter::set_all(&self.scene, values)
     }
 
-    /// `[time]` of the scene.
+    /// The times of the simulation, `[time]` of the scene.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a scene without it, and for steps that do not resolve the motion of the supports.
@@ -490,7 +502,7 @@ impl Problem {
 pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
 impl<'a, M: Model> Discretized<'a, M> {
-    /// The unknowns at rest, m (rad for angles).
+    /// The unknowns at rest, m (rad for angles), in the axes of the model.
     pub fn rest(&self) -> Vec<f64> {
         self.model.unknowns(&self.setup.rest)
     }
@@ -501,12 +513,13 @@ impl<'a, M: Model> Discretized<'a, M> {
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 
-    /// The frames at rest.
+    /// The reference frames of the edges at rest; none in a plane.
     pub(crate) fn rest_frames(&self) -> FramesOf<M> {
         self.model.frames(&self.setup.rest)
     }
 
-    /// Range of the free unknowns, including those among them that a recording prescribes.
+    /// Range of the free unknowns: all but those that supports hold at both ends. It includes unknowns that a recording
+    /// prescribes between them.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
         let held = |end| match (supports.at(end), &supports.path) {
@@ -523,7 +536,7 @@ impl<'a, M: Model> Discretized<'a, M> {
         start..dof.saturating_sub(held(End::End)).max(start)
     }
 
-    /// The [free](Self::free) unknowns that a recording prescribes.
+    /// Indices of the [free](Self::free) unknowns whose nodes a recording prescribes.
     pub(crate) fn prescribed(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
@@ -552,7 +565,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         self.problem.normal()
     }
 
-    /// The square of the frequency scale of bending, `E I/(rho A L^4)` halfway along the rod, 1/s^2.
+    /// The square of the frequency scale of bending, `E I/(rho A L^4)` with the smaller second moment halfway along the rod,
+    /// 1/s^2.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
         // Halfway along the rod, a representative place of tapered rods.
         let (section, material) = self.scene().at(0.5);
@@ -562,7 +576,7 @@ impl<'a, M: Model> Discretized<'a, M> {
         material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))
     }
 
-    /// The setup over another number type; `seed` returns the number of a parameter and its value.
+    /// The setup over another number type; `seed(parameter, value)` returns the number of a parameter.
     pub(crate) fn setup_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -570,13 +584,14 @@ impl<'a, M: Model> Discretized<'a, M> {
         Setup::new(self.model, self.scene().over_parameters(seed))
     }
 
-    /// First user-defined energy without a finite value and gradient in the initial state, and its place, m.
+    /// Name and arc length, m, of the first user-defined energy without a finite value and gradient in the initial state; none
+    /// if all are finite.
     fn non_finite_energy(&self) -> Option<(String, f64)> {
         let (q, frames) = self.begin(self.setup);
         self.rod().non_finite_energy(&q, &frames)
     }
 
-    /// The rod in plain numbers.
+    /// The rod (elements, masses, loads) in plain numbers.
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
     }

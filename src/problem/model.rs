@@ -1,6 +1,10 @@
 //! Models of a scene: the rest geometry and the elements of its rod, in the plane or in space.
 //!
-//! # The corrected discretisation
+//! A [`Model`] builds rods over any number type and maps their nodes to the world.
+//! [`PlanarModel`](super::PlanarModel) has two coordinates per node, without angles and frames;
+//! [`SpatialModel`](super::SpatialModel) has three coordinates, angles and frames.
+//!
+//! # The corrected discretization
 //!
 //! The published sums lose accuracy where a polygon represents a curve, and where they end at a
 //! wall. Corrected constants of the elements compensate for this; the elements are unchanged.
@@ -35,8 +39,8 @@
 //!
 //! Curved rods have this correction, since their `f'(0)` is proportional to the curvature: the error of
 //! the helix is six times smaller. Joints of straight rods keep their lengths, unless `corrected-statics` is
-//! requested: the correction would improve the sag and degrade the frequencies. The errors are, in units of `(l/L)^2` for small deflections (error of the sag under its weight, and of
-//! squared frequencies):
+//! requested: the correction would improve the sag and degrade the frequencies. The errors are, in units of
+//! `(l/L)^2` for small deflections (error of the sag under its weight, and of squared frequencies):
 //!
 //! | | sag | mode 1 | 2 | 3 | 4 | 5 |
 //! |---|---|---|---|---|---|---|
@@ -56,10 +60,6 @@
 //! edges. Without this correction the rod is short by half an edge, a first-order error; with it the stretch
 //! by a force at the tip is exact, and that by the weight of second order. In
 //! curved rods node 2 gets half of that length's mass and weight besides.
-//!
-//! A model builds rods over any number type and maps their nodes to the world.
-//! [`PlanarModel`](super::PlanarModel) has two coordinates per node, without angles and frames; [`SpatialModel`](super::SpatialModel)
-//! has three coordinates, angles and frames.
 
 use crate::energy::adapter::Chart;
 use crate::energy::law::{Sliders, Springs};
@@ -104,7 +104,7 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// Arc lengths of a mesh, if they replace chords.
+    /// Arc lengths of the edges of a mesh with the corrections next to walls; none if chords are used.
     pub(crate) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
         let Self { behind, joints, .. } = *self;
         self.arcs.then_some(Arcs { lengths: &mesh.arcs, behind, joints })
@@ -121,13 +121,14 @@ pub trait Model: Sync {
     /// The rest shape in the axes of the model.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
-    /// The rest shape of a scene on its mesh.
+    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths, curvatures and frames.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
 
-    /// The rod with the numbers of a scene.
+    /// The rod (elements, masses, loads, internal friction) with the numbers of a scene, at this rest shape.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
-    /// Adds moments on nodes to the loads of a rod, in a plane, where a constant moment has a potential.
+    /// Adds moments on nodes to the loads of a rod in a plane, where a constant moment has a potential. In space nothing is
+    /// added.
     fn add_moments<D: Nestable>(
         &self,
         _rod: &mut Self::Rod<D>,
@@ -136,41 +137,42 @@ pub trait Model: Sync {
     ) {
     }
 
-    /// Tributary length of every node, m.
+    /// Tributary length of every node, m: half of both of its edges, with the corrections at walls.
     fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
 
-    /// The map from unknowns to positions and directors in the world.
+    /// The map from unknowns to positions of nodes and directors of edges in the world, for user-defined energies.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
 
-    /// The unknowns at rest, m (rad for angles).
+    /// The unknowns at rest in the axes of the model: coordinates, m, and in space angles of zero, rad.
     fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
-    /// The frames at rest.
+    /// The reference frames of the edges at rest; none in a plane.
     fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// Frames over another scalar.
+    /// The reference frames over another scalar, without derivatives.
     fn frames_over<D: Nestable>(
         frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
     ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// Number of unknowns that a support holds, counted from the end of the rod inwards.
+    /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards.
     fn held(&self, support: Support) -> usize;
 
     /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
     fn components<D: Scalar>(&self, vector: [D; 3]) -> [D; 3];
 
-    /// The position of node `i` in the world, m.
+    /// The position of node `i` in the world, m, from all unknowns `q`.
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3];
 
-    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
+    /// Rate of the position of node `i` in the world, m/s, from the rates `v` of all unknowns.
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3];
 }
 
 impl<D: Scalar> Material<D> {
-    /// Shear modulus G, Pa; 0 without shear modulus and Poisson's ratio, which planar scenes do not require.
+    /// Shear modulus G, Pa: the given one, or `E/(2 (1 + nu))`. 0 without shear modulus and Poisson's ratio, which planar scenes
+    /// do not require.
     pub(crate) fn shear_modulus(&self) -> D {
         match (self.shear_modulus, self.poisson_ratio) {
             (Some(modulus), _) => modulus,
@@ -205,8 +207,8 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
     })
 }
 
-/// Springs of internal friction that slip at the curvature of the scene times the factor `times(i)` of joint `i`; none
-/// without friction.
+/// Springs of internal friction of all joints, with the stiffness of the scene. They slip at the curvature of the scene times
+/// the joint's length and the factor `times(i)` of joint `i`; none without friction.
 pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
@@ -218,7 +220,8 @@ pub(crate) fn springs<D: Scalar, K, const S: usize>(
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 
-/// The end on a roller and its direction: the given one, or along the rod with these nodes, m.
+/// The end on a roller and its direction in the world: the given one, or along the outermost edge of these nodes, m. None
+/// without a roller.
 pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {

@@ -1,4 +1,6 @@
-//! The planar or spatial model of a problem with its setup in plain numbers.
+//! The planar or spatial model of a problem together with its setup (rest shape, start, loads) in plain numbers.
+//!
+//! [`AnyModel`] is stored in a problem; [`ModelWithSetup`] is the typed form that `Discretized` refers to.
 
 use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
@@ -15,7 +17,7 @@ pub(crate) enum AnyModel {
     Spatial(ModelWithSetup<SpatialModel>),
 }
 
-/// Model of a scene, and its setup in plain numbers.
+/// Model of a scene, and the setup of the scene in plain numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelWithSetup<M: Model> {
     pub(crate) model: M,
@@ -23,7 +25,7 @@ pub(crate) struct ModelWithSetup<M: Model> {
 }
 
 impl<M: Model> ModelWithSetup<M> {
-    /// The model with the setup of a scene.
+    /// The model with the setup that it has for a scene.
     pub(crate) fn new(model: M, scene: &Scene) -> Self {
         let setup = Setup::new(&model, scene.clone());
         Self { model, setup }

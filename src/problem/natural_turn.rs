@@ -1,8 +1,9 @@
-//! Turning angles of the joints in the stress-free state, and whether the mesh resolves them.
+//! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
-//! A joint with the integrated natural curvature `k` is free of stress at the turning angle `2 atan(k/2)`, which
-//! approximates `k` with the relative error `k^2/12` and stays below half a turn. Natural curvature that turns an edge
-//! by half a turn or more is refused, as shapes are.
+//! The integrated natural curvature `k` of a joint is the rest curvature times `rod.natural_curvature`, plus
+//! `rod.natural_bending` times its length. It is free of stress at the turning angle `2 atan(k/2)`, which approximates `k` with
+//! the relative error `k^2/12` and stays below half a turn. [`check`] rejects natural curvature that turns an edge by half a
+//! turn or more, as shapes are; above `MAX_RESOLVED_TURN` there is a warning.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -26,18 +27,18 @@ struct LargestTurn {
 }
 
 impl LargestTurn {
-    /// Key of the larger contribution.
+    /// Key of the scene with the larger contribution to the angle.
     fn key(&self) -> &'static str {
         if self.by_bending { "rod.natural_bending" } else { "rod.natural_curvature" }
     }
 
-    /// Number of edges with which the joint turns by at most `angle`, rad.
+    /// Number of edges with which the joint turns by at most `angle`, rad, if there are `segments` now.
     fn edges_for(&self, segments: usize, angle: f64) -> f64 {
         (segments as f64 * self.angle / angle).ceil()
     }
 }
 
-/// Joint with the largest natural turning angle; none if the rest shape is free of bending stress.
+/// Joint with the largest integrated natural curvature; none if the rest shape is free of bending stress.
 fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let rod = &scene.rod;
     if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
@@ -54,7 +55,8 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }
 
-/// Rejects natural curvature and bending that turn a joint by half a turn or more.
+/// Rejects natural curvature and bending that turn a joint by half a turn or more; the error has the number of edges that
+/// suffices.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
     match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {
@@ -74,7 +76,8 @@ pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     }
 }
 
-/// Turning angle of the whole rod in its stress-free state, rad, at most: for the number of edges of a first mesh.
+/// Upper bound of the turning angle of the whole rod, rad, at rest (`rest`) and in its stress-free state; `length` is in m. It
+/// determines the number of edges of a first mesh.
 pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
     let factors = scene.rod.natural_curvature.values().into_iter();
     let factor = factors.map(f64::abs).fold(0.0, f64::max);
@@ -83,8 +86,8 @@ pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
 }
 
 impl Problem {
-    /// The warning of a mesh that is too coarse for the natural curvature. Meshes that the program chose are as fine as
-    /// the accuracy needs.
+    /// The warning, with its code, that the mesh is too coarse for the natural curvature ([`MAX_RESOLVED_TURN`]). None for a
+    /// mesh that the program chose: it is as fine as the accuracy needs.
     pub(super) fn natural_turn_note(&self) -> Option<(Code, String)> {
         let turn = largest_turn(&self.scene, &self.mesh)?;
         let (LargestTurn { angle, node, .. }, segments) = (turn, self.segments());

@@ -1,4 +1,7 @@
-//! User-defined energies of a scene, and springs to fixed points, on the rod of a model.
+//! Placement of user-defined energies, and of springs to fixed points, on the rod of a model.
+//!
+//! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest; [`ties`] makes springs between nodes and
+//! points. Both return an `Extra`, a part of the rod. [`find_nonplanar`] finds an energy that leaves a plane.
 
 use crate::energy::adapter::Chart;
 use crate::energy::attach;
@@ -20,7 +23,7 @@ pub(crate) struct RestState<'a, D> {
     pub frames: &'a [EdgeFrame<D>],
 }
 
-/// Spring between a node and a fixed point.
+/// Linear spring between a node and a fixed point of the world.
 pub(crate) struct NodeTie<D> {
     /// Index of the node.
     pub node: usize,
@@ -30,7 +33,8 @@ pub(crate) struct NodeTie<D> {
     pub stiffness: D,
 }
 
-/// User-defined energies of a scene, evaluated at their places on the rod at `rest`.
+/// User-defined energies of a scene, with their elements, weights and rest shapes on the `mesh` of the rod at `rest`. Energies
+/// without code are left out.
 pub(crate) fn attached_energies<D: Nestable>(
     chart: &Chart<D>,
     scene: &Scene<D>,
@@ -60,7 +64,7 @@ pub(crate) fn attached_energies<D: Nestable>(
     Extra::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// Energies of springs between nodes and fixed points.
+/// Energies `k |x - x0|^2/2` of springs between nodes and fixed points.
 pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<D> {
     let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),

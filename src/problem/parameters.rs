@@ -1,4 +1,8 @@
-//! Parameters of a problem: their list for users, and those that its model can vary.
+//! Parameters of a problem: their list for users, and the check of those that a fit may vary.
+//!
+//! [`ParameterList`] has path, value, unit and limits of every physical number, with the reason if it cannot be fitted.
+//! [`Problem::check_parameter`] rejects parameters that the scene does not have, that have no effect in it (a curvature factor
+//! of a straight rod), or that leave the plane of the model. The last follows from derivatives in dual numbers.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};
@@ -39,7 +43,7 @@ pub struct ListedParameter {
 pub struct ParameterList(pub Vec<ListedParameter>);
 
 impl ParameterList {
-    /// The parameters of the scene of a problem.
+    /// All parameters of the scene of a problem, each with the reason if it cannot be fitted.
     pub fn of(problem: &Problem) -> Self {
         let listed = |parameter: Parameter| {
             Some(ListedParameter {
@@ -56,14 +60,14 @@ impl ParameterList {
 }
 
 impl fmt::Display for ParameterList {
-    /// Writes the parameter list as text.
+    /// Writes the [summary](Self::summary) of the list.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl ParameterList {
-    /// The list as text for a terminal.
+    /// The list as text for a terminal: a table of parameters that can be fitted, and one of the others.
     pub fn summary(&self) -> Summary {
         let [mut free, mut fixed] = [Self::table(), Self::table()];
         for parameter in &self.0 {
@@ -80,7 +84,7 @@ impl ParameterList {
             .table("Parameters that cannot be fitted in this scene", fixed)
     }
 
-    /// Table without rows.
+    /// An empty table with the columns of the list.
     fn table() -> SummaryTable {
         SummaryTable::new([
             TextColumn::left("parameter"),
@@ -91,12 +95,15 @@ impl ParameterList {
     }
 }
 
-/// Kelvin-Voigt time, s, that makes a rod viscous, but is lost in every sum.
+/// Kelvin-Voigt time, s, that makes a rod viscous without an effect: it is below the rounding error of every sum.
 const TRACE_VISCOSITY: f64 = 1e-200;
 
+/// Largest rate of the direction of a roller by a parameter, relative to the parameter's size, that is a rounding error.
+const ROLLER_ROUNDING: f64 = 1e-9;
+
 impl Problem {
-    /// The problem with a trace of Kelvin-Voigt damping, if derivatives by such a damping are required and the rod has none;
-    /// otherwise none. An elastic rod does not store its strain rates, so that these derivatives would be lost.
+    /// The problem with a trace of Kelvin-Voigt damping ([`TRACE_VISCOSITY`]), if the `parameters` include such a damping and
+    /// the rod has none; otherwise none. An elastic rod does not store its strain rates, so that the derivatives would be lost.
     pub(crate) fn with_trace_viscosity(
         &self,
         parameters: &[Parameter],
@@ -108,7 +115,7 @@ impl Problem {
         damping.map(|p| self.with_fixed_layout([(*p, TRACE_VISCOSITY)])).transpose()
     }
 
-    /// Rejects a Kelvin-Voigt damping that the scheme does not support.
+    /// Rejects a parameter of Kelvin-Voigt damping if the scheme of the scene does not support it.
     fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
         match self.scene().time.as_ref().map(|time| time.scheme) {
             Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
@@ -192,7 +199,8 @@ impl Problem {
 }
 
 impl PlanarProblem<'_> {
-    /// Rejects a parameter whose change leaves the plane.
+    /// Rejects a parameter whose change leaves the plane to first order; `setup` has its derivatives. The error has the key of
+    /// the quantity that leaves the plane.
     fn check_plane(
         &self,
         parameter: Parameter,
@@ -219,7 +227,8 @@ impl PlanarProblem<'_> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Rejects a parameter that rotates the direction of a roller, if that follows the rod.
+    /// Rejects a parameter that rotates the direction of a roller, if that direction follows the rod; `setup` has the
+    /// derivatives by the parameter.
     fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M>) -> Result<(), Error> {
         let supports = &self.scene().supports;
         let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {
@@ -231,7 +240,7 @@ impl<M: Model> Discretized<'_, M> {
         let edge = unit(sub(self.model.position(&q, b), self.model.position(&q, a)));
         // The roller follows the last edge: its direction must not depend on the parameter.
         let size = parameter.of(self.scene()).map_or(1.0, |value| value.abs().max(1.0));
-        if edge.iter().all(|c| c.eps.abs() * size <= 1e-9) {
+        if edge.iter().all(|c| c.eps.abs() * size <= ROLLER_ROUNDING) {
             return Ok(());
         }
         let found = format!("{parameter}, which rotates the direction of the roller");

@@ -1,37 +1,43 @@
-//! Small asymmetric initial displacement: `initial.perturbation`.
+//! Small asymmetric initial displacement of the nodes: `initial.perturbation`.
 //!
-//! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the part `u` of the length is
-//! displaced by `p L w(u) g(u)/max|w g|` across the rod. The window `w` vanishes at pinned ends, with its slope at clamped
-//! ones. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod is orthogonal to it.
+//! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the fraction `u` of the length is displaced by
+//! `p L w(u) g(u)/max|w g|` across the rod, with the perturbation `p` and the length `L`. The window `w` vanishes at pinned
+//! ends, with its slope at clamped ones. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod
+//! is orthogonal to it.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::{Discretized, Model, Setup};
 use crate::scene::{End, Support};
 
-/// Amplitude, wave number over the length and phase of the sines.
+/// Amplitude, wave number over the length (rad) and phase (rad) of the three sines; any values without common periods serve.
 const SINES: [[f64; 3]; 3] = [[1.0, 2.1, 1.9], [0.7, 4.3, 0.6], [0.5, 7.7, 2.7]];
 /// Direction of the displacement about the rod at both ends, rad; linear between.
 const DIRECTION: [f64; 2] = [0.7, 2.0];
 
+/// Smallest largest value of window times sines by which the shape is divided, against division by zero.
+const SMALLEST_SHAPE: f64 = 1e-9;
+
 impl<M: Model> Discretized<'_, M> {
-    /// Displaces the nodes that no support holds by the perturbation of the scene.
+    /// Displaces the nodes in `q` that no support holds by `initial.perturbation` of the scene.
     pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
-    /// Displaces the nodes that no support holds by up to `amplitude` rod lengths.
+    /// Displaces the nodes in `q` that no support holds across the rod: the largest displacement is `amplitude` rod lengths,
+    /// with the shape of the module's header.
     pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
         let largest = shape.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let size = setup.mesh.length * (amplitude / largest.max(1e-9));
+        let size = setup.mesh.length * (amplitude / largest.max(SMALLEST_SHAPE));
         let (axes, last) = (M::STRIDE.min(3), self.nodes() - 1);
         let node = |i: usize| -> Vector<D> {
             let mut x = [D::from(0.0); 3];
             x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
             x
         };
+        // Across the rod: in a plane the normal, in space a direction that rotates along the rod.
         let normal = |i: usize| {
             let tangent = unit(sub(node(last.min(i + 1)), node(i.saturating_sub(1))));
             if axes == 2 {
@@ -48,6 +54,7 @@ impl<M: Model> Discretized<'_, M> {
         };
         let moved: Vec<Vector<D>> =
             (0..=last).map(|i| add(node(i), scale(normal(i), size * shape[i]))).collect();
+        // Only unknowns that neither a support nor a recording holds are changed.
         let (free, prescribed) = (self.free(), self.prescribed());
         for i in 0..=last {
             for c in 0..axes {
@@ -59,7 +66,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Window at the fraction `u` of the length: zero at supports, with zero slope at clamps.
+    /// Window at the fraction `u` of the length, a product for both ends: 1 for a free end, the distance from a hinge or roller,
+    /// and its square for a wall or recorded end.
     fn window(&self, u: f64) -> f64 {
         let u = u.clamp(0.0, 1.0);
         let end = |end: End, distance: f64| match self.scene().supports.at(end) {

@@ -1,4 +1,8 @@
 //! The planar model: a rod with stretch and bending in the plane of its scene.
+//!
+//! [`PlanarModel`] finds the plane of rest shape, loads and motions. It rejects scenes that leave the plane with the key at
+//! fault, and selects the second moment of the section that bends in it. As a [`Model`] it builds the `PlanarRod` over any
+//! number type, with two coordinates per node. With a roller, the axes of the plane lie along and across its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
@@ -103,7 +107,7 @@ impl PlanarModel {
         Ok(model)
     }
 
-    /// The model of a rod in the plane of a structure.
+    /// The model of a rod in the given `plane` of a structure, on its mesh.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a section whose bending leaves the plane.
@@ -120,12 +124,12 @@ impl PlanarModel {
         Ok(Self { plane, correction, second_moment, nodes: mesh.nodes.len() })
     }
 
-    /// The normal of the plane.
+    /// The unit normal of the plane.
     pub(crate) fn normal(&self) -> Vector3<f64> {
         self.plane.x.cross(&self.plane.y)
     }
 
-    /// Components of a vector in the axes of the plane.
+    /// The two components of a vector of the world in the axes of the plane.
     fn projected<D: Scalar>(&self, point: Vector<D>) -> [D; 2] {
         let [x, y, _] = self.components(point);
         [x, y]
@@ -137,7 +141,7 @@ impl Model for PlanarModel {
     type Rod<D: Nestable> = PlanarRod<D>;
     type Rest<D: Nestable> = PlanarRest<D>;
 
-    /// The rest shape of a scene on its mesh.
+    /// The rest shape of a scene on its mesh, in the plane: nodes, tributary lengths and integrated curvatures.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
         let tilted = tilted(scene, &mesh.nodes, &self.normal());
         let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
@@ -148,7 +152,8 @@ impl Model for PlanarModel {
         PlanarRest { line: RestLine::new(nodes, mesh, &self.correction), curvature }
     }
 
-    /// The rod with the numbers of a scene.
+    /// The planar rod with the numbers of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, masses, weight
+    /// and internal friction. Stiffnesses are those of the tapered section, corrected for curves and soft clamps.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
@@ -184,7 +189,7 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Adds moments on nodes to the loads of a rod, in a plane, where a constant moment has a potential.
+    /// Adds moments on nodes, N m in the world, to the loads of a rod, half on each edge of the node.
     fn add_moments<D: Nestable>(
         &self,
         rod: &mut PlanarRod<D>,
@@ -209,7 +214,8 @@ impl Model for PlanarModel {
         &rest.line.tributary.node
     }
 
-    /// The map from unknowns to positions and directors in the world.
+    /// The map from unknowns to positions and directors in the world. The components of the first director across the tangent
+    /// are those of the first edge at rest.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
         let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
@@ -233,13 +239,14 @@ impl Model for PlanarModel {
         rest.line.nodes.iter().flatten().copied().collect()
     }
 
-    /// The frames at rest.
+    /// No frames in a plane.
     fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
-    /// Frames over another scalar.
+    /// No frames in a plane.
     fn frames_over<D: Nestable>((): &()) {}
 
-    /// Number of unknowns that a support holds, counted from the end of the rod inwards.
+    /// Number of coordinates that a support of this kind holds, counted from the end of the rod inwards: 1 for a roller to 4 for
+    /// a wall.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -269,8 +276,8 @@ impl Model for PlanarModel {
     }
 }
 
-/// Index of the second moment that resists bending in the plane: 0 with `up` in the plane, 1 with `up` normal to it; none
-/// if bending leaves the plane. `nodes` are those at rest, m.
+/// Index of the second moment that resists bending in the plane: 0 with `up` in the plane or without `up`, 1 with `up` normal to
+/// it. None if bending leaves the plane. `nodes` are those at rest, m.
 fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
     let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
     let square = scene.second_moments_along().iter().all(|[i1, i2]| i1 == i2);

@@ -1,4 +1,8 @@
 //! Vectors of a scene that must lie in the plane of a planar rod, or normal to it, and whether parameters keep them there.
+//!
+//! [`PlanarVectors`] lists forces, displacements and velocities (in the plane), and moments and rotations (normal to it) with
+//! their keys. [`leaves_plane_to_first_order`] tests their derivatives by a parameter in dual numbers: a vector leaves the plane
+//! if the component of its rate out of it exceeds `TOLERANCE` of the rate.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
@@ -15,6 +19,9 @@ pub(super) const TOLERANCE: f64 = 1e-9;
 /// Rate of a vector, relative to its length and to the fastest rate, below which it is a rounding error.
 const ROUNDING: f64 = 1e-10;
 
+/// Squared distance of a recorded marker from the first node, relative to the largest one, below which it is at this node.
+const AT_NODE: f64 = 1e-12;
+
 /// Vectors of a scene by their direction in a planar model.
 pub(super) struct PlanarVectors<D> {
     /// Vectors that must lie in the plane, beside the rest shape: forces, displacements, velocities.
@@ -24,7 +31,8 @@ pub(super) struct PlanarVectors<D> {
 }
 
 impl<D: Scalar> PlanarVectors<D> {
-    /// The vectors of a scene with these nodes at rest, m, and these in its initial shape, if that is another one.
+    /// The vectors of a scene with their keys. `nodes` are those at rest, m, and `start` those of the initial shape, if that is
+    /// another one.
     pub fn new(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
         let keyed = |key: &str, vector: Vector<D>| KeyedVector { key: key.into(), vector };
         let mut within = vec![
@@ -44,6 +52,7 @@ impl<D: Scalar> PlanarVectors<D> {
         for (i, load) in scene.loads.line.iter().enumerate() {
             within.push(keyed(&format!("loads.line[{i}].force"), load.force));
         }
+        // Motions of the ends, also recorded ones at every frame.
         for (i, motion) in scene.supports.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             within.push(keyed(&format!("{key}.displacement"), motion.displacement));
@@ -63,6 +72,7 @@ impl<D: Scalar> PlanarVectors<D> {
         if let Some(roller) = scene.supports.roller {
             within.push(keyed("supports.roller", roller.map(D::from)));
         }
+        // An initial shape begins at the first node.
         if let Some(start) = start {
             let key = if scene.supports.path.is_some() { "supports.path" } else { "initial.shape" };
             within.extend(start.iter().map(|x| keyed(key, sub(*x, nodes[0]))));
@@ -80,10 +90,10 @@ fn positions_from_first_node<D: Scalar>(
     let origin = nodes[0].map(|x| x.value());
     let vectors = places.map(move |x| sub(*x, origin));
     let largest_square = vectors.clone().map(|v| dot(v, v)).fold(0.0, f64::max);
-    vectors.filter(move |v| dot(*v, *v) > 1e-12 * largest_square).map(|v| v.map(D::from))
+    vectors.filter(move |v| dot(*v, *v) > AT_NODE * largest_square).map(|v| v.map(D::from))
 }
 
-/// Keys and values of the rotations about the rod itself, rad or rad/m, which a planar rod does not have.
+/// Keys and values of the natural twists, rad/m, and the twists of the ends, rad, which a planar rod does not have.
 pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
     let twists = scene.rod.natural_twist.values().into_iter();
     let twists = twists.map(|t| ("rod.natural_twist".into(), t));
@@ -93,7 +103,8 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
 }
 
 /// Key of the first quantity that leaves the plane to first order along the derivatives of the scene; none if all stay
-/// in it. `model` has the axes of the `plane`, and `start` are the nodes of the initial shape, m, if that is not the rest shape.
+/// in it. `model` has the axes of the `plane`, and `start` are the nodes of the initial shape, m, if that is not the rest
+/// shape.
 pub(super) fn leaves_plane_to_first_order(
     model: &impl Model,
     plane: &Plane,
@@ -123,6 +134,7 @@ pub(super) fn leaves_plane_to_first_order(
         0.0 => None,
         length => Some(size(&rate(v.vector)) / length),
     };
+    // Vectors that change far more slowly than the fastest one have rounding errors only.
     let fastest = within.iter().chain(&normal).filter_map(relative).fold(0.0, f64::max);
     let changes = |v: &KeyedVector<Dual64>| relative(v).is_none_or(|r| r > ROUNDING * fastest);
     let leaves = |v: &KeyedVector<Dual64>| {

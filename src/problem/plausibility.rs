@@ -1,5 +1,9 @@
-//! Notes on valid scenes that are probably not intended: numbers in other units than SI, and a rod that
-//! nothing drives because its scene has no gravity.
+//! Notes on valid scenes that are probably not intended: numbers in other units than SI, and a rod without gravity or other
+//! load.
+//!
+//! Density, Young's modulus, section, length and gravity are compared with ranges that no rod exceeds; the note names the unit
+//! that is most often confused (g/cm^3, MPa, mm). A scene that leaves out gravity is noted if nothing else acts on its rod and
+//! the rod is not vertical. [`Problem::plausibility_notes`] returns codes and texts; simulations and equilibria show them.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -11,19 +15,19 @@ const LIGHTEST_SOLID: f64 = 10.0;
 const HEAVIEST_SOLID: f64 = 23e3;
 /// Young's modulus of the softest gels that hold the shape of a rod, Pa.
 const SOFTEST_SOLID: f64 = 1e3;
-/// Least Young's moduli, Pa, of materials above a density, kg/m^3. Silicone has 1e5 Pa at 1200 kg/m^3 and, filled with
-/// iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
+/// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa. Silicone has 1e5 Pa at 1200 kg/m^3 and,
+/// filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
 const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
 /// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
 const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
-/// Radius or width beyond those of rods, m.
+/// Radius or width beyond those of rods, m; larger ones are probably given in mm.
 const THICKEST: f64 = 1.0;
-/// Length beyond those of rods, m.
+/// Length beyond those of rods, m; larger ones are probably given in mm.
 const LONGEST: f64 = 1e3;
 /// Largest length over thickness: a hair of 1 m has 14 000, a length in mm beside a thickness in m a thousand times
 /// that of a usual rod.
 const MOST_SLENDER: f64 = 5e4;
-/// Fifty times the earth's gravity, m/s^2; in mm/s^2 that is 9810, in cm/s^2 981.
+/// Largest plausible gravity, m/s^2: fifty times that of the earth, which is 9810 in mm/s^2 and 981 in cm/s^2.
 const STRONGEST_GRAVITY: f64 = 500.0;
 /// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
 const VERTICAL: f64 = 0.985;
@@ -40,7 +44,8 @@ pub(crate) enum Purpose {
 }
 
 impl Problem {
-    /// Notes on implausible units, missing gravity and coarse meshes.
+    /// Notes, with their codes, on implausible units, on missing gravity for the `purpose`, and on a mesh that is too coarse for
+    /// the natural curvature. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -51,7 +56,8 @@ impl Problem {
         units.into_iter().chain(gravity).chain(self.natural_turn_note()).collect()
     }
 
-    /// Whether a scene without gravity has no other load or motion that moves its rod, and the rod is not vertical.
+    /// Whether a scene without gravity has no other load or motion that moves its rod, and the rod is not vertical. False for
+    /// modes, which need no load.
     fn lacks_gravity(&self, purpose: Purpose) -> bool {
         let scene = &self.scene;
         let initial = &scene.initial;
@@ -76,7 +82,7 @@ impl Problem {
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }
 
-    /// Whether a straight rod is parallel to the y or the z axis, either of which points up in scenes.
+    /// Whether a straight rod is within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points up in scenes.
     fn is_vertical(&self) -> bool {
         let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
         let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -136,6 +142,7 @@ mod tests {
     use super::*;
     use crate::scene::Material;
 
+    /// Scene of a straight rod of 0.3 m with these numbers, SI.
     fn scene_of(density: f64, modulus: f64, radius: f64) -> Scene {
         let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
         Scene::new(8, shape, Section::Circle { radius }, Material::new(density, modulus))

@@ -1,4 +1,7 @@
-//! Points and markers of a rod on the mesh of a problem.
+//! Points and markers of a rod on the mesh of a problem, as weighted sums of nodes and edges.
+//!
+//! A point (node index, arc length or tip) becomes a [`Stencil`]: nodes with weights. A marker beside the center line becomes a
+//! `MarkerStencil`. Loads, results and observations of fits use them.
 
 use crate::error::Error;
 use crate::problem::Problem;
@@ -7,7 +10,7 @@ use crate::scene::{Point, Stencil};
 use std::ops::Range;
 
 impl Problem {
-    /// Nodes and weights whose weighted sum is the end of the rod.
+    /// Nodes and weights whose weighted sum is the end of the rod: the wall of a clamped end, else the last node.
     pub(crate) fn tip(&self) -> Stencil {
         Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
     }
@@ -20,12 +23,13 @@ impl Problem {
         point.stencil(&self.mesh)
     }
 
-    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones.
+    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones. An error for a point
+    /// outside the rod.
     pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
         point.nodes_around(&self.mesh)
     }
 
-    /// Stencil of a marker at an `offset`, m, from a point.
+    /// Stencil of a marker at an `offset`, m, along the axes of the rod at a point. An error for a point outside the rod.
     pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<MarkerStencil, Error> {
         MarkerStencil::new(point, offset, &self.mesh)
     }

@@ -1,10 +1,12 @@
-//! The same scene on another mesh; loads and masses at nodes keep their arc length.
+//! The scene of a problem with another number of edges, for refinements (discretization error, choice of the mesh).
+//!
+//! Loads and masses that the scene names by a node index keep their arc length; the nodes next to it on the new mesh share them.
 
 use crate::problem::Problem;
 use crate::scene::Scene;
 
 impl Problem {
-    /// The scene with another number of edges. A load on an inner node keeps its arc length; the adjacent nodes share it.
+    /// The scene with `segments` edges. A load on an inner node keeps its arc length; the adjacent nodes share it.
     pub(crate) fn remeshed(&self, segments: usize) -> Scene {
         Scene { remeshed: Some(segments), ..self.scene.clone() }
     }

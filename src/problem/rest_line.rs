@@ -1,5 +1,7 @@
-//! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in the plane and in space: edges,
-//! masses and weights.
+//! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in the plane and in space.
+//!
+//! [`RestLine`] holds nodes, chords and tributary lengths. From the section profile it computes edges with `EA/l`, masses and
+//! rotational inertias of all unknowns (with the added mass of a fluid), and weights of the nodes (less buoyancy).
 
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::Scalar;
@@ -32,7 +34,8 @@ pub(crate) struct InertiaAndWeight<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> RestLine<D, N> {
-    /// The line through the nodes of a mesh, m, in the axes of the model.
+    /// The line through `nodes`, m, in the axes of the model, with tributary lengths that are corrected if `correction` requires
+    /// it.
     pub fn new(nodes: Vec<[D; N]>, mesh: &Mesh<D>, correction: &Correction) -> Self {
         let mut length = Vec::with_capacity(nodes.len() - 1);
         for pair in nodes.windows(2) {
@@ -55,7 +58,8 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         std::array::from_fn(|c| self.nodes[j + 1][c] - self.nodes[j][c])
     }
 
-    /// The edges with their stiffness EA/l against stretch, in series with the axial compliance of clamps.
+    /// The edges with their axial stiffness EA, N, in series with the axial compliance of clamps. A chord that is shorter than
+    /// its arc is softer by their ratio.
     pub fn stretch(
         &self,
         profile: &SectionProfile<D>,
@@ -70,7 +74,7 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         stretch.collect()
     }
 
-    /// Masses, rotational inertia about the rod in space, and weights under a gravity in the axes of the model, m/s^2.
+    /// Masses, rotational inertia about the rod in space, and weights under a `gravity` in the axes of the model, m/s^2.
     pub fn inertia_and_weight(
         &self,
         scene: &Scene<D>,

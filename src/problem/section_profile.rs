@@ -4,6 +4,7 @@
 //! of its parts, so that its compliance is the mean of theirs; likewise for the stretch of an edge. The mass of a node is
 //! the mean over the halves of its edges. Each part between two jumps is evaluated at its middle, which is of second order
 //! for jumps at any place. The value at the joint would be of first order: it moves a jump to the middle of an edge.
+//! [`SectionProfile`] returns these means as [`SectionConstants`] for the rods of both models.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Material, Scene, Section};
@@ -26,7 +27,7 @@ pub(crate) struct SectionConstants<D> {
 }
 
 impl<D: Scalar> SectionConstants<D> {
-    /// Constants of a section and a material.
+    /// EA, EI, GJ, A, rho A and rho (I1 + I2) of a section and a material.
     fn of(section: &Section<D>, material: &Material<D>) -> Self {
         let moments = section.moments();
         let [i1, i2] = moments.second_moments;
@@ -40,7 +41,7 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// Every stiffness, or compliance, and every inertia combined with that of `other` by `f`.
+    /// All constants, each combined with that of `other` by `f`.
     fn combine(self, other: Self, f: impl Fn(D, D) -> D) -> Self {
         Self {
             axial: f(self.axial, other.axial),
@@ -52,7 +53,7 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// Compliances in place of stiffnesses, or stiffnesses in place of compliances.
+    /// The constants with compliances in place of stiffnesses, or stiffnesses in place of compliances; inertia is unchanged.
     fn inverted(self) -> Self {
         // The torsional stiffness of planar rods may be 0.
         let inverse = |x: D| if x.value() == 0.0 { x } else { x.recip() };
@@ -94,7 +95,7 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         self.mean(self.middle(i), self.middle(i + 1))
     }
 
-    /// Mean constants of edge `j`.
+    /// Mean constants of edge `j` over its length.
     pub fn edge(&self, j: usize) -> SectionConstants<D> {
         self.mean(self.nodes[j], self.nodes[j + 1])
     }
@@ -123,6 +124,7 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         let inside = self.breaks[first..last].iter().copied();
         let mut sum: Option<SectionConstants<D>> = None;
         let mut from = start;
+        // The sum of compliances and inertia, each times its share of the length.
         for to in inside.chain([end]) {
             let (section, material) = self.scene.at(0.5 * (from + to));
             let here = SectionConstants::of(&section, &material).inverted();

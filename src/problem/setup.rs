@@ -1,4 +1,8 @@
-//! Rods, loads and drag of a problem over any number type of its scene.
+//! The setup of a problem over any number type of its scene: mesh, rest shape, start, and the rod with its loads and drag.
+//!
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads and masses over
+//! the nodes next to them, adds the weight of masses, and attaches user-defined energies. [`between_markers`] returns the nodes
+//! of a rod along recorded markers.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -21,7 +25,7 @@ pub(crate) struct Setup<D: Nestable, M: Model> {
 }
 
 impl<D: Nestable, M: Model> Setup<D, M> {
-    /// The setup of a validated scene.
+    /// The setup of a validated scene, whose mesh and start exist.
     pub fn new(model: &M, scene: Scene<D>) -> Self {
         let mesh = scene.made_mesh();
         let rest = model.at_rest(&scene, &mesh);
@@ -29,7 +33,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Self { scene, mesh, rest, start }
     }
 
-    /// The rod with its masses, loads and user-defined energies.
+    /// The rod of the model, with point masses and their weight, point loads, and user-defined energies.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
@@ -48,7 +52,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// The rod without loads, with the axial stiffness of every edge times a factor, and with nodes tied to points by
+    /// The rod without loads, with the axial stiffness of every edge `j` times `stiffer(j)`, and with nodes tied to points by
     /// springs.
     pub fn tied(
         &self,
@@ -65,7 +69,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// Drag on the nodes; none without a fluid.
+    /// Drag on the nodes by the fluid of the scene, in the axes of the model; none without a fluid.
     pub fn drag(&self, model: &M) -> Option<NodalDrag<D>> {
         let drag = self.scene.loads.drag.as_ref()?;
         let axes = M::STRIDE.min(3);
@@ -78,19 +82,19 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         })
     }
 
-    /// Point masses on the nodes.
+    /// Point masses of the scene, distributed over the nodes.
     fn masses(&self) -> Vec<NodalMass<D>> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// Point loads and line loads on the nodes.
+    /// Point loads and line loads of the scene, distributed over the nodes.
     pub fn loads(&self) -> Vec<NodalLoad<D>> {
         let mut loads = self.nodal(&self.scene.loads.point);
         loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
         loads
     }
 
-    /// The rod with the additional forces until t = 0.
+    /// The `rod` with the additional forces and moments of `initial.point`, which act until t = 0.
     pub fn rod_with_release_forces(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
         let mut rod = rod.clone();
         self.add_loads(model, &mut rod, &self.nodal(&self.scene.initial.point));
@@ -105,13 +109,14 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         model.add_moments(rod, &self.rest, loads);
     }
 
-    /// Loads of a list on the nodes of the mesh.
+    /// Loads of a list, distributed over the nodes of the mesh.
     fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }
 
-/// Nodes of the initial shape, m, if the scene gives one or a recording; none for the rest shape.
+/// Nodes of the initial shape, m: those of a recording at t = 0 or of the shape that the scene gives; none for the rest shape.
+/// An error if the shape does not fit the mesh `rest`.
 pub(crate) fn start_shape<D: Scalar>(
     scene: &Scene<D>,
     rest: &Mesh<D>,
@@ -122,7 +127,7 @@ pub(crate) fn start_shape<D: Scalar>(
     scene.initial.shape.as_ref().map(|shape| shape.nodes_of(rest)).transpose()
 }
 
-/// Positions, m, of the nodes of a rod with a number of edges at a time, s, on straight lines between the markers along
+/// Positions, m, of the nodes of a rod with `segments` edges at a time, s, on straight lines between the markers along
 /// it.
 pub(crate) fn between_markers<D: Scalar>(
     track: &Track,
@@ -146,7 +151,8 @@ pub(crate) fn between_markers<D: Scalar>(
     (0..=segments).map(place).collect()
 }
 
-/// Point loads on the nodes of a mesh; `table` is the key of their list, for messages.
+/// Point loads distributed over the nodes of a mesh; `table` is the key of their list, for messages. An error for a load outside
+/// the rod.
 pub(crate) fn nodal<D: Scalar>(
     loads: &[PointForce<D>],
     table: &str,
@@ -163,7 +169,7 @@ pub(crate) fn nodal<D: Scalar>(
     Ok(nodal)
 }
 
-/// Point masses on the nodes of a mesh.
+/// Point masses of a scene distributed over the nodes of a mesh; an error for a mass outside the rod.
 pub(crate) fn nodal_masses<D: Scalar>(
     scene: &Scene<D>,
     mesh: &Mesh<D>,

@@ -1,14 +1,16 @@
 //! Compliant clamps: walls that rotate and move under the load of the rod.
 //!
-//! A wall rotates by `c M`, with the moment `M` of the rod at the wall: a rotational spring in series with the rod. A wall in the middle of an edge has no joint. So the whole outermost edge at a compliant
-//! clamp is behind the wall: the first joint is at the wall and represents half of the next edge. Its stiffness `K` becomes
-//! `K/(1 + K c)`, exact and of second order in the mesh for any compliance. A rigid clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first
-//! order. Along the rod the wall gives in series with the first edge that stretches.
+//! A wall rotates by `c M`, with the moment `M` of the rod at the wall: a rotational spring in series with the rod. A wall in
+//! the middle of an edge has no joint. So the whole outermost edge at a compliant clamp is behind the wall: the first joint is
+//! at the wall and represents half of the next edge. Its stiffness `K` becomes `K/(1 + K c)`, exact and of second order in the
+//! mesh for any compliance. A rigid clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the
+//! wall, is of first order. Along the rod the wall gives in series with the first edge that stretches. [`soft`] decides which
+//! ends are compliant; [`SoftClamps`] changes the stiffnesses of a rod.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};
 
-/// Ends with a rotational compliance, or with one among the `varying` parameters.
+/// Whether the `[start, end]` of the rod has a rotational compliance, or one among the `varying` parameters.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     let turns = soft_by_itself(scene);
     [End::Start, End::End].map(|end| {
@@ -21,7 +23,7 @@ pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     })
 }
 
-/// Ends with a rotational compliance in the scene itself.
+/// Whether the `[start, end]` of the rod has a rotational compliance in the scene itself.
 pub(super) fn soft_by_itself(scene: &Scene) -> [bool; 2] {
     [End::Start, End::End].map(|end| scene.supports.compliance(end).rotation != 0.0)
 }
@@ -44,7 +46,7 @@ struct SoftClamp<D> {
 }
 
 impl<D: Scalar> SoftClamps<D> {
-    /// Compliances of a scene on a mesh of a number of edges.
+    /// Compliances of a scene on a mesh with `edges` edges; none for rigid clamps without derivatives.
     pub fn new(scene: &Scene<D>, edges: usize) -> Self {
         let supports = &scene.supports;
         let of = |end: End| {
@@ -62,7 +64,7 @@ impl<D: Scalar> SoftClamps<D> {
         Self { ends: [End::Start, End::End].into_iter().filter_map(of).collect() }
     }
 
-    /// Bending stiffness of joint `i`, N m, in series with the clamp; `stiffness` is that with a rigid clamp.
+    /// Bending stiffness over length of joint `i`, N m, in series with the clamp; `stiffness` is that with a rigid clamp.
     pub fn bending(&self, i: usize, stiffness: D) -> D {
         let own = self.ends.iter().filter(|end| end.joint == i);
         own.fold(stiffness, |k, end| k / (k * end.rotation + 1.0))

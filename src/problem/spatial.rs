@@ -1,4 +1,9 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
+//!
+//! [`SpatialModel`] selects the axes (those of the world, or along a roller), and rejects moments, whose work in space depends
+//! on the path. As a [`Model`] it builds the `SpatialRod` over any number type: coordinates and edge angles as unknowns, Bishop
+//! frames at rest, and joints with natural curvature and twist. Their stiffness is corrected for curved rest shapes
+//! (`curved_joints`).
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
@@ -43,7 +48,8 @@ pub struct SpatialRest<D> {
 }
 
 impl SpatialModel {
-    /// The model of a scene with these loads on nodes, and with the normal of its plane if it is planar.
+    /// The model of a scene on its mesh, with these loads on nodes and the normal of its plane if it is planar. An error for a
+    /// load with a moment.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -82,7 +88,7 @@ impl Model for SpatialModel {
     type Rod<D: Nestable> = SpatialRod<D>;
     type Rest<D: Nestable> = SpatialRest<D>;
 
-    /// The rest shape of a scene on its mesh.
+    /// The rest shape of a scene on its mesh: nodes in the axes of the model, Bishop frames, integrated curvatures and slants.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
@@ -93,6 +99,7 @@ impl Model for SpatialModel {
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
         let law = JointLaw { stiffness, natural: [zero; 3] };
+        // Strains of joints at rest by an element without stiffness.
         let curvature: Vec<[D; 2]> = (0..nodes.len() - 2)
             .map(|i| {
                 let joint = law.at([frames.edges[i], frames.edges[i + 1]], zero);
@@ -110,7 +117,8 @@ impl Model for SpatialModel {
         SpatialRest { line, slants, curvature, frames }
     }
 
-    /// The rod with the numbers of a scene.
+    /// The spatial rod with the numbers of a scene: edges with `EA/l`, joints with `EI/l`, `GJ/l`, natural curvature and twist,
+    /// masses, weight and internal friction. Stiffnesses are those of the tapered section, corrected for curves and soft clamps.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
@@ -123,8 +131,10 @@ impl Model for SpatialModel {
             let factor = scene.rod.natural_curvature.at(line.places[i + 1]);
             let length = (line.tributary.spin[i] + line.tributary.spin[i + 1]) * 0.5;
             let bending = scene.rod.bending_at(i + 1, line.length.len());
+            // Natural curvature: a factor on that at rest, and additional bending; natural twist times length.
             let natural = [0, 1].map(|c| factor * k[c] + bending[c] * length);
             let twist = scene.rod.natural_twist.at(line.places[i + 1]) * length;
+            // The stiffness `EI1 a a' + EI2 b b' + GJ c c'` over the length of the joint.
             let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, natural_slant(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
@@ -158,19 +168,19 @@ impl Model for SpatialModel {
         &rest.line.tributary.node
     }
 
-    /// The map from unknowns to positions and directors in the world.
+    /// The map from unknowns to positions and directors in the world: the axes of the model, if they are not the world's.
     fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
         Chart::Space { axes: (axes != world).then_some(axes) }
     }
 
-    /// Number of unknowns, the supported ones included.
+    /// Number of unknowns, the supported ones included: three coordinates per node, one angle per edge.
     fn dof(&self) -> usize {
         4 * self.nodes - 1
     }
 
-    /// The unknowns at rest, m (rad for angles).
+    /// The unknowns at rest, m, and angles of zero, rad.
     fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
         let mut q: Vec<D> =
@@ -179,12 +189,12 @@ impl Model for SpatialModel {
         q
     }
 
-    /// The frames at rest.
+    /// The Bishop frames at rest.
     fn frames<D: Nestable>(&self, rest: &SpatialRest<D>) -> Frames<D> {
         rest.frames.clone()
     }
 
-    /// Frames over another scalar.
+    /// The frames over another scalar, without derivatives.
     fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
@@ -197,7 +207,8 @@ impl Model for SpatialModel {
         }
     }
 
-    /// A wall holds the outermost edge with its angle.
+    /// Number of unknowns that a support holds, counted from the end of the rod inwards; a wall holds the outermost edge with
+    /// its angle.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -208,19 +219,19 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
+    /// Components of a vector of the world in the axes of the model.
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
         self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
-    /// The position of node `i` in the world, m.
+    /// The position of node `i` in the world, m, from all unknowns `q`.
     #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         let [x, y, z] = self.axes;
         components(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
-    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
+    /// Rate of the position of node `i` in the world, m/s, from the rates `v` of all unknowns.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)

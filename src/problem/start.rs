@@ -1,4 +1,8 @@
 //! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
+//!
+//! `begin` returns unknowns and frames before supports and loads act: a given initial shape has the smallest twist. `held_ends`
+//! collects the nodes and edges that supports hold, with their motions, as a [`BoundaryMotion`]. `turn_ends` applies the twist
+//! of recorded ends. `placed` moves a rod in space from rest to given nodes without rotation about itself.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -17,8 +21,16 @@ pub(crate) type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
 /// Unknowns of a rod and the frames from which its angles are measured.
 pub(crate) type UnknownsAndFrames<D, M> = (Vec<D>, FramesOver<D, M>);
 
+/// Cosine of the rotation of an edge, 120 degrees, above which parallel transport takes an intermediate state.
+const LARGE_ROTATION: f64 = -0.5;
+
+/// Sine of the rotation of an edge below which its sense is undetermined near half a turn, and that of the edge before is
+/// used.
+const UNDETERMINED: f64 = 1e-3;
+
 impl SpatialProblem<'_> {
-    /// Unknowns and frames of a rod in space that moves from its rest shape to `nodes`, m, without rotation about itself.
+    /// Unknowns and frames of a rod in space that moves from its rest shape in `setup` to `nodes`, m, without rotation about
+    /// itself.
     pub(crate) fn placed<D: Nestable>(
         &self,
         setup: &Setup<D, SpatialModel>,
@@ -46,7 +58,7 @@ impl SpatialProblem<'_> {
             unit(sub(node(j + 1), node(j)))
         };
         let edges = self.nodes() - 1;
-        if (0..edges).all(|j| dot(edge(from, j), edge(to, j)).value() > -0.5) {
+        if (0..edges).all(|j| dot(edge(from, j), edge(to, j)).value() > LARGE_ROTATION) {
             return None;
         }
         let normal = self.model.components(self.normal().map(D::from));
@@ -58,10 +70,10 @@ impl SpatialProblem<'_> {
             // Direction in the plane to which the edge rotates.
             let across = cross(normal, a);
             let sine = dot(across, b).value();
-            if sine.abs() > 1e-3 {
+            if sine.abs() > UNDETERMINED {
                 side = sine.signum();
             }
-            let between = match dot(a, b).value() > -0.5 {
+            let between = match dot(a, b).value() > LARGE_ROTATION {
                 true => unit(add(a, b)),
                 false => unit(add(scale(add(a, b), D::from(0.5)), scale(across, D::from(side)))),
             };
@@ -72,7 +84,7 @@ impl SpatialProblem<'_> {
         Some(q)
     }
 
-    /// [`placed`](Self::placed) in plain numbers.
+    /// Unknowns and frames of a rod in space at `nodes`, m, without rotation about itself from the rest shape, in plain numbers.
     pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
         self.placed(self.setup, nodes)
     }
@@ -108,7 +120,7 @@ impl<M: Model> Discretized<'_, M> {
         (q, frames)
     }
 
-    /// Prescribed motion of the held ends, if any of them moves.
+    /// Prescribed motion of the held ends and recorded nodes of `setup`; none if no end moves.
     pub(crate) fn boundary_motion<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -116,12 +128,13 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// [`boundary_motion`](Self::boundary_motion) in plain numbers.
+    /// Prescribed motion of the held ends and recorded nodes in plain numbers; none if no end moves.
     pub(crate) fn moved_ends(&self) -> Option<BoundaryMotion> {
         self.boundary_motion(self.setup)
     }
 
-    /// Prescribed motion of all held ends, at rest or not.
+    /// Prescribed motion of all held ends and recorded nodes, at rest or not: their nodes and edges in the initial shape, and
+    /// the point about which an end rotates (the wall). Rollers and free ends are not held.
     pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
@@ -171,7 +184,7 @@ impl<M: Model> Discretized<'_, M> {
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
-    /// Axes of the model in the world.
+    /// The three axes of the model in the world.
     fn model_axes(&self) -> [[f64; 3]; 3] {
         let columns = [0, 1, 2].map(|c| {
             self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
@@ -179,7 +192,7 @@ impl<M: Model> Discretized<'_, M> {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
     }
 
-    /// Parts of the rod that a recording drives: ends, and nodes between them.
+    /// Parts of the rod whose nodes a recording prescribes: ends, and nodes between them; empty without a recording.
     pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
         let Some(path) = &supports.path else { return Vec::new() };
@@ -200,8 +213,8 @@ impl<M: Model> Discretized<'_, M> {
         !self.free().contains(&place) || prescribed.contains(place)
     }
 
-    /// Rotates recorded ends about the rod by the twists of their motions. The rotation of the edges between is linear from
-    /// one end to the other; the first step finds their equilibrium.
+    /// Adds the twists of the motions of recorded ends to the angles in `q`, rad. The rotation of the edges between is linear
+    /// from one end to the other; the first step finds their equilibrium.
     pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();

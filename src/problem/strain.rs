@@ -1,5 +1,8 @@
-//! Largest strain of a rod from the positions of its nodes: the stretch of the edges, and the strain on the surface by
-//! bending, half the thickness times the change of curvature. Shear strain by twist is not included.
+//! Largest strain of a rod from the positions of its nodes, and the warning above the range of the linear model.
+//!
+//! Strains are the stretch of the edges, and on the surface by bending half the thickness times the change of curvature. Shear
+//! strain by twist is not included. [`StrainGauge`] holds the stress-free state; [`StrainRecord`] the maximum over a motion.
+//! Above [`LARGEST_STRAIN`] there is a warning.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
@@ -26,7 +29,7 @@ pub(crate) struct LargestStrain {
 }
 
 impl LargestStrain {
-    /// Warning of a strain above the range of the model; none below it. `youngs_modulus` is in Pa.
+    /// Warning with its code for a strain above `LARGEST_STRAIN`; none below it. `youngs_modulus` is in Pa.
     pub fn warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
         let Self { strain, by_bending, place, time } = *self;
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
@@ -56,7 +59,8 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge for the rod of a problem; none if recorded markers prescribe nodes, whose distances have tracking errors.
+    /// Gauge with the stress-free lengths, curvatures and half thicknesses of the rod of a problem. None if recorded markers
+    /// prescribe nodes, whose distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
@@ -86,7 +90,7 @@ impl StrainGauge {
         Some(Self { natural, slopes, places, normal, lengths })
     }
 
-    /// Largest strain of a rod with nodes at `position(i)`, m, at a time, s.
+    /// Largest absolute strain of a rod with nodes at `position(i)`, m, at a time, s (none for an equilibrium), and its place.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],
@@ -115,7 +119,7 @@ impl StrainGauge {
         largest
     }
 
-    /// Change of the integrated curvature, rad, between two edges, m, from a natural one. In space it is the change of the
+    /// Absolute change of the integrated curvature between two edges, m, from a natural one. In space it is the change of the
     /// absolute value, a lower bound.
     fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
         let across = cross(before, after);
@@ -135,6 +139,7 @@ pub(crate) struct StrainRecord(Option<(StrainGauge, LargestStrain)>);
 
 /// All records are equal, so that they do not distinguish results.
 impl PartialEq for StrainRecord {
+    /// True for any two records.
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -146,7 +151,7 @@ impl StrainRecord {
         Self(StrainGauge::new(problem).map(|gauge| (gauge, LargestStrain::default())))
     }
 
-    /// Adds a state with nodes at `position(i)`, m, at a time, s.
+    /// Compares a state with nodes at `position(i)`, m, at a time, s, with the largest strain so far.
     pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
         let Some((gauge, largest)) = &mut self.0 else { return };
         let now = gauge.largest(position, Some(time));
@@ -155,13 +160,14 @@ impl StrainRecord {
         }
     }
 
-    /// Largest strain; none without a gauge.
+    /// Largest strain of all states so far; none without a gauge.
     pub fn largest(&self) -> Option<LargestStrain> {
         self.0.as_ref().map(|(_, largest)| *largest)
     }
 }
 
 /// Half of the thickness in the direction of bending, m; in space that of the thinner direction, in which strips bend.
+/// `normal` is that of the plane of a planar rod.
 fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>) -> f64 {
     match section {
         Section::Circle { radius } | Section::Tube { radius, .. } => *radius,

@@ -1,4 +1,7 @@
-//! Tributary lengths: the length of the rod that every joint, edge and node represents.
+//! Tributary lengths: the length of the rod, m, that every joint, edge and node represents.
+//!
+//! The plain ones are halves of the adjacent edges. The corrected ones count arcs instead of chords, leave out the parts behind
+//! walls, and have second-order corrections of joints and masses next to a wall: see [`crate::problem::model`].
 
 use crate::numerics::scalar::Scalar;
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
@@ -30,7 +33,7 @@ pub(crate) struct TributaryLengths<D> {
 }
 
 impl<D: Scalar> TributaryLengths<D> {
-    /// Inertial mass of every node, kg, with the added mass of a fluid; and its mass for the weight, kg, less that of the
+    /// Inertial mass of every node, kg, with the added mass of a `fluid`; and its mass for the weight, kg, less that of the
     /// displaced fluid.
     pub fn immersed(
         &self,
@@ -47,7 +50,7 @@ impl<D: Scalar> TributaryLengths<D> {
         nodes.map(of).unzip()
     }
 
-    /// Uncorrected tributary lengths: half of each adjacent edge.
+    /// Uncorrected tributary lengths for the lengths `edges`, m: half of each adjacent edge.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
         let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
@@ -59,8 +62,8 @@ impl<D: Scalar> TributaryLengths<D> {
         }
     }
 
-    /// Corrected tributary lengths of a rod that ends at walls within its outermost edges: see
-    /// [`crate::problem::model`].
+    /// Tributary lengths along arcs of a rod that ends at walls within its outermost edges: without the parts behind walls, and
+    /// with second-order shifts of masses and joints at a wall (see [`crate::problem::model`]).
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {

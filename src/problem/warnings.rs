@@ -1,4 +1,6 @@
 //! Warnings of a simulation: time steps, recordings, units, and the estimated error.
+//!
+//! Each is a [`Code`] and a text with finding, consequence and action. `Problem::warnings` collects them for users.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -6,8 +8,8 @@ use crate::problem::plausibility::Purpose;
 use crate::scene::Resolution;
 
 impl Problem {
-    /// Warnings of a simulation of the scene: steps that do not resolve the motion of a support, defects of the recordings that
-    /// drive the ends, implausible units, and an estimated error above the requested one.
+    /// Warnings of a simulation of the scene: steps that do not resolve the motion of a support, and defects of the recordings
+    /// that drive the ends. Others are implausible units, and an estimated error above the requested one.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }
@@ -21,7 +23,7 @@ impl Problem {
         warnings
     }
 
-    /// Warnings of steps that do not resolve the motion of a support, or are longer than the simulation.
+    /// Warnings of steps that do not resolve the motion of a support, or are longer than the simulation; empty without `[time]`.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
         let mut warnings = self.scene().supports.step_warnings(time.step_size());
@@ -36,7 +38,7 @@ impl Problem {
         warnings
     }
 
-    /// Warnings of defects, corrected or not, of the recordings that drive the ends.
+    /// Warnings of defects, corrected or not, of the recordings that drive the ends; empty without recordings.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.scene().supports.recording_warnings()
     }

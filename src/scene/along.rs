@@ -1,10 +1,16 @@
-//! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length.
+//! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length ([`Along`]).
+//!
+//! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file gives a
+//! number, a list with one number for each equal part, or `{ from, to }`.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::table::NumberTree;
 use serde::{Deserialize, Serialize};
+
+/// Fraction of a part below a boundary, by rounding errors of arc lengths, that belongs to the part behind it.
+const PLACE_ROUNDING: f64 = 1e-9;
 
 /// A value along the rod: one number, a list with one number for each of equally many equal parts
 /// of the length, or a linear function of arc length. In code: `0.5.into()`, `vec![0.5,
@@ -40,14 +46,14 @@ pub struct Linear<D = f64> {
 }
 
 impl From<f64> for Along {
-    /// Converts `f64` to `Along`.
+    /// The constant `value` along the whole rod.
     fn from(value: f64) -> Self {
         Self::Whole(value)
     }
 }
 
 impl From<Vec<f64>> for Along {
-    /// Converts `Vec<f64>` to `Along`.
+    /// One number for each of equally many equal parts of the length.
     fn from(values: Vec<f64>) -> Self {
         Self::Piecewise(values)
     }
@@ -116,7 +122,7 @@ impl<D> Along<D> {
 /// Index of the part, of `parts` equal ones, that contains a fraction of the rod length.
 fn part(place: f64, parts: usize) -> usize {
     // A fraction below a boundary by rounding errors of arc lengths belongs to the part behind it.
-    ((place * parts as f64 + 1e-9).max(0.0) as usize).min(parts - 1)
+    ((place * parts as f64 + PLACE_ROUNDING).max(0.0) as usize).min(parts - 1)
 }
 
 impl Along {
@@ -132,7 +138,8 @@ impl NumberTree for Along {
     type Kind = [Quantity; 2];
     type Over<D> = Along<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The same numbers with each converted by the visitor under its path below `key`; the quantity `whole` is that of a single
+    /// number, `part` that of each of several.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -154,8 +161,7 @@ impl NumberTree for Along {
         }
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects an empty list and numbers that are not finite; `key` is their path, for the error.
     fn check_numbers(&self, key: &str, _: [Quantity; 2]) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {

@@ -1,4 +1,7 @@
 //! `[camera]`: relation between recorded and scene coordinates: clock, scale, rotation and position.
+//!
+//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. Only fits apply it, with
+//! these numbers as possible parameters.
 
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;
@@ -31,6 +34,7 @@ pub(super) fn one<D: From<f64>>() -> D {
 }
 
 impl<D: From<f64> + Default> Default for Camera<D> {
+    /// The camera without effect: no offset, scale 1, no rotation.
     fn default() -> Self {
         Self {
             time_offset: D::default(),
@@ -42,7 +46,7 @@ impl<D: From<f64> + Default> Default for Camera<D> {
 }
 
 impl<D: From<f64> + Default + PartialEq> Camera<D> {
-    /// Whether recorded and scene coordinates are equal.
+    /// Whether recorded and scene coordinates are equal: no offset, scale 1, no rotation.
     pub(super) fn is_default(&self) -> bool {
         is_default(self)
     }

@@ -1,4 +1,7 @@
 //! `[loads.drag]`: drag, buoyancy and added mass of the fluid around a rod.
+//!
+//! The force per length is `-(linear + quadratic |u|) u` for the velocity `u` of the rod relative to the fluid, with
+//! coefficients across and along the rod. The coefficients are constants per length, not derived from a Reynolds number.
 
 use crate::scene::number::Quantity;
 use crate::scene::table::table;

@@ -1,10 +1,14 @@
-//! Defects of a recording of markers, and their warnings.
+//! Defects of a recording of markers ([`Fault`]), their warning codes and texts.
+//!
+//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames, jumps, gravity
+//! in accelerations and glitches. Each has the markers, frames and times, s, and whether it was corrected.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Second difference of the positions of a marker, m, above which the marker has jumped.
+/// Second difference of the positions of a marker, m, above which the marker has jumped. Smaller values report fast motion,
+/// larger ones leave glitches in.
 pub(super) const JUMP: f64 = 0.01;
 
 /// Defect of a recording.
@@ -68,7 +72,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Removes from jumps the times, s, of lost frames among the `others`, within two frame intervals `step`, s. Returns
+    /// Removes from jumps the times, s, within two frame intervals `step`, s, of lost frames among the `others`. Returns
     /// whether the defect remains: jumps without times, or of a marker with glitches, are those of the others.
     pub(super) fn retain_distinct(&mut self, others: &[Self], step: f64) -> bool {
         let Self::Jumps { marker, times, .. } = self else { return true };
@@ -82,7 +86,7 @@ impl Fault {
         !times.is_empty()
     }
 
-    /// Warning code.
+    /// Warning code of the defect.
     pub fn code(&self) -> Code {
         match self {
             Self::LostFrames { .. } => Code::LostFrames,
@@ -96,9 +100,10 @@ impl Fault {
 }
 
 impl fmt::Display for Fault {
-    /// Writes the fault as text.
+    /// Writes finding, consequence and action as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // Each text has finding, consequence and action.
             Self::LostFrames { time, frames, mended } => {
                 let lost = match frames {
                     1 => "a frame was".into(),

@@ -1,30 +1,35 @@
-//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of
-//! single markers. All defects are reported; they are corrected only on request.
+//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of single
+//! markers. All defects are reported; they are corrected only on request.
 //!
-//! Lost frames are found by least squares: the positions around a gap follow a cubic of time, with the gap much better than
-//! without it.
+//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of time, with
+//! the gap much better than without it (`BETTER`), for most markers. Labels are exchanged if the outer of two neighbors has the
+//! smaller median distance from the marker before them (`FARTHER`). A glitch is a second difference above `JUMP` that the
+//! neighbors do not have. `Track::examined` returns the recording with its [`Fault`]s.
 
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
 use serde::{Deserialize, Serialize};
 
-/// Frames on each side of a gap to which the cubic is fitted.
+/// Frames on each side of a gap to which the cubic is fitted: six numbers for four coefficients.
 const BESIDE: usize = 3;
-/// Longest gap, in steps from the frame before to the frame after.
+/// Longest gap that is searched for, in steps from the frame before to the frame after.
 const LONGEST: usize = 12;
-/// Ratio of the sums of squares without and with a gap from which on a gap is detected.
+/// Ratio of the sums of squares without and with a gap, from which on a gap is detected. Smaller values detect gaps in noise.
 const BETTER: f64 = 10.0;
-/// Ratio of the RMS residuals without and with a gap, or the inverse, from which on a single marker decides.
+/// Ratio of the RMS residuals without and with a gap, or the inverse, from which on a single marker counts for or against it.
 const DECISIVE: f64 = 2.0;
-/// Fewest markers that must jump at lost frames: a single one has slipped.
+/// Smallest number of markers that must jump at lost frames: a single one has slipped.
 const FEWEST_JUMPING: usize = 2;
-/// RMS residual, m, of frames without a gap: the resolution of cameras.
+/// RMS residual, m, below which frames have no gap: the resolution of cameras.
 const RESOLUTION: f64 = 2e-5;
-/// Ratio of two distances above which the labels are exchanged; smaller ratios are due to different edges.
+/// Ratio of two distances above which the labels are exchanged; smaller ratios are due to edges of different lengths.
 const FARTHER: f64 = 1.15;
-/// Frames on each side of a jump that are unusable.
+/// Number of frames on each side of a jump that are unusable.
 const SPOILED: usize = 2;
+
+/// Largest second difference of the neighbors of a glitch, as a fraction of [`JUMP`]: neighbors that also jump are in a whip.
+const QUIET_NEIGHBOR: f64 = 0.5;
 
 /// Treatment of lost frames, where the clock of a recording continued without a gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,7 +68,7 @@ struct FrameGap {
 
 impl Track {
     /// The recording with its [defects](Self::faults), corrected as `lost` and `swapped` request. `held` are the indices of
-    /// the markers that drive an end.
+    /// the markers that drive an end, whose motion determines gaps.
     pub(crate) fn examined(
         &self,
         held: &[usize],
@@ -96,6 +101,7 @@ impl Track {
                 faults.push(Fault::Glitches { marker: marker.name.clone(), frames, times });
             }
         }
+        // Later frames are later by the number of lost frames times the usual step.
         let mut times = self.times().to_vec();
         if lost == LostFrames::Stretch {
             let between = self.usual_step();
@@ -104,6 +110,7 @@ impl Track {
                 later.for_each(|t| *t += (gap.steps - 1) as f64 * between);
             }
         }
+        // Exchanged markers keep the names at their positions along the rod.
         let name = |j: usize| self.markers()[j].name.clone();
         let markers = places.iter().enumerate().map(|(j, place)| match swapped {
             SwappedLabels::Keep => (name(j), self.markers()[j].seen.clone()),
@@ -135,7 +142,7 @@ impl Track {
         order
     }
 
-    /// Median distance between two markers, m; none without common frames.
+    /// Median distance between two markers over all frames, m; none without common frames.
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
@@ -143,7 +150,8 @@ impl Track {
         all.get(all.len() / 2).copied()
     }
 
-    /// Gaps of lost frames, where the motion of the held markers is smooth with a gap, but not without.
+    /// Gaps of lost frames: where the motion of the held markers is smooth with a gap, but not without. Frames with a missing
+    /// held marker are left out.
     fn gaps(&self, held: &[&Marker]) -> Vec<FrameGap> {
         let frames = self.times().len();
         let mut gaps: Vec<FrameGap> = Vec::new();
@@ -156,10 +164,12 @@ impl Track {
                 continue;
             }
             let roughness = |steps: usize| rms_residual(&self.cubics(first, steps), &paths);
+            // Smooth frames without a gap need no search.
             let here = roughness(1);
             if here <= RESOLUTION {
                 continue;
             }
+            // The gap with the smoothest motion, which must be much smoother, for most markers.
             let best = (2..=LONGEST).map(|m| (m, roughness(m))).min_by(|a, b| a.1.total_cmp(&b.1));
             let found = best.filter(|(steps, rough)| {
                 here >= BETTER.sqrt() * rough && self.most_markers_jump(first, *steps)
@@ -181,7 +191,8 @@ impl Track {
         gaps
     }
 
-    /// Orthonormal cubics of time over the window of frames from `first` on, with a gap of `steps` in its middle.
+    /// Orthonormal cubics of time over the window of frames from `first` on, with a gap of `steps` frame intervals in its
+    /// middle.
     fn cubics(&self, first: usize, steps: usize) -> [FrameWindow; 4] {
         let (between, before) = (self.usual_step(), first + BESIDE - 1);
         let time = |k: usize| {
@@ -208,19 +219,19 @@ impl Track {
         jumping >= FEWEST_JUMPING && jumping > smooth
     }
 
-    /// Frames in which a marker jumps, but its neighbors `beside` it on the rod do not, which also move in a whip; frames near
+    /// Frames in which a marker jumps, but its neighbors `beside` it on the rod, which also move in a whip, do not; frames near
     /// gaps are left out.
     fn glitches(&self, marker: &Marker, beside: &[&Marker], gaps: &[FrameGap]) -> Vec<usize> {
         let near = |k: usize| gaps.iter().any(|gap| gap.before.abs_diff(k) <= SPOILED);
         let jumps = |k: &usize| {
             second_difference(marker, *k) > JUMP
-                && beside.iter().all(|other| second_difference(other, *k) < 0.5 * JUMP)
+                && beside.iter().all(|other| second_difference(other, *k) < QUIET_NEIGHBOR * JUMP)
                 && !near(*k)
         };
         (1..marker.seen.len().saturating_sub(1)).filter(jumps).collect()
     }
 
-    /// Whether a frame of a marker is unusable because of a jump within two frames.
+    /// Whether a frame of a marker is unusable because of a glitch within [`SPOILED`] frames.
     pub(crate) fn is_spoiled(&self, marker: &Marker, frame: usize) -> bool {
         self.faults().iter().any(|fault| match fault {
             Fault::Glitches { marker: name, frames, .. } => {
@@ -238,7 +249,7 @@ fn second_difference(marker: &Marker, k: usize) -> f64 {
     norm(std::array::from_fn(|i| a[i] - 2.0 * b[i] + c[i]))
 }
 
-/// Length of a vector.
+/// Length of a vector, m.
 fn norm(a: Vector<f64>) -> f64 {
     dot(a, a).sqrt()
 }
@@ -248,7 +259,7 @@ const WINDOW: usize = 2 * BESIDE;
 /// One number for each frame around a gap.
 type FrameWindow = [f64; WINDOW];
 
-/// Coordinates of a marker along each axis in the first frames of a list; none if one is missing.
+/// Coordinates of a marker along each axis in the first [`WINDOW`] frames of a list; none if one is missing.
 fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
     let mut axes = [[0.0; WINDOW]; 3];
     for (k, seen) in seen.iter().take(WINDOW).enumerate() {
@@ -258,7 +269,7 @@ fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
     Some(axes)
 }
 
-/// Scalar product.
+/// Scalar product of two lists of numbers.
 #[inline]
 fn product(a: &FrameWindow, b: &FrameWindow) -> f64 {
     let mut sum = 0.0;
@@ -277,7 +288,7 @@ fn subtract_projection(from: &mut FrameWindow, other: &FrameWindow) {
     }
 }
 
-/// Orthonormal basis of the cubic polynomials at these times (Gram-Schmidt).
+/// Orthonormal basis of the cubic polynomials at these times (Gram-Schmidt), scaled to [-1, 1] before.
 fn cubics(times: &FrameWindow) -> [FrameWindow; 4] {
     let middle = times.iter().sum::<f64>() / WINDOW as f64;
     let size = times.iter().map(|t| (t - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
@@ -295,13 +306,13 @@ fn cubics(times: &FrameWindow) -> [FrameWindow; 4] {
     basis
 }
 
-/// RMS residual of the least-squares fit of an orthonormal basis to each path.
+/// RMS residual, m, of the least-squares fit of an orthonormal basis to each path.
 fn rms_residual(basis: &[FrameWindow; 4], paths: &[FrameWindow]) -> f64 {
     let sum = paths.iter().map(|path| residual_squares(basis, path)).sum::<f64>();
     (sum / f64::max((WINDOW * paths.len()) as f64, 1.0)).sqrt()
 }
 
-/// Sum of squares of the residuals of values after projection onto an orthonormal basis.
+/// Sum of squares of the residuals of `values` after projection onto an orthonormal basis.
 fn residual_squares(basis: &[FrameWindow; 4], values: &FrameWindow) -> f64 {
     let mut rest = components(|k| values[k] - values[0]);
     basis.iter().for_each(|old| subtract_projection(&mut rest, old));

@@ -1,4 +1,7 @@
-//! Reading and writing of scene files, and the files of shapes and recordings that they name.
+//! Reading and writing of scene files (TOML), and of the files of shapes and recordings that they name.
+//!
+//! [`Scene::load`] parses a file, validates the scene and reads polylines and recordings; paths are relative to the folder of
+//! the file. A `time.end` that is left out becomes the end of the recording. [`Scene::to_toml`] writes the scene.
 
 use crate::error::Error;
 use crate::input::hints::{SCENE, explained};
@@ -10,7 +13,8 @@ use crate::scene::time::Time;
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// Reads the points of polylines and the recordings, unless they have been read.
+    /// Reads the points of polylines and the recordings of motions, unless they have been read; replaces a missing `time.end` by
+    /// the end of the recording. An error for a file that cannot be read or does not fit the scene.
     pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
@@ -56,6 +60,10 @@ impl Scene {
 
     /// Reads and validates a scene file with [user-defined energies](crate::energy::own); `give`
     /// [attaches](Self::give_energy) their code.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`load`](Self::load) and of `give`.
     pub fn load_with(
         path: impl AsRef<Path>,
         give: impl FnOnce(&mut Self) -> Result<(), Error>,
@@ -83,12 +91,12 @@ impl Scene {
         Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    /// Reads and validates the text of a scene file with this path.
+    /// Reads and validates the text of a scene file with this path, and reads the files that it names.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         Self::parse_text(text, path)?.complete(path)
     }
 
-    /// Reads the text of a scene file with this path, applies `give`, and validates the scene.
+    /// Reads the text of a scene file with this path, applies `give`, validates the scene and reads the files that it names.
     pub(crate) fn read_with(
         text: &str,
         path: &Path,
@@ -99,7 +107,7 @@ impl Scene {
         scene.complete(path)
     }
 
-    /// Reads the text of a scene file with this path, without validation.
+    /// Parses the text of a scene file with this path, without validation; records whether the text has no gravity.
     fn parse_text(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
@@ -127,7 +135,7 @@ impl Scene {
         self.follow_file(file.as_ref())
     }
 
-    /// [`follow`](Self::follow) without a type parameter.
+    /// [`follow`](Self::follow) without a type parameter: sets the file, which is read when the problem is built.
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
         self.leave_end_to_recording();
         let Some(path) = &mut self.supports.path else {
@@ -139,7 +147,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Removes a `time.end` that the file did not give, so that another recording sets its own.
+    /// Removes a `time.end` that the file did not give, so that another recording sets its own end.
     fn leave_end_to_recording(&mut self) {
         if self.ends_with_recording() {
             self.time.iter_mut().for_each(|time| time.end = Time::TO_THE_END);
@@ -176,7 +184,8 @@ impl Scene {
             .map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
-    /// Makes the paths in the scene absolute, so that it can be saved in any folder.
+    /// Makes the paths in the scene absolute, so that it can be saved in any folder. An error if the working directory is
+    /// unknown.
     pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         for file in self.named_files() {
@@ -195,7 +204,7 @@ impl Scene {
         files
     }
 
-    /// Files of shapes and recordings that the scene names.
+    /// Paths of the files of shapes and recordings that the scene names, as written; empty ones are left out.
     fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
@@ -208,7 +217,7 @@ impl Scene {
         named.filter(|file| !file.as_os_str().is_empty())
     }
 
-    /// Folder of the scene file, to which its paths are relative.
+    /// Folder of the scene file, to which its paths are relative; empty for a scene without a file.
     pub fn folder(&self) -> PathBuf {
         self.path.as_deref().and_then(Path::parent).map(Into::into).unwrap_or_default()
     }

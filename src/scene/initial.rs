@@ -1,4 +1,6 @@
-//! `[initial]`: shape and velocity of the rod at t = 0.
+//! `[initial]`: shape and velocity of the rod at t = 0, and the validation of these keys.
+//!
+//! The state is the rest shape, another given shape, the equilibrium under the loads, or that of the first two recorded frames.
 
 use crate::error::Error;
 use crate::scene::loads::PointForce;
@@ -43,7 +45,7 @@ table! {
     }
 }
 
-/// Largest perturbation over the length.
+/// Largest amplitude of `initial.perturbation`, as a fraction of the rod length.
 const MAX_PERTURBATION: f64 = 0.1;
 
 /// Kind of the initial state.
@@ -69,29 +71,33 @@ impl<D: SceneNumber> Initial<D> {
         self.state == InitialState::Rest && is_unperturbed && !self.moves()
     }
 
-    /// Whether the rod starts with a velocity.
+    /// Whether the rod starts with a velocity or angular velocity other than zero.
     pub fn moves(&self) -> bool {
         !is_default(&self.velocity) || !is_default(&self.angular_velocity)
     }
 }
 
 impl Initial {
-    /// Rejects an initial state whose keys contradict each other.
+    /// Rejects invalid numbers, a perturbation above [`MAX_PERTURBATION`], forces until the release without an equilibrium, and
+    /// a shape that is missing for the state or has no effect in it.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.check_numbers("initial", TABLE)?;
         if self.perturbation.is_nan() || self.perturbation.abs() > MAX_PERTURBATION {
             let allowed = "-0.1 .. 0.1, a displacement over the rod's length";
             return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
         }
+        // Markers give the initial positions of a recorded start.
         if self.perturbation != 0.0 && self.state == InitialState::Recorded {
             let allowed = "0 with state = \"recorded\"";
             return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
         }
+        // Forces until the release act in an equilibrium only.
         if self.state != InitialState::Equilibrium && !self.point.is_empty() {
             let found = "forces, but no equilibrium to compute with them";
             let allowed = "only with state = \"equilibrium\"";
             return Err(Error::invalid("initial.point", found, allowed));
         }
+        // A shape is required by one state, and has no effect in others.
         match (&self.shape, self.state) {
             (Some(shape), InitialState::Shape | InitialState::Equilibrium) => {
                 shape.check("initial.shape")

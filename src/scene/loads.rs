@@ -1,4 +1,7 @@
-//! `[loads]`: gravity, point loads, damping and drag.
+//! `[loads]`: gravity, point loads, damping (mass-proportional, Kelvin-Voigt, Maxwell, friction) and drag.
+//!
+//! The tables with units and search ranges of their numbers, and predicates: whether damping dissipates energy, is viscous, or
+//! makes the stress depend on the history of the strains.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
@@ -7,13 +10,13 @@ use crate::scene::point::Point;
 use crate::scene::table::{TABLE, table};
 use num_dual::Dual64;
 
-/// Rate of mass-proportional damping.
+/// Quantity of the rate of mass-proportional damping, 1/s.
 const RATE: Quantity =
     Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5)).vanishing();
-/// Kelvin-Voigt time.
+/// Quantity of a Kelvin-Voigt time, s.
 const TIME: Quantity =
     Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0)).vanishing();
-/// Stiffness of a branch as a fraction of that of the rod.
+/// Quantity of the stiffness of a branch as a fraction of that of the rod.
 const FRACTION: Quantity = Quantity::positive("");
 
 table! {
@@ -142,12 +145,12 @@ impl LineForce {
 }
 
 impl Damping {
-    /// Whether damping dissipates energy.
+    /// Whether any damping (mass-proportional, viscous, friction) dissipates energy.
     pub(crate) fn is_dissipative(&self) -> bool {
         self.mass > 0.0 || self.is_viscous() || self.friction.is_some()
     }
 
-    /// Keys and values, s, of the Kelvin-Voigt times.
+    /// Keys and values, s, of the four Kelvin-Voigt times.
     pub(crate) fn times(&self) -> [(&'static str, f64); 4] {
         let Self { stiffness, bending, twisting, stretching, .. } = *self;
         [
@@ -165,7 +168,7 @@ impl<D: Scalar> Damping<D> {
         [self.stretching, self.bending, self.twisting]
     }
 
-    /// Whether the Kelvin-Voigt times of the strains differ, or their derivatives may.
+    /// Whether the Kelvin-Voigt times of stretch, bending and twist differ, or their derivatives may.
     pub(crate) fn has_additional_times(&self) -> bool {
         D::ORDER > 0 || self.additional_times().iter().any(|time| time.value() > 0.0)
     }
@@ -183,7 +186,8 @@ impl<D: Nestable> Damping<D> {
 }
 
 impl Damping<Dual64> {
-    /// Whether the stress, or its first derivative, depends on the history of the strains.
+    /// Whether the stress, or its first derivative, depends on the history of the strains: by a Kelvin-Voigt time, a Maxwell
+    /// branch or friction other than zero.
     pub(crate) fn depends_on_history(&self) -> bool {
         let Self { stiffness, maxwell, friction, .. } = self;
         let parts =

@@ -1,4 +1,7 @@
-//! Observed points of the rod: on the center line, or markers beside it that rotate with the rod.
+//! Stencils of observed points of the rod: on the center line, or markers beside it that rotate with the rod.
+//!
+//! [`MarkerStencil`] is a weighted sum of nodes, plus an offset in the axes of the rod, which are weighted sums of those of
+//! edges. Both follow from a [`Point`] (tip, node index or arc length) and the mesh.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -31,13 +34,14 @@ impl<D: Scalar> MarkerStencil<D> {
         Ok(Self { centre: point.stencil(mesh)?, edges, offset })
     }
 
-    /// Range of the edges that carry a marker beside a point, for this rod length and slightly different ones.
+    /// Range of the edges that carry a marker beside a point, for this rod length and slightly different ones. An error for a
+    /// point outside the rod.
     pub fn edges_around(point: Point<D>, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         Ok(Stencil::around(&middles(mesh), point.place(mesh)?.value()))
     }
 }
 
-/// Whether a marker is beside the center line.
+/// Whether a marker with this offset, m, is beside the center line.
 pub(crate) fn is_beside(offset: [f64; 3]) -> bool {
     offset != [0.0; 3]
 }

@@ -1,4 +1,7 @@
 //! `[[rod.mass]]`: point masses on the rod, such as markers, clamps and bobs.
+//!
+//! A [`PointMass`] has a point (tip, node index or arc length) and a mass in kg; between two nodes it is shared by the lever
+//! rule. Gravity and mass-proportional damping act on it.
 
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;

@@ -1,10 +1,12 @@
-//! `[material]`: density and elastic moduli.
+//! `[material]`: density, kg/m^3, and elastic moduli, Pa, with their allowed ranges, the search ranges of fits, and validation.
+//!
+//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
 use crate::scene::table::{NumberTree, TABLE, table};
 
-/// Poisson's ratio of an isotropic material, in (-1, 0.5].
+/// Quantity of Poisson's ratio of an isotropic material, in (-1, 0.5]; a search begins at 0.3.
 const POISSON_RATIO: Quantity =
     Quantity::signed("").within(-1.0 + 1e-9, 0.5).searched(Candidates::Values(&[0.3]));
 
@@ -30,7 +32,8 @@ impl Material {
         Self { density, youngs_modulus, poisson_ratio: None, shear_modulus: None }
     }
 
-    /// Rejects invalid constants, and Poisson's ratio beside the shear modulus.
+    /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside the
+    /// shear modulus.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(nu) = self.poisson_ratio {
             if !(nu > -1.0 && nu <= 0.5) {

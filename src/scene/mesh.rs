@@ -1,9 +1,12 @@
-//! Mesh of a rest shape: nodes, arc lengths and turning angles.
+//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall and turning angles of the joints.
+//!
+//! Shapes build it (`shape`, `polyline`). A clamp in the middle of an edge puts the first node behind the wall, at a negative
+//! arc length.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// Nodes of the rest shape.
+/// Nodes of the rest shape with their arc lengths.
 #[derive(Clone, Debug)]
 pub struct Mesh<D = f64> {
     /// Positions of the nodes, m.
@@ -21,6 +24,9 @@ pub struct Mesh<D = f64> {
 /// Difference of arc lengths, as a fraction of the rod length, below which they are equal.
 const ROUNDING: f64 = 1e-9;
 
+/// Turning angle of a joint, rad, below which it is a rounding error.
+const STRAIGHT: f64 = 1e-9;
+
 impl<D: Scalar> Mesh<D> {
     /// Whether the last node is behind a wall, so that the rod ends between two nodes.
     pub(crate) fn is_clamped_at_end(&self) -> bool {
@@ -28,7 +34,7 @@ impl<D: Scalar> Mesh<D> {
         last > self.length.value() * (1.0 + ROUNDING)
     }
 
-    /// Whether an arc length from the wall, m, is within an edge that extends behind a wall.
+    /// Whether an arc length `s` from the wall, m, is within an edge that extends behind a wall.
     pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
         let place = |i: usize| self.arc_length[i].value();
         let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());
@@ -48,9 +54,9 @@ impl Mesh {
         self.turns().sum()
     }
 
-    /// Whether all turning angles are rounding errors.
+    /// Whether all turning angles are below [`STRAIGHT`].
     pub(crate) fn is_straight(&self) -> bool {
-        self.turns().all(|turn| turn < 1e-9)
+        self.turns().all(|turn| turn < STRAIGHT)
     }
 
     /// Turning angle of every joint, rad.
@@ -61,7 +67,7 @@ impl Mesh {
         })
     }
 
-    /// The mesh with all lengths times a scale.
+    /// The mesh with all lengths multiplied by `scale`.
     pub(super) fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
         let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
         Mesh {

@@ -1,4 +1,9 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
+//!
+//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time and camera. It is generic over the type of
+//! its physical numbers: `f64`, or dual numbers for derivatives by parameters ([`Scene::map_numbers`]). Each number is declared
+//! once with its unit and limits (`number`, `table`), and has a [`Parameter`] name, its path in the file.
+//! [`Scene::validate`] rejects invalid values and contradicting keys.
 
 pub mod along;
 pub mod camera;
@@ -162,7 +167,7 @@ impl<D> Scene<D> {
 }
 
 impl<D: Scalar> Scene<D> {
-    /// Section and material at a place, a fraction of the rod length.
+    /// Section and material at a place, a fraction of the rod length, with the taper applied.
     pub(crate) fn at(&self, place: f64) -> (Section<D>, Material<D>) {
         self.rod.taper.at(place, &self.rod.section, &self.material)
     }
@@ -248,12 +253,14 @@ impl Scene {
         })
     }
 
-    /// Rejects invalid values, and combinations of keys that contradict each other.
+    /// Rejects invalid values, and combinations of keys that contradict each other. The error has file, key, and the found and
+    /// the allowed value.
     pub fn validate(&self) -> Result<(), Error> {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// Rejects an initial state that contradicts recorded ends, or the lack of them.
+    /// Rejects `initial.state = "recorded"` without recorded ends, and with them another state than that or the equilibrium, an
+    /// initial shape, or a velocity beside recorded positions.
     fn check_recorded_start(&self) -> Result<(), Error> {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
@@ -277,7 +284,7 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// The checks of [`validate`](Self::validate), table by table.
+    /// The checks of [`validate`](Self::validate), table by table, without the file in errors.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;

@@ -1,12 +1,16 @@
-//! Time steps that resolve the prescribed motions of the supports.
+//! Time steps that resolve the prescribed motions of the supports: errors and warnings for larger ones.
+//!
+//! Each ramp, oscillation or recorded motion (by its bandwidth) has a duration, s. A step must make at least `FEWEST_STEPS` per
+//! period, else it is rejected; below `GOOD_STEPS` there is a warning. The step that the program chooses makes at least
+//! `GOOD_STEPS`.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::scene::prescribed_motion::Motion;
 use crate::scene::supports::Supports;
 
-/// Fewest time steps per period of an oscillating support, and half as many per ramp. At two steps a period every step
-/// ends where the support is at rest. With four, the tip of a shaken cantilever was off by 40 to 80 % of its largest
+/// Smallest number of time steps per period of an oscillating support, and half as many per ramp. At two steps a period every
+/// step ends where the support is at rest. With four, the tip of a shaken cantilever was off by 40 to 80 % of its largest
 /// displacement; with two steps a ramp by 7 to 33 %.
 const FEWEST_STEPS: f64 = 4.0;
 /// Time steps per period below which a warning is given. With 20 a period the same tip was off by 8 to 19 %, most of it
@@ -15,7 +19,7 @@ const GOOD_STEPS: f64 = 20.0;
 /// Tolerance of a step size, as a fraction of the largest allowed one, for rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// Time scale of a prescribed motion, and the number of steps that resolve it.
+/// Time scale of a prescribed motion, and the fraction of the steps per period that resolves it.
 struct MotionRate {
     /// Key in the scene file.
     key: String,
@@ -30,13 +34,13 @@ struct MotionRate {
 }
 
 impl MotionRate {
-    /// Step size with this number of steps per period, s.
+    /// Step size, s, with `per_period` steps per period.
     fn step(&self, per_period: f64) -> f64 {
         self.time / (self.fraction * per_period)
     }
 
-    /// Description of a step, s, that makes fewer steps per period than `per_period`, and of the required step; none for a
-    /// smaller step.
+    /// If a `step`, s, makes fewer steps per period than `per_period`, beyond rounding: two texts, on the step with its steps
+    /// per period and on the required step. None for a smaller step.
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
         let Self { found, interval, fraction, .. } = self;
         let largest = self.step(per_period);
@@ -59,7 +63,8 @@ impl MotionRate {
 }
 
 impl Motion {
-    /// Rate of the ramp or oscillation of the motion with this key; none for a motion of size zero.
+    /// Rate of the ramp or oscillation of the motion with this key; none for a motion of size zero, or without ramp and
+    /// frequency.
     fn rate(&self, key: &str) -> Option<MotionRate> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
         let (name, value, unit) = match (self.ramp, self.frequency) {
@@ -77,7 +82,7 @@ impl Motion {
 }
 
 impl Supports {
-    /// Rejects a time step, s, that is too large for the motions of the supports.
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of a motion of the supports.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         for rate in self.rates().chain(self.path_rate()) {
             if let Some([found, needed]) = rate.too_large(step, FEWEST_STEPS) {
@@ -92,7 +97,7 @@ impl Supports {
         Ok(())
     }
 
-    /// Warnings of a time step, s, that resolves motions of the supports inaccurately.
+    /// Warnings, with codes, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period of motions of the supports.
     pub(crate) fn step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let warning = |rate: MotionRate| {
             let [found, needed] = rate.too_large(step, GOOD_STEPS)?;
@@ -106,13 +111,13 @@ impl Supports {
         self.rates().chain(self.path_rate()).filter_map(warning).collect()
     }
 
-    /// Largest time step that resolves all motions of walls and hinges, s; infinite without any. Steps of recorded ends
-    /// follow from the frames of the recording.
+    /// Largest time step, s, that makes [`GOOD_STEPS`] per period of all motions of walls and hinges; infinite without any.
+    /// Steps of recorded ends follow from the frames of the recording.
     pub(crate) fn largest_good_step(&self) -> f64 {
         self.rates().map(|rate| rate.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Rates of the motions of walls and hinges.
+    /// Rates of the motions of walls and hinges: ramps, oscillations and recorded ones.
     fn rates(&self) -> impl Iterator<Item = MotionRate> {
         self.motion.iter().enumerate().flat_map(|(i, motion)| {
             let key = format!("supports.motion[{i}]");
@@ -123,7 +128,7 @@ impl Supports {
         })
     }
 
-    /// Rate of the motion of recorded ends.
+    /// Rate of the motion of recorded ends, by the bandwidth of the recording; none without one.
     fn path_rate(&self) -> Option<MotionRate> {
         let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
         Some(MotionRate::from_bandwidth("supports.path.file".into(), bandwidth))

@@ -1,8 +1,10 @@
-//! Suggestions for unknown names: the most similar known names, and the quantities of common symbols.
+//! Suggestions for unknown names in messages: the most similar known names, and the parameters of common symbols (`E`, `rho`).
+//!
+//! [`nearest`] orders names by the Jaro-Winkler similarity (crate strsim).
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
-/// Symbols of textbooks with their parameters.
+/// Pairs of a symbol of textbooks and the name of its parameter.
 const SYMBOLS: [(&str, &str); 6] = [
     ("E", "youngs_modulus"),
     ("G", "shear_modulus"),
@@ -14,7 +16,8 @@ const SYMBOLS: [(&str, &str); 6] = [
 /// Longest name, in bytes, for which suggestions are searched.
 pub const LONGEST_NAME: usize = 200;
 
-/// The three known names that are most similar to a name (Jaro-Winkler), or the parameter of a symbol.
+/// The three names of `names` that are most similar to `name` (Jaro-Winkler), separated by commas, or the parameter of a
+/// symbol. `none` for a name longer than [`LONGEST_NAME`].
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let likeness = |other: &str| {
         // Short names and last parts of paths are the most likely inputs.

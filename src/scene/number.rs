@@ -2,7 +2,7 @@
 //!
 //! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
 //! [`Quantity`]. The declaration gives the number's parameter name (its path in the file, `loads.point.0.force.y`), its
-//! validation, the list of all numbers of a scene, and the scene over dual numbers.
+//! validation, the list of all numbers of a scene, and the scene over dual numbers (`NumberVisitor`).
 
 use crate::error::Error;
 use serde::Serialize;
@@ -16,7 +16,7 @@ pub trait SceneNumber:
 }
 impl SceneNumber for f64 {}
 
-/// Whether a value is its type's default, which is not written to files.
+/// Whether a value is the default of its type, which is not written to files.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -62,7 +62,7 @@ pub enum Candidates {
 }
 
 impl Quantity {
-    /// Positive number of a unit, searched for from the scene's value.
+    /// A positive number of a unit; a search begins at the scene's value.
     pub const fn positive(unit: &'static str) -> Self {
         Self {
             unit,
@@ -74,12 +74,12 @@ impl Quantity {
         }
     }
 
-    /// Number of either sign, searched for from the scene's value.
+    /// A number of either sign within 1e12; a search begins at the scene's value.
     pub const fn signed(unit: &'static str) -> Self {
         Self { limits: [-1e12, 1e12], is_positive: false, ..Self::positive(unit) }
     }
 
-    /// Angle in rad, up to half a turn.
+    /// An angle in rad, up to half a turn in either direction.
     pub const ANGLE: Self = Self::signed("rad").within(-PI, PI);
 
     /// The same quantity with other limits.
@@ -102,7 +102,7 @@ impl Quantity {
         Self { is_of_the_camera: true, ..self }
     }
 
-    /// Rejects a value, with its key, that is not finite or has a sign that the quantity does not allow.
+    /// Rejects a value that is not finite or has a sign that the quantity does not allow; `key` is its path, for the error.
     pub(crate) fn check(&self, key: &str, value: f64) -> Result<(), Error> {
         let (is_allowed, allowed) = match (self.is_positive, self.may_vanish) {
             (true, false) => (value > 0.0, "a finite number above 0"),
@@ -125,12 +125,12 @@ pub(crate) struct NumberVisitor<'a, D> {
 }
 
 impl<'a, D> NumberVisitor<'a, D> {
-    /// A visitor at the root of a scene with a conversion from path, value and quantity.
+    /// A visitor at the root of a scene; `convert(path, value, quantity)` returns the new number.
     pub fn new(convert: &'a mut dyn FnMut(&str, f64, Quantity) -> D) -> Self {
         Self { path: String::new(), convert }
     }
 
-    /// Returns the converted number of a key of the present table.
+    /// The converted number of a key of the present table.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
         let outer_length = self.enter(key);
         let number = (self.convert)(&self.path, value, quantity);

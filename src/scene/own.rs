@@ -1,7 +1,8 @@
 //! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and parameters.
 //!
-//! A scene file contains the place and the parameters, but not the code. A scene that is read from such a file is
-//! complete only once the code is given: see [`Scene::load_with`](crate::Scene::load_with).
+//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place and the
+//! parameters, but not the code. A scene that is read from such a file is complete only once the code is given: see
+//! [`Scene::load_with`](crate::Scene::load_with). Names, values and duplicates are checked with the scene.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
@@ -50,7 +51,7 @@ impl At {
     }
 }
 
-/// Code of a user-defined energy.
+/// Code of a user-defined energy, behind a pointer; the module `energy` implements it and recovers the energy.
 pub(crate) trait Code: Any + Send + Sync {
     /// Names and quantities of its parameters.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
@@ -67,12 +68,12 @@ pub struct Attached<D = f64> {
 }
 
 impl<D> Attached<D> {
-    /// Name under which it was attached.
+    /// Name of the energy, the `<name>` in `energy.<name>`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Place on the rod.
+    /// Place on the rod where it acts.
     pub fn at(&self) -> At {
         self.at
     }
@@ -82,12 +83,12 @@ impl<D> Attached<D> {
         self.values.iter().map(|(name, value)| (&**name, value))
     }
 
-    /// Its code; every energy of a validated scene has it.
+    /// Its code; none after reading from a file. Every energy of a validated scene has it.
     pub(crate) fn code(&self) -> Option<&dyn Code> {
         self.code.as_deref()
     }
 
-    /// The name, shared.
+    /// The name as a shared pointer.
     pub(crate) fn shared_name(&self) -> Arc<str> {
         self.name.clone()
     }
@@ -112,6 +113,7 @@ impl<D: fmt::Debug> fmt::Debug for Attached<D> {
 
 /// Equal energies share one code object, name, place and values.
 impl<D: PartialEq> PartialEq for Attached<D> {
+    /// Whether name, place, values and the code object are the same.
     fn eq(&self, other: &Self) -> bool {
         let same = match (&self.code, &other.code) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -123,7 +125,8 @@ impl<D: PartialEq> PartialEq for Attached<D> {
 }
 
 impl Attached {
-    /// Energy of a name at a place, with the value of each parameter of its code.
+    /// Energy of a name at a place, with the `values` of the parameters of its `code`, in their order. Declares the quantities
+    /// of the parameters `energy.<name>.<parameter>`.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
         for (parameter, quantity) in known.clone() {
@@ -133,13 +136,15 @@ impl Attached {
         Self { name: name.into(), at, values: values.collect(), code: Some(code) }
     }
 
-    /// Rejects an energy without code, invalid names, and values outside their limits.
+    /// Rejects an energy without code, invalid names, values outside their limits, and a parameter that another energy declared
+    /// with another quantity.
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
             let allowed = "an energy that the program attaches with Scene::load_with";
             return Err(Error::invalid(key, "a user-defined energy without its function", allowed));
         };
+        // Names are parts of paths, and must not contain dots.
         let is_name = |name: &str| {
             let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letters)
@@ -148,6 +153,7 @@ impl Attached {
             let allowed = "a letter followed by letters, digits, - and _";
             return Err(Error::invalid("energy", format!("the name {:?}", self.name), allowed));
         }
+        // Each parameter: its name, its limits, and the quantity declared for its path.
         for ((name, value), (_, quantity)) in self.values.iter().zip(code.parameters()) {
             let key = format!("{key}.{name}");
             if !is_name(name) || &**name == "at" {
@@ -176,7 +182,7 @@ impl NumberTree for Attached {
     type Kind = TableKind;
     type Over<D> = Attached<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The energy with every number converted by the visitor under its path below `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -199,13 +205,13 @@ impl NumberTree for Attached {
         Ok(())
     }
 
-    /// Key of the part as entry `index` of a list.
+    /// Key in a list: the name of the energy.
     fn entry_key(&self, _: usize) -> String {
         self.name.to_string()
     }
 }
 
-/// Rejects invalid energies, and two of one name.
+/// Rejects invalid energies, and two energies of the same name.
 pub(super) fn check(energies: &[Attached]) -> Result<(), Error> {
     for (i, energy) in energies.iter().enumerate() {
         energy.check()?;
@@ -231,7 +237,7 @@ struct EnergyTable<D> {
 }
 
 impl<D: SceneNumber> Serialize for Attached<D> {
-    /// Writes the attached energy to a file format.
+    /// Writes the values of the parameters and the place `at` as a table, without the code.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(1 + self.values.len()))?;
         for (name, value) in self.values() {
@@ -242,7 +248,7 @@ impl<D: SceneNumber> Serialize for Attached<D> {
     }
 }
 
-/// Writes a table for each energy.
+/// Writes one table for each energy, under its name.
 pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     energies: &[Attached<D>],
     serializer: S,
@@ -250,7 +256,7 @@ pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     serializer.collect_map(energies.iter().map(|energy| (&*energy.name, energy)))
 }
 
-/// Reads energies, which have no code yet.
+/// Reads the tables of energies, which have no code yet.
 pub(super) fn deserialize<'de, T: Deserializer<'de>, D: SceneNumber>(
     deserializer: T,
 ) -> Result<Vec<Attached<D>>, T::Error> {

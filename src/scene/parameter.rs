@@ -1,5 +1,8 @@
-//! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file. Trajectories are
-//! differentiated by parameters, and fits identify them.
+//! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
+//!
+//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with methods for its
+//! unit and limits, its value in a scene, and a scene with other values. The quantities of all built-in parameters come from
+//! `catalog_scenes`, which contain every kind of table; those of user-defined energies from their declarations.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -48,6 +51,7 @@ pub struct Parameter {
 }
 
 impl PartialEq for Parameter {
+    /// Whether the paths are equal; names are not compared.
     fn eq(&self, other: &Self) -> bool {
         self.path == other.path
     }
@@ -56,6 +60,7 @@ impl PartialEq for Parameter {
 impl Eq for Parameter {}
 
 impl Hash for Parameter {
+    /// Hash of the path.
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.path.hash(state);
     }
@@ -135,13 +140,13 @@ short_names! {
 const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// The parameter at a path of a scene.
+    /// The parameter at a path of a scene, which is not checked.
     pub(crate) fn at(path: &str) -> Self {
         let path = intern(path);
         Self { path, name: path }
     }
 
-    /// Declares the quantity at a path of a user-defined energy. The first declaration is kept; a scene with another one is
+    /// Declares the quantity at a path of a user-defined energy. The first declaration remains; a scene with another one is
     /// rejected.
     pub(crate) fn declare(path: &str, quantity: Quantity) {
         let mut own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
@@ -193,7 +198,7 @@ impl Parameter {
         all
     }
 
-    /// Short names.
+    /// Its short names: one or none.
     pub fn aliases(self) -> Vec<&'static str> {
         Vec::from_iter(self.short_name())
     }
@@ -203,7 +208,7 @@ impl Parameter {
         self.name
     }
 
-    /// Short name, if it has one.
+    /// Short name, if it has one; entries of a list along the rod are numbered from 1 in short names, from 0 in paths.
     fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
             return Some(short);
@@ -220,7 +225,7 @@ impl Parameter {
         self.path
     }
 
-    /// Unit, limits and search range.
+    /// Unit, limits and search range; a number of either sign without a unit for a path that is not declared.
     pub fn quantity(self) -> Quantity {
         // The quantities of user-defined energies are known once a program has attached them.
         let own = || {
@@ -251,7 +256,7 @@ impl Parameter {
         self.path.contains(".moment.")
     }
 
-    /// Whether it is a Kelvin-Voigt time.
+    /// Whether it is a Kelvin-Voigt time, `loads.damping.stiffness`, `bending`, `twisting` or `stretching`.
     pub(crate) fn is_of_kelvin_voigt(self) -> bool {
         let own = self.path.strip_prefix("loads.damping.");
         own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
@@ -274,13 +279,14 @@ impl Parameter {
         found
     }
 
-    /// Replaces the value in a scene.
+    /// Replaces the value in a scene, without validation; an error if the scene does not have the parameter.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
         *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
     }
 
-    /// The scene with other values of some parameters; of several values of one parameter the last.
+    /// The scene with other values of some parameters; of several values of one parameter the last. An error for a parameter
+    /// that the scene does not have.
     pub(crate) fn set_all(
         scene: &Scene,
         values: impl IntoIterator<Item = (Self, f64)>,
@@ -332,7 +338,7 @@ impl Parameter {
         }
     }
 
-    /// The error for a parameter that a scene does not have, with similar ones.
+    /// The error for a parameter that a scene does not have, with the condition under which a scene has it and similar names.
     pub fn absent(self, scene: &Scene) -> Error {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
@@ -365,14 +371,14 @@ impl Parameter {
 }
 
 impl Serialize for Parameter {
-    /// Writes the parameter to a file format.
+    /// Writes the name by which it was constructed.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
 }
 
 impl<'de> Deserialize<'de> for Parameter {
-    /// Reads the parameter from a file format.
+    /// Reads a path or short name; an error if it is unknown.
     fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
         Self::try_from(String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
     }
@@ -402,7 +408,7 @@ impl schemars::JsonSchema for Parameter {
 impl TryFrom<String> for Parameter {
     type Error = String;
 
-    /// Converts `String` to `Parameter`; an error if it is not valid.
+    /// The parameter of a path or short name; an error with similar names if it is unknown.
     fn try_from(name: String) -> Result<Self, String> {
         Self::named(&name).ok_or_else(|| {
             let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
@@ -420,34 +426,34 @@ impl TryFrom<String> for Parameter {
 impl std::str::FromStr for Parameter {
     type Err = Error;
 
-    /// Reads the parameter from its text; an error if it is not valid.
+    /// The parameter of a path or short name; an error with similar names if it is unknown.
     fn from_str(name: &str) -> Result<Self, Error> {
         Self::try_from(name.to_string()).map_err(|message| Error::Parse { file: None, message })
     }
 }
 
 impl fmt::Display for Parameter {
-    /// Writes the parameter as text.
+    /// Writes the name by which it was constructed.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
 impl fmt::Debug for Parameter {
-    /// Writes the parameter for debugging.
+    /// Writes the name by which it was constructed.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
 impl Scene {
-    /// The scene over another number type; `seed` returns the number of a parameter and its value.
+    /// The scene over another number type; `seed(parameter, value)` returns the new number.
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.map_numbers(|path, value, _| seed(Parameter::at(path), value))
     }
 }
 
-/// Interned copy of a name, which lives as long as the program. Their number is that of the parameters in use.
+/// Interned copy of a name, which lives as long as the program. The number of copies is that of the parameters in use.
 fn intern(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -460,7 +466,7 @@ fn intern(name: &str) -> &'static str {
     name
 }
 
-/// Path with `#` in place of list indices.
+/// Path with `#` in place of list indices, `loads.point.#.force.y`.
 fn general_path(path: &str) -> String {
     let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
         true => "#".to_string(),
@@ -469,7 +475,7 @@ fn general_path(path: &str) -> String {
     path.split('.').map(general).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a name is that of a parameter of a user-defined energy, `energy.magnet.moment`.
+/// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`.
 fn is_of_user_energy(name: &str) -> bool {
     let mut parts = name.split('.');
     parts.next() == Some("energy")
@@ -477,13 +483,13 @@ fn is_of_user_energy(name: &str) -> bool {
         && parts.all(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
-/// Quantities of the parameters of user-defined energies by their path.
+/// Declared quantities of the parameters of user-defined energies by their path.
 fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     static QUANTITIES: Mutex<BTreeMap<String, Quantity>> = Mutex::new(BTreeMap::new());
     &QUANTITIES
 }
 
-/// Quantities of all built-in parameters by their general path.
+/// Quantities of all built-in parameters by their general path, collected once from the catalog scenes.
 fn quantities() -> &'static BTreeMap<String, Quantity> {
     static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
     // The scenes below have every kind of table, so that their numbers are all parameters.
@@ -511,6 +517,7 @@ fn catalog_scenes() -> [Scene; 6] {
     let helix = Shape::Helix { length: 1.0, radius: 1.0, pitch: 1.0, axis, handedness };
     let polyline = Shape::polyline("");
     let tube = Section::Tube { radius: 1.0, thickness: 1.0 };
+    // Every kind of shape and section, and every form of a value along the rod.
     let kinds = [
         (straight.clone(), circle.clone(), 1.0.into()),
         (arc.clone(), rectangle, vec![1.0].into()),

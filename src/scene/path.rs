@@ -1,4 +1,8 @@
 //! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
+//!
+//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into equally many
+//! edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords; `inner` markers are
+//! prescribed too. Settings that leave no free node or contradict the supports are rejected.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
@@ -70,13 +74,13 @@ pub struct Recorded {
     pub track: Option<Arc<Track>>,
 }
 
-/// Default number of held markers.
+/// Default number of held markers at a recorded end.
 fn two() -> usize {
     2
 }
 
 impl Recorded {
-    /// Recording of a file, with two markers held at each recorded end.
+    /// Recording of a file, with default settings and two markers held at each recorded end.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
@@ -97,12 +101,13 @@ impl Recorded {
         }
     }
 
-    /// Recording that is given as a track.
+    /// Recording that is given as a track instead of a file.
     pub fn of(track: Track) -> Self {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording, and examines it for defects, unless that has been done.
+    /// Reads the recording from its file in `folder`, and examines it for defects, unless that has been done. `ends` are the
+    /// supports, which determine the markers that drive the rod.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         // A scene made in code has its track; a file is read once.
         let track = match self.track.take() {
@@ -124,7 +129,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Settings for reading the file.
+    /// Settings of the file's format for the reader `marker_files`.
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
@@ -146,15 +151,15 @@ impl Recorded {
         })
     }
 
-    /// Number of parts into which the markers divide the rod.
+    /// Number of parts into which the markers divide the rod; 1 before the recording is read.
     pub(crate) fn spans(&self) -> usize {
         self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1)
     }
 
-    /// Node of every marker, on a mesh of a number of edges.
+    /// Node of every marker, on a mesh with `segments` edges.
     ///
     /// # Errors
-    /// A number of edges that is not a multiple of the number of parts between markers.
+    /// A number of edges that is not a multiple of the number of parts between markers, or a recording that has not been read.
     pub(crate) fn nodes(&self, segments: usize) -> Result<Vec<usize>, Error> {
         let markers = self.track()?.markers().len();
         let spans = markers.saturating_sub(1);
@@ -167,13 +172,13 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
-    /// Indices of the markers that do not drive the rod.
+    /// Indices of the markers that do not drive the rod with these supports: they are observations.
     pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
         let inner = self.inner_markers();
         self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
     }
 
-    /// Indices of the markers that neither end holds.
+    /// Range of the indices of the markers that neither end holds.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         // Held markers are outermost at each recorded end.
@@ -181,7 +186,7 @@ impl Recorded {
         held(start)..markers.saturating_sub(held(end))
     }
 
-    /// Indices of the markers between the ends that drive the rod.
+    /// Indices of the markers named in `inner`, which drive the rod between the ends.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
         let is_inner =
@@ -189,12 +194,13 @@ impl Recorded {
         (0..markers.len()).filter(is_inner).collect()
     }
 
-    /// Number of nodes that a recorded end holds, on a mesh of a number of edges.
+    /// Number of nodes that a recorded end holds, on a mesh with `segments` edges.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
-    /// Rejects settings that contradict these supports.
+    /// Rejects settings that contradict these supports: no prescribed motion, free twist of an end that is not recorded, no held
+    /// marker.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
@@ -215,7 +221,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Rejects a mesh without a free node, and inner markers that do not exist or that an end holds.
+    /// Rejects a mesh with `segments` edges without a free node, and inner markers that do not exist or that an end holds.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
@@ -259,7 +265,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Nodes at the inner markers, on a mesh of a number of edges.
+    /// Nodes at the inner markers, on a mesh with `segments` edges; empty if the markers are not at nodes.
     pub(crate) fn inner_nodes(&self, segments: usize) -> Vec<RecordedNode> {
         let nodes = self.nodes(segments).unwrap_or_default();
         let node =
@@ -267,7 +273,7 @@ impl Recorded {
         self.inner_markers().into_iter().filter_map(node).collect()
     }
 
-    /// Nodes that a recorded end holds, on a mesh of a number of edges.
+    /// Nodes that a recorded end holds, on a mesh with `segments` edges, with their markers; empty before the recording is read.
     pub(crate) fn end_nodes(&self, end: End, segments: usize) -> Vec<RecordedNode> {
         let Some(track) = &self.track else { return Vec::new() };
         let last = track.markers().len() - 1;

@@ -1,10 +1,16 @@
-//! The plane of a planar scene.
+//! The plane of a planar scene: its choice from the nodes and vectors of the scene, and its coordinates.
+//!
+//! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. Others may
+//! leave it by `TOLERANCE` of their length, else the error is the key of the vector.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
 
 /// Largest component of a vector out of the plane, relative to its length.
 const TOLERANCE: f64 = 1e-9;
+
+/// Difference of a component of the normal from 0 or 1 that is a rounding error.
+const SNAP: f64 = 1e-14;
 
 /// Plane with its own x and y axes. These are world axes if the plane is parallel to two of them, so that planar and world
 /// coordinates are equal.
@@ -42,6 +48,7 @@ impl Plane {
             let part = v - along * along.dot(v);
             (v.norm() > 0.0 && part.norm() > TOLERANCE * v.norm()).then_some(part)
         };
+        // The plane is spanned by the first edge and the first direction across it.
         let second = edges()
             .chain(vectors.iter().map(|v| v.vector.into()))
             .find_map(|v| across(&v))
@@ -64,7 +71,7 @@ impl Plane {
         Ok(Self { origin: normal * normal.dot(&start), x, y: normal.cross(&x) })
     }
 
-    /// Planar coordinates of a point, m.
+    /// Coordinates of a point in the axes of the plane, m.
     pub fn project(&self, point: Vector3<f64>) -> [f64; 2] {
         [point.dot(&self.x), point.dot(&self.y)]
     }
@@ -80,26 +87,27 @@ impl Plane {
         [0, 1, 2].map(|c| x * self.x[c] + y * self.y[c])
     }
 
-    /// Components of a vector in the plane and along its normal.
+    /// Components of the world vector `v` in the axes of the plane, and along its normal.
     pub fn components(&self, v: Vector3<f64>) -> (Vector2<f64>, f64) {
         (Vector2::new(v.dot(&self.x), v.dot(&self.y)), v.dot(&self.x.cross(&self.y)))
     }
 }
 
-/// World axis with the smallest component of `v`.
+/// World axis along which `v` has the smallest absolute component.
 fn least_axis(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(v.map(f64::abs).imin(), 1.0)
 }
 
-/// The vector with components of 0 and 1 instead of those that differ from these by rounding errors.
+/// The vector with components of 0 and 1 instead of those that differ from these by less than [`SNAP`].
 fn snapped(v: Vector3<f64>) -> Vector3<f64> {
-    v.map(|c| if (c.abs() - c.abs().round()).abs() < 1e-14 { c.round() } else { c })
+    v.map(|c| if (c.abs() - c.abs().round()).abs() < SNAP { c.round() } else { c })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Plane of a straight rod with this direction under this gravity, or the key that leaves it.
     fn plane(direction: [f64; 3], gravity: [f64; 3]) -> Result<Plane, String> {
         let nodes: Vec<[f64; 3]> = (0..4).map(|i| direction.map(|d| d * i as f64)).collect();
         Plane::through(

@@ -1,4 +1,8 @@
-//! Points of the rod, by name, node or arc length.
+//! Points of the rod (`"tip"`, a node index or an arc length), and their interpolation by nodes.
+//!
+//! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have cubic weights
+//! of the four nearest nodes; masses, and points on the straight edge in a clamp, have linear ones (lever rule). Node indices
+//! are those of the scene's own mesh, also on a refined one.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -12,6 +16,9 @@ use std::ops::Range;
 /// Distance beyond an end, as a fraction of the rod length, at which an arc length is that of the end: sums and unit
 /// conversions have rounding errors of some 1e-16, and printed numbers fewer than 9 digits.
 pub(crate) const ROUNDING: f64 = 1e-9;
+
+/// Distance from a node, as a fraction of the rod length, at which a point is that node.
+const AT_NODE: f64 = 1e-12;
 
 /// A point of the rod: `"tip"`, the index of a node, or an arc length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,7 +75,7 @@ struct ArcLength<D> {
 }
 
 impl<D> From<PointForm<D>> for Point<D> {
-    /// Converts `PointForm<D>` to `Point<D>`.
+    /// The point of a form in a file.
     fn from(form: PointForm<D>) -> Self {
         match form {
             PointForm::Name(Name::Tip) => Self::Tip,
@@ -79,7 +86,7 @@ impl<D> From<PointForm<D>> for Point<D> {
 }
 
 impl<D> From<Point<D>> for PointForm<D> {
-    /// Converts `Point<D>` to `PointForm<D>`.
+    /// The form in a file of a point.
     fn from(point: Point<D>) -> Self {
         match point {
             Point::Tip => Self::Name(Name::Tip),
@@ -94,7 +101,7 @@ impl NumberTree for Point {
     type Kind = TableKind;
     type Over<D> = Point<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The point with its arc length, if it has one, converted by the visitor as `key.arc_length`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -112,8 +119,7 @@ impl NumberTree for Point {
         }
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Accepts every point: arc lengths are checked against the mesh.
     fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
@@ -131,11 +137,11 @@ impl Point {
 }
 
 impl<D: Scalar> Point<D> {
-    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives.
+    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives: cubic between nodes, linear on
+    /// the straight edge in a clamp.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length
-    /// beyond the ends.
+    /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length beyond the ends.
     pub fn stencil(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -146,7 +152,7 @@ impl<D: Scalar> Point<D> {
     }
 
     /// The two nodes next to the point with their shares of a mass there, by the lever rule. The weights of a cubic may be
-    /// negative, which masses must not be.
+    /// negative, which masses must not be. An error for a point outside the rod.
     pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -154,7 +160,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones.
+    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. An error for a point
+    /// outside the rod.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(node..node + 1),
@@ -162,12 +169,12 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Arc length of the point, m.
+    /// Arc length of the point from the wall, m; an error for a point outside the rod.
     pub(crate) fn place(self, mesh: &Mesh<D>) -> Result<D, Error> {
         Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
     }
 
-    /// The node at the point, or its arc length, m, between nodes.
+    /// The node at the point, or (inner error) its arc length, m, between nodes. The outer error is a point outside the rod.
     fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
         let last = mesh.nodes.len() - 1;
@@ -192,7 +199,7 @@ impl<D: Scalar> Point<D> {
     }
 }
 
-/// Point as a weighted sum of nodes.
+/// Point as a weighted sum of nodes; the weights may carry derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stencil<D = f64> {
     /// Node and weight; the weights sum to one.
@@ -211,8 +218,8 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// Range of the four nodes around the arc length `s`, m. A node at `s` within rounding errors is taken as behind it, for
-    /// any rounding of its own arc length.
+    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m. A node at `s` within rounding errors is
+    /// taken as behind it, for any rounding of its own arc length.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let [first, last] =
@@ -232,15 +239,15 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
-    /// Cubic interpolation at the arc length `s`, m, through the four nearest nodes, whose error is of a higher order than that
-    /// of the mesh.
+    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest nodes, whose error is of a higher order
+    /// than that of the mesh. A point at a node is that node, unless it has derivatives.
     pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {
             return Self { nodes: (0..n).map(|i| (i, D::from(1.0))).collect() };
         }
         let nodes = Self::around(arc_length, s.value());
-        let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]).value();
+        let tolerance = AT_NODE * (arc_length[n - 1] - arc_length[0]).value();
         let near = |i: &usize| (arc_length[*i] - s).value().abs() <= tolerance;
         // The derivative by the rod length moves the point relative to its node.
         if let Some(i) = nodes.clone().find(near).filter(|_| D::ORDER == 0) {

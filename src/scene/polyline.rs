@@ -1,4 +1,8 @@
 //! Shapes of the rod as smooth curves through points of a file or of the scene.
+//!
+//! [`Polyline`] reads columns x, y, z (and s), computes arc lengths from circles through neighboring points, and interpolates by
+//! cubics through the four nearest points. [`Polyline::mesh`] places the nodes of a rest shape, [`Polyline::nodes_of`] those of
+//! a rod in an initial shape. Corners above `SHARPEST` are rejected if nodes are between the points.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -32,7 +36,7 @@ enum PointSource {
 }
 
 impl PointSource {
-    /// The error at point `i`.
+    /// The error at point `i`, with the file and line or the key of the scene.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -48,9 +52,19 @@ impl PointSource {
 /// Largest turning angle at a point, degrees, at which nodes between the points follow the curve.
 const SHARPEST: f64 = 90.0;
 
+/// Distance of a node from a point, as a fraction of the length, at which both are the same.
+const AT_POINT: f64 = 1e-9;
+
+/// Part of the rod, as a fraction of its length, that given arc lengths need not cover at either end.
+const UNCOVERED: f64 = 1e-6;
+
+/// Half turning angle, rad, below which an arc equals its chord to rounding.
+const STRAIGHT: f64 = 1e-9;
+
 impl Polyline {
-    /// Reads the columns x, y, z, in m or in the unit of their header, and for an initial shape (`on_a_rod`) the column s,
-    /// the arc length of each point on the rod at rest.
+    /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it also reads
+    /// the column s, the arc length of each point on the rod at rest. Errors are blanks, arc lengths that do not increase, fewer
+    /// than three points and repeated points.
     pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let column = |name: &str| {
@@ -94,7 +108,8 @@ impl Polyline {
         Self::new(points, arc_length, PointSource::File(path.into(), lines))
     }
 
-    /// The curve through points of the scene, m; `on_a_rod` for an initial shape.
+    /// The curve through points of the scene, m; `on_a_rod` for an initial shape. Errors are numbers that are not finite, fewer
+    /// than three points and repeated points.
     pub fn through(points: &[[f64; 3]], on_a_rod: bool) -> Result<Self, Error> {
         let source =
             PointSource::Scene(if on_a_rod { "initial.shape.points" } else { "rod.shape.points" });
@@ -105,7 +120,8 @@ impl Polyline {
         Self::new(points.iter().map(|point| (*point).into()).collect(), Vec::new(), source)
     }
 
-    /// The curve through `points`, at these arc lengths, m, or without any at those of the curve.
+    /// The curve through `points`, m, at the given arc lengths, m, or if there are none at those of the curve. Rejects fewer
+    /// than three points and repeated ones.
     fn new(
         points: Vec<Vector3<f64>>,
         mut arc_length: Vec<f64>,
@@ -120,6 +136,7 @@ impl Polyline {
                                                    above 0",
             ));
         }
+        // Three points are the least that determine a curvature.
         if points.len() < 3 {
             let found = format!("{} points", points.len());
             return Err(match &source {
@@ -139,7 +156,8 @@ impl Polyline {
         Ok(Self { points, arc_length, given, lengths: Vec::new(), source })
     }
 
-    /// The curve with edges of these lengths, m, in the directions of its own; unchanged without any.
+    /// The curve whose edges have these lengths, m, in the directions of its own; unchanged for an empty list. Rejects a list of
+    /// another number of lengths, lengths of zero, and given arc lengths.
     pub fn with_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
         let edges = self.points.len() - 1;
         if lengths.is_empty() {
@@ -165,7 +183,7 @@ impl Polyline {
         &self.lengths
     }
 
-    /// The file that it was read from; none for points of the scene.
+    /// The file from which the points were read; none for points of the scene.
     pub fn path(&self) -> Option<&Path> {
         match &self.source {
             PointSource::File(path, _) => Some(path),
@@ -184,7 +202,7 @@ impl Polyline {
         self.arc_length[self.points.len() - 1]
     }
 
-    /// Position, m, at arc length `s`, m; extrapolated slightly beyond the ends.
+    /// Position, m, at arc length `s`, m, by Lagrange interpolation; extrapolated slightly beyond the ends.
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
@@ -202,14 +220,15 @@ impl Polyline {
         })
     }
 
-    /// Positions, m, at arc lengths, m. Rejects a curve with sharp corners if a place is between its points.
+    /// Positions, m, at arc lengths `places`, m. Rejects a curve with corners above [`SHARPEST`] if a place is between its
+    /// points.
     fn positions<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
         let between = |s: &&D| {
             let s = s.value();
             let i = self.arc_length.partition_point(|x| *x < s);
             let near = [i.checked_sub(1), Some(i)].into_iter().flatten();
             let mut near = near.filter_map(|i| self.arc_length.get(i));
-            near.all(|x| (x - s).abs() > 1e-9 * self.length())
+            near.all(|x| (x - s).abs() > AT_POINT * self.length())
         };
         if places.iter().find(between).is_some() {
             let turn = |p: &[Vector3<f64>]| angle(&(p[1] - p[0]), &(p[2] - p[1])).to_degrees();
@@ -251,7 +270,7 @@ impl Polyline {
         Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
-    /// Arc length, m, at place `u`, counted in points.
+    /// Arc length, m, at place `u`, counted in points (1.5 is between the second and the third), linear between points.
     fn arc_length_at(&self, u: f64) -> f64 {
         let i = (u as usize).min(self.points.len() - 2);
         let [a, b] = [self.arc_length[i], self.arc_length[i + 1]];
@@ -259,7 +278,8 @@ impl Polyline {
     }
 
     /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape: at their arc lengths, if the file gives
-    /// those of the points, or at the same fractions of the length as at rest.
+    /// those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths that do not cover the
+    /// rod.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {
@@ -268,7 +288,7 @@ impl Polyline {
             return self.positions(&places);
         }
         let length = rest.length.value();
-        let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * length);
+        let (first, last, near) = (self.arc_length[0], self.length(), UNCOVERED * length);
         if first > near || last < length - near {
             let file = self.path().unwrap_or(Path::new("")).display();
             let found = format!("{file}: s from {first} to {last} m");
@@ -288,7 +308,7 @@ fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
         let before = j.checked_sub(1).and_then(|i| turns.get(i));
         let sides = [before, turns.get(j)].into_iter().flatten();
         let half = 0.5 * sides.clone().sum::<f64>() / sides.count().max(1) as f64;
-        if half < 1e-9 { edge.norm() } else { edge.norm() * half / half.sin() }
+        if half < STRAIGHT { edge.norm() } else { edge.norm() * half / half.sin() }
     };
     edges.iter().enumerate().map(arc).collect()
 }
@@ -319,10 +339,12 @@ mod tests {
         line
     }
 
+    /// Fractions of the length of equal parts.
     fn equal(spans: usize) -> Vec<f64> {
         (0..=spans).map(|i| i as f64 / spans as f64).collect()
     }
 
+    /// A straight line, an arc and a helix.
     fn shapes() -> [Shape; 3] {
         let axis = [0.3, -0.2, 1.0];
         let handedness = Handedness::Right;
@@ -418,6 +440,7 @@ mod tests {
         }
     }
 
+    /// Scene of a rod in this shape under its weight, saved in `folder`.
     fn scene(shape: Shape, folder: &Path) -> Scene {
         let material = Material { poisson_ratio: Some(0.3), ..Material::new(1200.0, 1e9) };
         let mut scene = Scene::new(40, shape, Section::Circle { radius: 0.003 }, material);

@@ -1,4 +1,8 @@
 //! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
+//!
+//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp, or `sin(2 pi
+//! f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an equilibrium the factor is the
+//! progress of the approach ([`MotionTime`]).
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -64,7 +68,7 @@ pub enum MotionTime<D> {
 }
 
 impl<D> MotionTime<D> {
-    /// The same time over another number type.
+    /// The same time with its number converted to another type.
     pub fn map<E>(self, convert: impl Fn(D) -> E) -> MotionTime<E> {
         match self {
             Self::Time(time) => MotionTime::Time(convert(time)),
@@ -76,7 +80,7 @@ impl<D> MotionTime<D> {
 }
 
 impl<D: Scalar> Motion<D> {
-    /// The same motion over another number type.
+    /// The same motion with its numbers converted to another type.
     pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Motion<E> {
         Motion {
             end: self.end,
@@ -92,7 +96,7 @@ impl<D: Scalar> Motion<D> {
     }
 
     /// Displacement of the end by the recording since t = 0, m, in the world; none without a recording, and in the search
-    /// to an equilibrium.
+    /// for an equilibrium.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
@@ -100,7 +104,8 @@ impl<D: Scalar> Motion<D> {
         Some(std::array::from_fn(|c| now[c] - start[c]))
     }
 
-    /// Factor on displacement, rotation and twist at a time, with derivatives by the time, ramp and frequency.
+    /// Factor on displacement, rotation and twist at a time: a quintic from 0 to 1 over the ramp, `sin(2 pi f t)`, or 1; in the
+    /// search for an equilibrium its progress. It has derivatives by time, ramp and frequency.
     pub(crate) fn factor(&self, at: MotionTime<D>) -> D {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         match (at, self.ramp, self.frequency) {
@@ -123,7 +128,8 @@ impl<D: Scalar> Motion<D> {
 }
 
 impl Motion {
-    /// Reads the recording, and examines it for defects, unless that has been done.
+    /// Reads the recording from its file in `folder`, and examines it for defects, unless that has been done. No effect without
+    /// a file.
     pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
@@ -143,11 +149,13 @@ impl Motion {
         self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
-    /// Rejects keys that contradict each other or the support of the end; `key` is that of the motion.
+    /// Rejects ramp beside frequency, a start time without a file, a rotation of a pinned end, a motion of a recorded end other
+    /// than a twist, and motions of free ends; `key` is that of the motion, `support` that of its end.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
         };
+        // A start time belongs to a recording.
         if let Some(time_zero) = self.time_zero {
             if !time_zero.is_finite() {
                 return invalid("time_zero", &time_zero, "a finite number");

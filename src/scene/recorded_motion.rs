@@ -1,11 +1,16 @@
-//! Defects of a recorded motion that drives a support: missing frames, jumps, and motion faster than time steps resolve.
+//! Defects of a recorded motion that drives a support, and the bandwidth of the motion, for the choice of time steps.
+//!
+//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of the extent
+//! and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those around it, above noise,
+//! resolution and a fraction of the extent. The bandwidth is the frequency below which 99 % of the variance lie, without the
+//! white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
 use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, TimedPosition, Track, known_positions, with_velocities};
 
-/// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving.
+/// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving; others are held.
 const MOVING: f64 = 0.01;
 /// Length of an interval between two frames, in usual intervals, above which a frame is missing.
 const LONG_INTERVAL: f64 = 1.5;
@@ -14,11 +19,11 @@ const LONG_INTERVAL: f64 = 1.5;
 const GAP_ERROR: f64 = 0.01;
 /// .. and this multiple of the error over a single frame, which is due to noise.
 const GAP_TO_NOISE: f64 = 3.0;
-/// Fewest complete sections of the recording from which that error is estimated.
+/// Smallest number of complete sections of the recording from which the error of interpolation is estimated.
 const FEWEST_SECTIONS: usize = 5;
-/// Most sections from which it is estimated.
+/// Largest number of sections from which it is estimated, for run time.
 const MOST_SECTIONS: usize = 200;
-/// Displacement from one frame to the next, in those of the frames around it, above which it is a jump.
+/// Displacement from one frame to the next, in units of the largest one of the frames around it, above which it is a jump.
 const JUMP_TO_STEPS: f64 = 5.0;
 /// Number of displacements on each side with which a jump is compared. The adjacent one is left out, since a jump may
 /// take two frames.
@@ -29,11 +34,12 @@ const JUMP_TO_NOISE: f64 = 10.0;
 const JUMP_TO_EXTENT: f64 = 0.05;
 /// .. and in units of the resolution of the recording, such as pixels.
 const JUMP_TO_RESOLUTION: f64 = 3.0;
-/// Fraction of the variance of a motion above its bandwidth: an amplitude of a tenth.
+/// Fraction of the variance of a motion above its bandwidth: 1 %, an amplitude of a tenth.
 const VARIANCE_ABOVE: f64 = 0.01;
-/// Relative uncertainty of the noise variance that is subtracted.
+/// Relative uncertainty of the noise variance that is subtracted. Larger values ignore more fast motion, smaller ones count
+/// noise as motion.
 const NOISE_UNCERTAINTY: f64 = 0.3;
-/// Amplitude over the coordinates below which a marker is at rest: rounding errors of files with nine digits.
+/// Amplitude, relative to the coordinates, below which a marker is at rest: rounding errors of files with nine digits.
 const STILL: f64 = 1e-9;
 /// Variance of a motion, in noise variances, below which it has no bandwidth.
 const LEAST_VARIANCE: f64 = 4.0;
@@ -57,7 +63,7 @@ impl Track {
         Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
     }
 
-    /// Missing frames and jumps of these markers.
+    /// Missing frames and jumps of the markers with the indices `driven` that move.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
@@ -89,7 +95,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Diagonal of the bounding box of all positions, m.
+/// Diagonal of the bounding box of all positions, m; 0 without any.
 fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     let along = |c: usize| {
         let values = seen.iter().flatten().map(|place| place[c]);
@@ -101,7 +107,7 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Least-squares quadratic function of time of one coordinate of the positions, by Legendre polynomials on the range of
+/// Least-squares quadratic function of time of coordinate `axis` of the positions, by Legendre polynomials on the range of
 /// the times.
 fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<> {
     let start = known.first().map_or(0.0, |first| first.time);
@@ -121,7 +127,8 @@ fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<
     move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
-/// Gaps of a marker over which interpolation is inaccurate; `step` is the usual interval, s.
+/// Gaps of a marker over which interpolation is inaccurate, and missing frames at the start and end; `step` is the usual
+/// interval, s.
 fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
@@ -148,6 +155,7 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
             faults.push(fault(from, to, frames, None));
         }
     }
+    // The error over one frame is that of the noise.
     let noise = interpolation_error(&known, 1, step).unwrap_or(0.0);
     let allowed = (GAP_ERROR * extent(&marker.seen)).max(GAP_TO_NOISE * noise);
     for pair in known.windows(2) {
@@ -163,8 +171,8 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     faults
 }
 
-/// Error, RMS, m, of the interpolation over a number of frames, estimated from complete sections of the recording. None
-/// if there are too few of them.
+/// Error, RMS, m, of the interpolation over `frames` missing frames, estimated from complete sections of the recording with the
+/// usual interval `step`, s. None if there are fewer than [`FEWEST_SECTIONS`].
 fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Option<f64> {
     // Two frames on each side determine the slopes.
     let length = frames + 4;
@@ -177,6 +185,7 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
     if starts.len() < FEWEST_SECTIONS {
         return None;
     }
+    // The inner frames of a section are interpolated from the two on each side and compared.
     let (mut sum, mut count) = (0.0, 0);
     for first in starts.iter().step_by(starts.len() / MOST_SECTIONS + 1) {
         let section = &known[*first..first + length];
@@ -191,7 +200,7 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
 }
 
 /// Jumps of a marker from one frame to the next, by at least `least`, m, that exceed its motion in the frames around;
-/// `step` is the usual interval, s.
+/// `step` is the usual interval, s. None without jumps.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -200,6 +209,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
             (times[k] - times[k - 1] <= LONG_INTERVAL * step).then(|| distance(a, b))
         })
         .collect();
+    // Noise by the median of the second differences, whose variance is six times that of a sample.
     let second = |w: &[Option<[f64; 3]>]| {
         let (a, b, c) = (w[0]?, w[1]?, w[2]?);
         Some(distance([0, 1, 2].map(|i| a[i] - 2.0 * b[i] + c[i]), [0.0; 3]) / 6.0_f64.sqrt())
@@ -211,6 +221,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
         let values: Vec<f64> = marker.seen.iter().flatten().map(|place| place[c]).collect();
         quantization_step(&values).unwrap_or(0.0)
     });
+    // A jump must exceed noise, a fraction of the extent and the resolution of the recording.
     let least = least
         .max(JUMP_TO_NOISE * noise)
         .max(JUMP_TO_EXTENT * extent(&marker.seen))
@@ -234,7 +245,8 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
 }
 
-/// Frequency, Hz, below which 99 % of the variance of a motion lie, without that of white noise.
+/// Frequency, Hz, below which 99 % of the variance of a motion lie, without that of white noise. None for a marker whose motion
+/// does not exceed noise and rounding.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());
@@ -242,6 +254,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     if !(length > 0.0 && length.is_finite()) {
         return None;
     }
+    // Positions on a uniform grid, for the spectrum.
     let place = |k: usize| marker.at(start + length * k as f64 / intervals as f64);
     let places: Vec<[f64; 3]> = (0..=intervals).map(place).collect();
     let (mut variances, mut noise) = (vec![0.0; intervals], 0.0);
@@ -255,6 +268,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     if total.is_nan() || total <= (LEAST_VARIANCE * noise).max((STILL * size).powi(2)) {
         return None;
     }
+    // The variance above a frequency, less its share of the noise, must be allowed.
     let nyquist = 0.5 * (times.len() - 1) as f64 / length;
     let allowed = VARIANCE_ABOVE * (total - noise) + NOISE_UNCERTAINTY * noise;
     let mut above = total;
@@ -269,7 +283,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     Some(nyquist)
 }
 
-/// Variance of the white noise along an axis, m^2; 0 if it cannot be estimated.
+/// Variance of the white noise along an axis, m^2: its lower bound for autocorrelated noise, 0 if it cannot be estimated.
 fn noise_variance(times: &[f64], marker: &Marker, axis: usize) -> f64 {
     let seen = times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?[axis])));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();

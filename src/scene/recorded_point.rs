@@ -1,4 +1,7 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
+//!
+//! [`Track::read_one`] serves `[[supports.motion]]`. Accelerations are linear between rows; units of the header are converted to
+//! m/s^2. A mean acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not subtracted.
 
 use crate::error::Error;
 use crate::scene::fault::Fault;
@@ -9,7 +12,7 @@ use std::path::Path;
 
 /// Standard gravity, m/s^2.
 const STANDARD_GRAVITY: f64 = 9.806_65;
-/// Units of accelerations, in m/s^2.
+/// Units of accelerations and their factors to m/s^2.
 const ACCELERATIONS: [(&str, f64); 4] =
     [("m/s^2", 1.0), ("cm/s^2", 1e-2), ("mm/s^2", 1e-3), ("g", STANDARD_GRAVITY)];
 /// Relative difference from standard gravity below which a mean acceleration is that of an accelerometer at rest; errors
@@ -44,12 +47,13 @@ impl Track {
     }
 }
 
-/// Motion of a point from rest by its columns `ax`, `ay` and `az`: accelerations that are linear between rows, integrated
-/// twice.
+/// Motion of a point from rest by its columns `ax`, `ay` and `az` (absent ones are zero): accelerations that are linear between
+/// rows, integrated twice. Rows before `time_zero`, in the unit of the file, are skipped.
 ///
 /// # Errors
-/// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
+/// Other columns and units, blanks, fewer than two rows, and a clock that does not start at 0 or does not increase.
 fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_files::Error> {
+    // The clock, and the columns of the axes; other columns are rejected.
     let clocks = ["t", "time"].into_iter().filter_map(|name| table.find(name));
     let clock = match clocks.collect::<Vec<_>>()[..] {
         [clock] => clock,
@@ -65,6 +69,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
         );
         return Err(table.error(1, &message));
     }
+    // Units of the header, then row by row from rest.
     let unit = table.factor(clock, &TIMES, "")?;
     let mut factors = [1.0; 3];
     for (factor, column) in factors.iter_mut().zip(axes) {
@@ -112,6 +117,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
                                    two",
         ));
     }
+    // A mean acceleration of the size of gravity is a defect of the recording.
     let gravity = gravity_fault(&path);
     let track = Track::from_integrated(path).map_err(|message| table.error(1, &message))?;
     Ok(match gravity {
@@ -120,7 +126,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     })
 }
 
-/// Factor from the unit in the header of a column to m/s^2.
+/// Factor from the unit in the header of a column to m/s^2; 1 without a unit. An error for another unit.
 fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
@@ -138,7 +144,8 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// Defect of accelerations whose mean, the change of velocity over the duration, has the size of gravity.
+/// Defect of accelerations whose mean, the change of velocity over the duration, has the size of gravity within
+/// [`NEAR_GRAVITY`]; none otherwise.
 fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);

@@ -1,17 +1,21 @@
 //! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
+//!
+//! `left_open` returns the settings to be chosen, `resolved` the scene with chosen ones and a [`Resolution`], `reopened` the
+//! scene without them. The resolution has requested and estimated error as fractions of the rod length, and a warning if the
+//! request is not met. Module `accuracy` makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::scene::{Scene, Scheme, Shape, StepTolerance};
 use serde::{Deserialize, Serialize};
 
-/// Default accuracy, a fraction of the rod length.
+/// Default accuracy: largest error of the motion as a fraction of the rod length.
 const ACCURACY: f64 = 1e-3;
-/// Allowed accuracies.
+/// Allowed accuracies, fractions of the rod length.
 const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
-/// Spectral radius of generalised-alpha where the program chooses the scheme. Of those tried (`cargo run --release --example chosen_numerics --
-/// schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 whatever the damping, and takes steps at which
-/// that one fails or, with stiff damping, has errors of the order of the length; 0 does not allow large first steps.
+/// Spectral radius of generalised-alpha if the program chooses the scheme. Of the values compared (`cargo run --release
+/// --example chosen_numerics -- schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 for any damping. It takes steps at
+/// which that one fails or, with stiff damping, has errors of the order of the length; 0 does not allow large first steps.
 const RHO_INF: f64 = 0.8;
 
 /// Numerical settings that the program chose.
@@ -80,9 +84,10 @@ impl Resolution {
         self.words_over("the length")
     }
 
-    /// [`words`](Self::words) with the error as a fraction of another quantity than the length, such as a frequency.
+    /// [`words`](Self::words) with the error as a fraction of `whole` in place of the length, such as a frequency.
     pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
+        // Only the settings that the program chose are listed.
         let mut parts = Vec::new();
         if chosen.segments {
             parts.push(format!("{segments} segments"));
@@ -114,9 +119,10 @@ impl Resolution {
         self.warning_over("the length")
     }
 
-    /// [`warning`](Self::warning) with the error as a fraction of another quantity than the length.
+    /// [`warning`](Self::warning) with the error as a fraction of `whole` in place of the length.
     pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
+        // The consequence for the user depends on the reason: work or a given mesh.
         let error = match error {
             Some(error) => format!("is estimated at {error:.1e} of {whole}, above {accuracy:e}"),
             None => format!("could not be estimated, and may be above {accuracy:e} of {whole}"),
@@ -148,7 +154,8 @@ impl Resolution {
 }
 
 impl<D> Scene<D> {
-    /// Settings that the scene leaves to the program. The mesh of a polyline is given by its points.
+    /// Settings that the scene leaves to the program. The mesh of a polyline is given by its points; a scheme is open only with
+    /// an open step.
     pub(crate) fn left_open(&self) -> Chosen {
         let given = matches!(self.rod.shape, Shape::Polyline { .. });
         let step = self.time.as_ref().is_some_and(|time| time.step.is_none());
@@ -159,19 +166,20 @@ impl<D> Scene<D> {
         }
     }
 
-    /// Settings that the program chose.
+    /// Settings that the program chose; none of them without a resolution.
     pub(crate) fn chosen(&self) -> Chosen {
         self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
     }
 }
 
 impl Scene {
-    /// Requested accuracy, a fraction of the rod length.
+    /// Requested accuracy, a fraction of the rod length; the default is [`ACCURACY`].
     pub(crate) fn asked(&self) -> f64 {
         self.accuracy.unwrap_or(ACCURACY)
     }
 
-    /// The scene with this number of edges and this step, s, where it leaves them open or the program chose them before.
+    /// The scene with this number of edges and this step, s, if it leaves them open or the program chose them before. Its
+    /// resolution has no estimated error yet.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
         let chosen = Chosen {
@@ -212,7 +220,7 @@ impl Scene {
         scene
     }
 
-    /// The scene with another scheme, if the program chose the scheme.
+    /// The scene with another scheme, if the program chose the scheme; otherwise unchanged.
     pub(crate) fn by(mut self, scheme: Scheme) -> Scene {
         if self.chosen().scheme {
             self.time.iter_mut().for_each(|time| time.scheme = scheme);
@@ -221,7 +229,7 @@ impl Scene {
         self
     }
 
-    /// The scene without the settings that the program chose.
+    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();
         let mut scene = Scene { resolution: None, ..self.clone() };
@@ -238,7 +246,7 @@ impl Scene {
         scene
     }
 
-    /// Rejects accuracies outside the allowed range, and open meshes with points that are named by a node index.
+    /// Rejects accuracies outside [`ALLOWED`], and open meshes with points that are named by a node index.
     pub(super) fn check_accuracy(&self) -> Result<(), Error> {
         if let Some(accuracy) = self.accuracy.filter(|a| !ALLOWED.contains(a)) {
             let allowed = "1e-8 .. 0.1, the largest error over the rod's length";

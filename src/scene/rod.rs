@@ -1,4 +1,6 @@
-//! `[rod]`: shape, section, masses, natural curvature and twist, and mesh of the rod.
+//! `[rod]`: shape, section, masses, natural curvature and twist, and mesh of the rod, with the validation of these keys.
+//!
+//! The mesh must have enough edges that each turns by less than half a turn.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -15,12 +17,12 @@ use std::f64::consts::PI;
 /// Allowed numbers of edges.
 const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 
-/// Factor on the curvature of the rest shape: of the whole rod, and of a part of it.
+/// Quantities of the factor on the curvature of the rest shape: of the whole rod, and of a part of it.
 pub(super) const CURVATURE_FACTOR: [Quantity; 2] = {
     let factor = Quantity::signed("").within(-1e3, 1e3);
     [factor.searched(Candidates::Values(&[0.5, 1.0, 1.5])), factor]
 };
-/// Twist per length: of the whole rod, and of a part of it.
+/// Quantities of the twist per length, rad/m: of the whole rod, and of a part of it.
 const TWIST: [Quantity; 2] = {
     let twist = Quantity::signed("rad/m").within(-1e6, 1e6);
     [twist.searched(Candidates::PerLength(&[-2.0, 0.0, 2.0])), twist]
@@ -133,14 +135,14 @@ impl<D: Scalar> RodSpec<D> {
 }
 
 impl RodSpec {
-    /// Whether the rest shape is free of stress.
+    /// Whether the rest shape is free of stress: natural curvature as at rest, no natural twist and bending.
     pub(crate) fn is_unstressed(&self) -> bool {
         self.natural_curvature == one()
             && is_zero(&self.natural_twist)
             && self.natural_bending.is_empty()
     }
 
-    /// A rod with a number of edges, free of stress in its shape.
+    /// A rod with `segments` edges, free of stress in its shape.
     pub(super) fn new(segments: usize, shape: Shape, section: Section) -> Self {
         Self {
             segments: Some(segments),
@@ -156,7 +158,8 @@ impl RodSpec {
         }
     }
 
-    /// Rejects invalid numbers, and meshes too coarse for the turning angle of the shape.
+    /// Rejects invalid numbers, numbers of edges outside [`SEGMENTS`], and meshes whose edges turn by half a turn or more on
+    /// average.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.shape.check("rod.shape")?;
         self.section.check()?;

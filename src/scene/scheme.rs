@@ -1,4 +1,5 @@
-//! The time integrators and their traits.
+//! The time integrators ([`Scheme`]) and their properties ([`Traits`]): order, supported terms, stability limit, conservation of
+//! energy, parameter.
 //!
 //! A scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
 //! determines the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
@@ -150,7 +151,7 @@ impl Scheme {
         TRAITS.iter().map(|traits| traits.scheme)
     }
 
-    /// Its properties.
+    /// The properties of the scheme.
     pub const fn traits(self) -> &'static Traits {
         &TRAITS[self as usize]
     }
@@ -160,7 +161,7 @@ impl Scheme {
         self.traits().name
     }
 
-    /// Names of the schemes with a property, for messages: `a, b and c`.
+    /// Names of the schemes whose traits satisfy `has_property`, for messages: `a, b and c`.
     pub(crate) fn names(has_property: impl Fn(&Traits) -> bool) -> String {
         let names: Vec<_> =
             TRAITS.iter().filter(|traits| has_property(traits)).map(|t| t.name).collect();

@@ -1,15 +1,18 @@
-//! Terms of the equation of motion that integration schemes do not support.
+//! Terms of the equation of motion (damping, friction, drag, moving supports) that an integration scheme does not support.
+//!
+//! `unsupported_by` compares a scene with the [`Traits`] of a scheme; the validation of a scene reports the first such term.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
-    /// Whether a scheme can simulate the scene.
+    /// Whether a scheme supports all terms of the scene.
     pub(crate) fn is_taken_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 
-    /// Terms of the equation of motion that a scheme does not support.
+    /// Terms of the scene that a scheme does not support, with key, found value and the schemes that support them; Kelvin-Voigt
+    /// damping first.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();
@@ -18,6 +21,7 @@ impl Scene {
             unsupported.push(UnsupportedTerm { key: key.into(), found, allowed });
         };
         let beside = |term: &str| format!("{term} with the scheme {}", traits.name);
+        // Friction and Maxwell branches both need internal variables.
         if !traits.takes_friction {
             if damping.friction.is_some() {
                 add("loads.damping.friction", beside("friction"), |traits| traits.takes_friction);
@@ -34,6 +38,7 @@ impl Scene {
             let key = if is_recorded { "supports.path" } else { "supports.motion" };
             add(key, beside("a motion"), |traits| traits.takes_boundary_motion);
         }
+        // Viscosity becomes the first term, which validation reports.
         let time = damping.times().into_iter().find(|(_, time)| *time > 0.0);
         if let Some((key, time)) = time.filter(|_| !traits.takes_viscosity) {
             let takers = Scheme::names(|traits| traits.takes_viscosity);

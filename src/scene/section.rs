@@ -1,4 +1,7 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
+//!
+//! Circle, tube, rectangle (torsion constant by Saint-Venant's series) and custom sections. `up` orients a section by its
+//! component across the first edge. The shear coefficients are those of Cowper (1966).
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -8,10 +11,16 @@ use crate::scene::table::{NumberTree, TABLE, table};
 use crate::scene::validate::direction;
 use std::f64::consts::PI;
 
-/// Radius, thickness, width or height.
+/// Quantity of a radius, thickness, width or height, m; a search covers 1e-4 to 0.1 of the rod length.
 const SIZE: Quantity = Quantity::positive("m").searched(Candidates::OfLength(1e-4, 0.1, 2.0));
-/// Second moment of area, or torsion constant.
+/// Quantity of a second moment of area, or torsion constant, m^4.
 const SECOND_MOMENT: Quantity = Quantity::positive("m^4");
+
+/// Squared sine of the angle between `up` and the first edge below which both are parallel.
+const PARALLEL: f64 = 1e-18;
+
+/// Number of terms of Saint-Venant's series of a rectangle, which decrease like n^-5.
+const SERIES_TERMS: u32 = 200;
 
 table! {
     /// Cross-section of the rod.
@@ -56,7 +65,7 @@ table! {
 }
 
 impl Section {
-    /// Rejects invalid sizes, and a direction `up` of no length.
+    /// Rejects invalid sizes, a wall thicker than the radius, and a direction `up` of no length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.check_numbers("rod.section", TABLE)?;
         match self {
@@ -68,12 +77,12 @@ impl Section {
         }
     }
 
-    /// Rejects a direction `up` along the first edge, which does not determine the orientation of the section.
+    /// Rejects a direction `up` along the first edge of the `nodes`, which does not determine the orientation of the section.
     pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
         let Some(up) = self.up() else { return Ok(()) };
         let first_edge = unit(sub(nodes[1], nodes[0]));
         let across = cross(first_edge, up);
-        if dot(across, across) > 1e-18 * dot(up, up) {
+        if dot(across, across) > PARALLEL * dot(up, up) {
             return Ok(());
         }
         let found = "a direction along the first edge";
@@ -85,7 +94,9 @@ impl Section {
         ))
     }
 
-    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu`: G. R. Cowper, J. Appl. Mech. 33 (1966) 335.
+    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966) 335): `6 (1
+    /// + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for a rectangle and custom sections, and Cowper's formula for
+    /// a tube.
     pub(crate) fn shear_coefficient(&self, nu: f64) -> f64 {
         match self {
             Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
@@ -109,7 +120,7 @@ impl Section {
 }
 
 impl<D: Scalar> Section<D> {
-    /// The direction the section is oriented by; none for a circle or a tube.
+    /// The direction that orients the section; none for a circle or a tube.
     pub fn up(&self) -> Option<Vector<D>> {
         match self {
             Self::Circle { .. } | Self::Tube { .. } => None,
@@ -117,13 +128,13 @@ impl<D: Scalar> Section<D> {
         }
     }
 
-    /// The unit part of `up` across the first edge; none for a circle or a tube.
+    /// The unit vector along the component of `up` across the first edge of the `nodes`; none for a circle or a tube.
     pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
         let first_edge = unit(sub(nodes[1], nodes[0]));
         self.up().map(|up| unit(sub(up, scale(first_edge, dot(first_edge, up)))))
     }
 
-    /// Area, second moments and torsion constant.
+    /// Area, second moments and torsion constant, by the formulas of the section's kind.
     pub fn moments(&self) -> SectionProperties<D> {
         match *self {
             Self::Circle { radius } => circle(radius),
@@ -147,7 +158,7 @@ pub struct SectionProperties<D> {
     pub torsion_constant: D,
 }
 
-/// Properties of a circle of a radius, m.
+/// Area `pi r^2`, second moments `pi r^4/4` and torsion constant `pi r^4/2` of a circle with this radius, m.
 pub fn circle<D: Scalar>(radius: D) -> SectionProperties<D> {
     let square = radius * radius;
     let second_moment = square * square * (PI / 4.0);
@@ -158,8 +169,8 @@ pub fn circle<D: Scalar>(radius: D) -> SectionProperties<D> {
     }
 }
 
-/// Properties of a tube of an outer radius and a wall thickness, m. No difference of two circles is formed, in which a
-/// thin wall would lose its digits.
+/// Area, second moments and torsion constant of a tube with this outer radius and wall thickness, m. No difference of two
+/// circles is formed, in which a thin wall would lose its digits.
 pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     let inner = radius - thickness;
     let area = thickness * (radius + inner) * PI;
@@ -171,14 +182,15 @@ pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     }
 }
 
-/// Properties of a rectangle of a width and a height, m; its torsion constant is Saint-Venant's series.
+/// Area, second moments and torsion constant of a rectangle with this width and height, m. The torsion constant is
+/// Saint-Venant's series.
 pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
     let area = width * height;
     let (long, short) =
         if width.value() > height.value() { (width, height) } else { (height, width) };
-    // The terms fall like n^-5.
+    // Odd terms of the series; exponentials of negative arguments do not overflow.
     let mut series = D::from(0.0);
-    for n in (0..200).map(|k| f64::from(2 * k + 1)) {
+    for n in (0..SERIES_TERMS).map(|k| f64::from(2 * k + 1)) {
         let decay = (long / short * (-n * PI)).exp();
         let tanh = (-decay + 1.0) / (decay + 1.0);
         series += tanh * n.powi(-5);

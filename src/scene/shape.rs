@@ -1,4 +1,8 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
+//!
+//! [`Shape::mesh`] places equal edges along the curve, with parts of the outermost edges behind walls. `Shape::nodes_of`
+//! places the nodes of a rod in this shape as an initial one, at the same fractions of the length. Formulas are evaluated over
+//! any number type, so that meshes have derivatives by length, radius, pitch and angle.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -86,7 +90,7 @@ table! {
     }
 }
 
-/// Length, radius or pitch.
+/// Quantity of a length, radius or pitch, m.
 const LENGTH: Quantity = Quantity::positive("m");
 
 /// Whether a factor is 1, without effect.
@@ -105,7 +109,7 @@ pub enum Handedness {
     Right,
 }
 
-/// Error of a mesh without a number of edges.
+/// The error for a mesh without a number of edges.
 fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
 }
@@ -132,7 +136,8 @@ impl Shape {
         shape
     }
 
-    /// Reads the points of a polyline, unless they have been read. `on_a_rod` allows arc lengths, of an initial shape.
+    /// Reads the points of a polyline from its file in `folder` or from the scene, unless they have been read. `on_a_rod` allows
+    /// arc lengths, of an initial shape. Other shapes are unchanged.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
             let path = marker_files::file::at(folder, file);
@@ -153,7 +158,8 @@ impl Shape {
         Ok(())
     }
 
-    /// Rejects invalid values; `table` is the key of the shape.
+    /// Rejects invalid numbers, directions of no length, and a polyline with neither or both of file and points; `table` is the
+    /// key of the shape.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
         self.check_numbers(table, TABLE)?;
         match self {
@@ -193,7 +199,8 @@ impl Shape {
 impl<D: Scalar> Shape<D> {
     /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall. The
     /// edges of a polyline are proportional to the distances of its points, and by default as many; the points must
-    /// have been read, by [`Scene::load`](super::Scene::load) or [`Scene::problem`](super::Scene::problem).
+    /// have been read, by [`Scene::load`](super::Scene::load) or [`Scene::problem`](super::Scene::problem). An error without a
+    /// number of edges.
     pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -209,7 +216,8 @@ impl<D: Scalar> Shape<D> {
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
 
-    /// Positions, m, of the nodes of a rod in this shape; `rest` is the mesh of its rest shape.
+    /// Positions, m, of the nodes of a rod in this shape, at the same fractions of the length as in `rest`, the mesh of its rest
+    /// shape, or at the arc lengths that the file of a polyline gives.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -222,7 +230,7 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The shape as a function of arc length, or as a polyline that has been read.
+    /// The shape as a function of arc length, or as a polyline that has been read; an error for one that has not.
     fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {
@@ -287,7 +295,7 @@ fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     add(add(v, across), scale(cross(about, across), (dot(from, axis) + 1.0).recip()))
 }
 
-/// `sin(x)/x`, by its series near x = 0, where the derivatives of the quotient do not exist.
+/// `sin(x)/x`, below 0.05 by its series, since the derivatives of the quotient do not exist at 0.
 fn sine_over<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.05 {
         return x.sin() / x;

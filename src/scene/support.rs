@@ -1,4 +1,6 @@
-//! Kinds of supports, positions of walls, and the ends of the rod.
+//! Kinds of supports of the ends of a rod ([`Support`]: free, pinned, roller, clamped, recorded), positions of the wall of a
+//! clamp ([`Clamp`]: middle of the outermost edge or outermost node), and the names of the two ends ([`End`]), as in
+//! `[supports]`.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,8 @@
-//! `[supports]`: supports of both ends of the rod, their compliance and their motion.
+//! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these keys.
+//!
+//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of an end.
+//! Rejected are two rollers, a compliance without a clamp, recorded ends without a recording, contradicting motions, and
+//! simulations beyond the end of a recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -50,12 +54,13 @@ table! {
     }
 }
 
-/// The support of the start where a file gives none.
+/// Default support of the start: clamped.
 fn clamped() -> Support {
     Support::Clamped
 }
 
 impl<D: Default> Default for Supports<D> {
+    /// A rigid clamp at the start and a free end.
     fn default() -> Self {
         Self {
             start: clamped(),
@@ -71,7 +76,7 @@ impl<D: Default> Default for Supports<D> {
     }
 }
 
-/// Compliance of a clamp, from rigid to soft.
+/// Quantity of the compliance of a clamp in `unit`, zero or positive; a search covers the decades from `low` to `high`.
 const fn compliance(unit: &'static str, low: f64, high: f64) -> Quantity {
     Quantity::positive(unit).searched(Candidates::Decades(low, high, 1.0)).vanishing()
 }
@@ -90,7 +95,7 @@ table! {
 }
 
 impl<D> Supports<D> {
-    /// Whether an end has a prescribed motion, by a formula or a recording.
+    /// Whether an end or node has a prescribed motion, by a formula or a recording.
     pub(crate) fn move_ends(&self) -> bool {
         !self.motion.is_empty() || self.path.is_some()
     }
@@ -105,7 +110,7 @@ impl<D> Supports<D> {
         })
     }
 
-    /// Recorded ends with the rotation about the rod, rad, that their motions add.
+    /// Recorded ends with the rotation about the rod, rad, that their motions add, one pair for each motion.
     pub(crate) fn recorded_turns(&self) -> impl Iterator<Item = (End, &D)> {
         let turns = self.motion.iter().filter(|motion| self.at(motion.end) == Support::Recorded);
         turns.map(|motion| (motion.end, &motion.twist))
@@ -116,7 +121,7 @@ impl<D> Supports<D> {
         self.path.as_ref().is_some_and(|path| path.free_twist.contains(&end))
     }
 
-    /// Compliance of the clamp of an end.
+    /// Compliance (rotation, axial) of the clamp of an end.
     pub fn compliance(&self, end: End) -> &Compliance<D> {
         match end {
             End::Start => &self.start_compliance,
@@ -124,7 +129,7 @@ impl<D> Supports<D> {
         }
     }
 
-    /// The support of an end.
+    /// The kind of support of an end.
     pub fn at(&self, end: End) -> Support {
         match end {
             End::Start => self.start,
@@ -134,12 +139,12 @@ impl<D> Supports<D> {
 }
 
 impl Supports {
-    /// The end on a roller.
+    /// The end on a roller; none without one.
     pub(crate) fn rolling(&self) -> Option<End> {
         [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
     }
 
-    /// Rejects motions that displace an end from the beginning, with which only an equilibrium can start.
+    /// Rejects motions that displace an end from the beginning: only an equilibrium can start with these.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
         // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
@@ -153,19 +158,19 @@ impl Supports {
         }
     }
 
-    /// Files and tracks of all recordings that move the supports.
+    /// Files and tracks of all recordings that move the supports and have been read.
     fn recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
         let path = self.path.iter().map(|path| (&*path.file, &path.track));
         let walls = self.motion.iter().map(|motion| (&*motion.file, &motion.track));
         path.chain(walls).filter_map(|(file, track)| Some((file, &**track.as_ref()?)))
     }
 
-    /// Warnings of the defects of the recordings that move the supports.
+    /// Warnings, with codes, of the defects of the recordings that move the supports.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
     }
 
-    /// Rejects a simulation beyond the end of a recording, where its motion would be extrapolated.
+    /// Rejects a simulation that ends more than a step after the end of a recording, whose motion would be extrapolated.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         for (file, track) in self.recordings() {
             let last = track.end();
@@ -184,7 +189,8 @@ impl Supports {
         Ok(())
     }
 
-    /// Rejects invalid values and supports that contradict each other.
+    /// Rejects invalid numbers, two rollers, a roller direction without a roller, a compliance without a clamp, recorded ends
+    /// without a recording (and the reverse), and motions that their ends cannot have.
     pub(crate) fn check(&self) -> Result<(), Error> {
         // Two rollers do not determine the position along their lines.
         if (self.start, self.end) == (Support::Roller, Support::Roller) {

@@ -1,9 +1,10 @@
-//! Declaration of the tables of a scene file: fields, serialization, physical numbers and their validation.
+//! Declaration of the tables of a scene file by `table!`: fields, serialization, physical numbers and their validation.
 //!
 //! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field
 //! `pub name: Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them, or
 //! [`TABLE`] for tables. Fields without a kind are copied from one number type to another. Entries of a list of
-//! `pub struct Name by field` have the value of that field as their key, others their index.
+//! `pub struct Name by field` have the value of that field as their key, others their index. The trait [`NumberTree`] visits all
+//! numbers with their paths, for parameters, validation and scenes over dual numbers.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity};
@@ -15,7 +16,7 @@ pub(crate) trait NumberTree {
     /// The same part over the number type `D`.
     type Over<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The part over the number type `D`: every number converted by the visitor, under its path below `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -23,7 +24,8 @@ pub(crate) trait NumberTree {
         visitor: &mut NumberVisitor<'_, D>,
     ) -> Self::Over<D>;
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the part.
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is the path of the part, for
+    /// the error.
     fn check_numbers(&self, key: &str, kind: Self::Kind) -> Result<(), Error>;
 
     /// Key of the part as entry `index` of a list.
@@ -43,7 +45,7 @@ impl NumberTree for f64 {
     type Kind = Quantity;
     type Over<D> = D;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The number converted by the visitor under `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -53,8 +55,7 @@ impl NumberTree for f64 {
         visitor.number(key, *self, quantity)
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects a number that is not finite or has a sign that its quantity does not allow.
     fn check_numbers(&self, key: &str, quantity: Quantity) -> Result<(), Error> {
         quantity.check(key, *self)
     }
@@ -65,7 +66,7 @@ impl<const N: usize> NumberTree for [f64; N] {
     type Kind = Quantity;
     type Over<D> = [D; N];
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The components converted by the visitor under `key.x`, `.y`, `.z`, or of a pair `.d1`, `.d2`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -80,8 +81,7 @@ impl<const N: usize> NumberTree for [f64; N] {
         vector
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects components that are not finite.
     fn check_numbers(&self, key: &str, _: Quantity) -> Result<(), Error> {
         match self.iter().all(|component| component.is_finite()) {
             true => Ok(()),
@@ -94,7 +94,7 @@ impl<T: NumberTree> NumberTree for Option<T> {
     type Kind = T::Kind;
     type Over<D> = Option<T::Over<D>>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The part, if there is one, with every number converted by the visitor.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -104,8 +104,7 @@ impl<T: NumberTree> NumberTree for Option<T> {
         self.as_ref().map(|part| part.map_numbers(key, kind, visitor))
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects invalid numbers of the part, if there is one.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         self.as_ref().map_or(Ok(()), |part| part.check_numbers(key, kind))
     }
@@ -115,7 +114,7 @@ impl<T: NumberTree> NumberTree for Vec<T> {
     type Kind = T::Kind;
     type Over<D> = Vec<T::Over<D>>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The entries converted by the visitor, each under its index or name below `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -131,8 +130,7 @@ impl<T: NumberTree> NumberTree for Vec<T> {
         mapped
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects invalid numbers of the entries, with paths `key[i]`.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         let mut entries = self.iter().enumerate();
         entries.try_for_each(|(i, entry)| entry.check_numbers(&format!("{key}[{i}]"), kind))
@@ -197,6 +195,7 @@ macro_rules! table {
             type Kind = crate::scene::table::TableKind;
             type Over<D> = $name<D>;
 
+            /// The table over the number type `D`: every number converted by the visitor, under its path below the key.
             fn map_numbers<D: From<f64>>(
                 &$self,
                 $key: &str,
@@ -209,6 +208,7 @@ macro_rules! table {
                 mapped
             }
 
+            /// Rejects numbers of the table that are not finite or have a sign that their quantity does not allow.
             fn check_numbers(&$self, $key: &str, _: crate::scene::table::TableKind) -> Result<(), crate::error::Error> {
                 $check
                 Ok(())
@@ -232,7 +232,7 @@ macro_rules! table {
 }
 pub(crate) use table;
 
-/// The path of a key within a table; of a key at the root the key itself.
+/// The path `table.key` of a key within a table; the key itself at the root (an empty `table`).
 pub(crate) fn join(table: &str, key: &str) -> String {
     if table.is_empty() { key.into() } else { format!("{table}.{key}") }
 }

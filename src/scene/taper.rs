@@ -1,4 +1,7 @@
-//! `[rod.taper]`: sections and materials that vary along the rod.
+//! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
+//!
+//! `Taper::at` returns section and material at a place; `Taper::breaks` the places at which factors jump. Factors of numbers
+//! that the section does not have, and factors of 0 or below, are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -8,8 +11,14 @@ use crate::scene::number::Quantity;
 use crate::scene::section::Section;
 use crate::scene::table::table;
 
-/// Factor on a number of section or material.
+/// Quantities of a factor on a number of section or material: of the whole rod, and of a part of it.
 const FACTOR: [Quantity; 2] = [Quantity::positive("").within(1e-6, 1e6); 2];
+
+/// Distance of two breaks, as a fraction of the rod length, below which they are the same.
+const SAME_BREAK: f64 = 1e-12;
+
+/// Distance from the ends of a piece, as a fraction of its length, at which its section is validated.
+const INSIDE: f64 = 1e-9;
 
 /// Declares one factor for each number of a section and a material that may vary along the rod.
 macro_rules! factors {
@@ -26,6 +35,7 @@ macro_rules! factors {
         }
 
         impl<D> Default for Taper<D> {
+            /// No factors.
             fn default() -> Self {
                 Self { $($key: None,)* }
             }
@@ -84,13 +94,13 @@ impl<D> Taper<D> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
         breaks.sort_by(f64::total_cmp);
-        breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        breaks.dedup_by(|a, b| (*a - *b).abs() < SAME_BREAK);
         breaks
     }
 }
 
 impl<D: Scalar> Taper<D> {
-    /// Section and material at a place, a fraction of the rod length: those of the whole rod times the factors.
+    /// Section and material at a place, a fraction of the rod length: their numbers times the factors there.
     pub(crate) fn at(
         &self,
         place: f64,
@@ -100,6 +110,7 @@ impl<D: Scalar> Taper<D> {
         let times = |value: D, factor: &Option<Along<D>>| {
             factor.as_ref().map_or(value, |factor| value * factor.at(place))
         };
+        // Factors apply to the numbers of the section's own kind.
         let section = match *section {
             Section::Circle { radius } => Section::Circle { radius: times(radius, &self.radius) },
             Section::Tube { radius, thickness } => Section::Tube {
@@ -141,6 +152,7 @@ impl Taper {
         };
         keys.extend(["density", "youngs_modulus"]);
         keys.extend(material.shear_modulus.map(|_| "shear_modulus"));
+        // A factor without its number would have no effect.
         for (key, factor) in self.factors() {
             let key = format!("rod.taper.{key}");
             if !keys.iter().any(|known| key.ends_with(&format!(".{known}"))) {
@@ -153,7 +165,7 @@ impl Taper {
         }
         // Linear factors are largest and smallest at the ends of their pieces.
         for piece in self.breaks().windows(2) {
-            let inside = 1e-9 * (piece[1] - piece[0]);
+            let inside = INSIDE * (piece[1] - piece[0]);
             for place in [piece[0] + inside, piece[1] - inside] {
                 let (section, _) = self.at(place, section, material);
                 section.check().map_err(|error| match error {

@@ -1,4 +1,8 @@
-//! `[time]`: duration, time step and integration scheme.
+//! `[time]`: duration, time step and integration scheme, with the validation of these keys.
+//!
+//! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Numbers of a
+//! scheme (`beta`, `rho_inf`, `tolerance`) are accepted with that scheme only. [`Time`] also returns the number of steps and the
+//! time of each.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};
@@ -8,7 +12,7 @@ use crate::scene::tolerance::StepTolerance;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 
-/// Most time steps of a simulation.
+/// Largest number of time steps of a simulation; a scene with more is rejected.
 const MOST_STEPS: f64 = 1e9;
 
 /// `[time]`
@@ -37,7 +41,7 @@ pub struct Time<D = f64> {
 /// Relative difference below which a step and the duration are equal.
 const ROUNDING: f64 = 1e-9;
 
-/// Default of `rho_inf`.
+/// Default of `rho_inf`, the spectral radius of generalised-alpha at infinite frequency.
 const RHO_INF: f64 = 0.5;
 
 /// `[time]`: duration, step and scheme.
@@ -69,9 +73,11 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// Converts `TimeForm<D>` to `Time<D>`; an error if it is not valid.
+    /// The times of a form in a file, with defaults. The scheme is left open if neither step nor scheme nor its numbers are
+    /// given. An error for infinite numbers and for numbers of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
+        // Infinity is the internal mark of a missing number, and must not be in a file.
         if step == Some(f64::INFINITY) {
             return Err("time.step: found inf, allowed: a finite number above 0, or no such key");
         }
@@ -83,6 +89,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
         let scheme_left_open = step.is_none() && scheme.is_none() && !numbers;
         let scheme = scheme.unwrap_or_default();
         let parameter = scheme.traits().parameter;
+        // A number of another scheme would have no effect.
         if beta.is_some() && parameter != Some(SchemeParameter::Beta) {
             return Err("time.beta: found with another scheme, allowed: with newmark-beta only");
         }
@@ -108,7 +115,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    /// Converts `Time<D>` to `TimeForm<D>`.
+    /// The form in a file. With an open scheme, step and scheme are left out; numbers of other schemes always are.
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
         let parameter = scheme.traits().parameter;
@@ -141,10 +148,10 @@ impl<D: Copy> Time<D> {
     }
 }
 
-/// Damping parameter of Newmark-beta.
+/// Quantity of the damping parameter of Newmark-beta, 0.5 to 1.
 const BETA: Quantity =
     Quantity::signed("").within(0.5, 1.0).searched(Candidates::Values(&[0.55, 0.75, 0.95]));
-/// Spectral radius of generalised-alpha at infinite frequency.
+/// Quantity of the spectral radius of generalised-alpha at infinite frequency, 0 to 1.
 const RADIUS: Quantity =
     Quantity::signed("").within(0.0, 1.0).searched(Candidates::Values(&[0.1, 0.5, 0.9]));
 
@@ -182,7 +189,7 @@ impl Time {
         Self { step: None, scheme_left_open: true, ..Self::new(end, end) }
     }
 
-    /// Whether a given step is longer than the simulation.
+    /// Whether a given step is longer than the simulation, beyond rounding.
     pub(crate) fn is_beyond_end(&self) -> bool {
         self.step.is_some_and(|step| step > self.end * (1.0 + ROUNDING))
     }
@@ -194,15 +201,16 @@ impl Time {
 
     /// Number of steps to the end; the last may be shorter.
     pub fn steps(&self) -> usize {
-        ((self.end / self.step_size() - 1e-9).ceil() as usize).max(1)
+        ((self.end / self.step_size() - ROUNDING).ceil() as usize).max(1)
     }
 
-    /// Time after `k` steps, s.
+    /// Time after `k` steps, s; the end after all of them.
     pub fn at(&self, k: usize) -> f64 {
         if k >= self.steps() { self.end } else { k as f64 * self.step_size() }
     }
 
-    /// Rejects invalid numbers, and a missing end unless recorded ends give it (`has_recording`).
+    /// Rejects numbers out of range, more than [`MOST_STEPS`] steps, and a missing end unless recorded ends give it
+    /// (`has_recording`).
     pub(super) fn check(&self, has_recording: bool) -> Result<(), Error> {
         match self.end == Self::TO_THE_END {
             true if has_recording => {}

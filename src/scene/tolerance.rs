@@ -1,4 +1,6 @@
-//! `time.tolerance`: largest Newton error of the solution of a time step.
+//! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or `"rounding"`.
+//!
+//! [`StepTolerance`] is read from and written to files as a number or that word.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};
@@ -21,7 +23,7 @@ pub enum StepTolerance {
 }
 
 impl StepTolerance {
-    /// Allowed error as a fraction of the rod length.
+    /// Allowed error as a fraction of the rod length; 0 for [`StepTolerance::Rounding`].
     pub(crate) fn part(self) -> f64 {
         match self {
             Self::Predicted(part) => part,
@@ -46,14 +48,19 @@ const LARGEST: f64 = 1e-6;
 /// Word of files for [`StepTolerance::Rounding`].
 const ROUNDING: &str = "rounding";
 
+/// Default fraction. Trajectories stay within 1e-10 of the rod length a second of those solved to rounding, far below the
+/// errors of step and mesh.
+const DEFAULT: f64 = 3e-14;
+
 impl Default for StepTolerance {
+    /// The predicted error `DEFAULT`.
     fn default() -> Self {
-        Self::Predicted(3e-14)
+        Self::Predicted(DEFAULT)
     }
 }
 
 impl Serialize for StepTolerance {
-    /// Writes the step tolerance to a file format.
+    /// Writes the fraction as a number, or the word `rounding`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Predicted(part) => serializer.serialize_f64(*part),
@@ -63,21 +70,26 @@ impl Serialize for StepTolerance {
 }
 
 impl<'de> Deserialize<'de> for StepTolerance {
-    /// Reads the step tolerance from a file format.
+    /// Reads a number, or the word `rounding`; an error for other words.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        /// Reader of a number or the word `rounding`.
         struct ToleranceVisitor;
         impl Visitor<'_> for ToleranceVisitor {
             type Value = StepTolerance;
 
+            /// Writes the allowed forms, for messages.
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "a fraction of the length, such as 3e-14, or \"{ROUNDING}\"")
             }
+            /// A number is the fraction of [`StepTolerance::Predicted`].
             fn visit_f64<E: de::Error>(self, part: f64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part))
             }
+            /// An integer is the fraction of [`StepTolerance::Predicted`], which the check rejects if it is not 0 < f <= 1e-6.
             fn visit_i64<E: de::Error>(self, part: i64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part as f64))
             }
+            /// The word `rounding`; an error for another word.
             fn visit_str<E: de::Error>(self, word: &str) -> Result<StepTolerance, E> {
                 match word {
                     ROUNDING => Ok(StepTolerance::Rounding),
@@ -110,6 +122,7 @@ mod tests {
     use super::*;
     use crate::scene::Time;
 
+    /// Times of a `[time]` with this line, or the message of an error.
     fn read(line: &str) -> Result<Time, String> {
         let text = format!("end = 1.0\nstep = 1e-3\n{line}");
         let time: Time = toml::from_str(&text).map_err(|error| error.to_string())?;

@@ -1,4 +1,8 @@
 //! Recorded markers: their positions at the frames of a recording, and the cubic Hermite interpolant through them.
+//!
+//! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and selects
+//! markers; its clock must start at 0. It holds the defects of the recording and the bandwidth of its motion once it is
+//! examined. [`Marker::at`] is the position at any time, also with derivatives by the time.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -112,7 +116,8 @@ impl Track {
         track.map_err(|message| file.error(1, format!("{message}; {found} markers")).into())
     }
 
-    /// Motion of one point from positions and velocities at increasing times, integrated from accelerations.
+    /// Motion of one point from positions and velocities at increasing times, integrated from accelerations. A message if there
+    /// are fewer than two points.
     pub(super) fn from_integrated(path: Vec<PathPoint>) -> Result<Self, String> {
         let seen = path.iter().map(|point| Some(point.position)).collect();
         let times = path.iter().map(|point| point.time).collect();
@@ -131,6 +136,7 @@ impl Track {
         markers: Vec<(String, Vec<Option<[f64; 3]>>)>,
     ) -> Result<Self, String> {
         let of = |(name, seen): (String, Vec<Option<[f64; 3]>>)| {
+            // Two positions are the least that determine a velocity.
             let known = known_positions(&times, &seen);
             if known.len() < 2 {
                 return Err(format!(
@@ -155,7 +161,7 @@ impl Track {
         })
     }
 
-    /// The examined recording with these defects.
+    /// The recording with these defects, marked as examined.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
     }
@@ -180,7 +186,7 @@ impl Track {
         Self { faults: Some(faults), bandwidth, ..self }
     }
 
-    /// The frames of a range as a recording, from time 0, marked as examined.
+    /// The frames of a range as a recording that starts at time 0, without defects, marked as examined.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -202,7 +208,7 @@ impl Track {
         self.faults.as_deref().unwrap_or_default()
     }
 
-    /// Warnings of its defects, with the name of its file.
+    /// Warnings, with codes, of the defects; the texts begin with the name of the `file`.
     pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
         let name = file.display().to_string();
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
@@ -214,7 +220,7 @@ impl Track {
         self.bandwidth
     }
 
-    /// Median time between two frames, s.
+    /// Median time between two frames, s; 0 for a single frame.
     pub(super) fn usual_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
         steps.sort_by(f64::total_cmp);
@@ -258,13 +264,14 @@ impl Marker {
     }
 }
 
-/// Largest time of the first frame, s, that counts as 0.
+/// Largest absolute time of the first frame, s, that counts as 0.
 pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
 /// Remedy in the message of a clock that starts at another time.
 pub(super) const TIME_ZERO_REMEDY: &str = ". Set time_zero to the time in the file at which the \
                                            motion starts";
 
-/// Rejects a first time, s, other than 0, the start of the simulation: the motion before it would be extrapolated.
+/// Rejects a first time, s, other than 0, the start of the simulation: the motion before it would be extrapolated. `remedy`
+/// ends the message.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     match first.abs() > CLOCK_TOLERANCE {
         true => Err(format!("found {first} s as the first time, allowed: 0 s{remedy}")),
@@ -272,14 +279,14 @@ pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     }
 }
 
-/// Known positions, in the order of time.
+/// The known positions with their times, in the order of time.
 pub(super) fn known_positions(times: &[f64], seen: &[Option<[f64; 3]>]) -> Vec<TimedPosition> {
     let frames = times.iter().zip(seen);
     frames.filter_map(|(t, x)| Some(TimedPosition { time: *t, position: (*x)? })).collect()
 }
 
 /// The positions with velocities: at inner points the slope of the parabola through three neighbors, at the ends that of
-/// the outermost interval.
+/// the outermost interval. At least two positions are required.
 pub(super) fn with_velocities(known: &[TimedPosition]) -> Vec<PathPoint> {
     let slope = |i: usize| {
         let (a, b) = (known[i], known[i + 1]);

@@ -1,8 +1,10 @@
-//! Rejection of invalid numbers and vectors, with their key.
+//! Rejection of invalid numbers and vectors in a scene: not positive, not finite, or a direction of no length.
+//!
+//! Each function takes the key and the value, and returns an error with key, found value and allowed values.
 
 use crate::error::Error;
 
-/// Rejects a number that is not finite or not above 0.
+/// Rejects a number that is not finite or not above 0; `key` is its path, for the error.
 pub(crate) fn positive(key: &str, value: f64) -> Result<(), Error> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
@@ -10,7 +12,7 @@ pub(crate) fn positive(key: &str, value: f64) -> Result<(), Error> {
     Err(Error::invalid(key, value, "a finite number above 0"))
 }
 
-/// Rejects a vector with a component that is not finite.
+/// Rejects a vector with a component that is not finite; `key` is its path, for the error.
 pub(crate) fn finite(key: &str, values: &[f64; 3]) -> Result<(), Error> {
     if values.iter().all(|v| v.is_finite()) {
         return Ok(());
@@ -18,7 +20,7 @@ pub(crate) fn finite(key: &str, values: &[f64; 3]) -> Result<(), Error> {
     Err(Error::invalid(key, format!("{values:?}"), "finite numbers"))
 }
 
-/// Rejects a direction of length zero, or with a component that is not finite.
+/// Rejects a direction of length zero, or with a component that is not finite; `key` is its path, for the error.
 pub(crate) fn direction(key: &str, vector: &[f64; 3]) -> Result<(), Error> {
     finite(key, vector)?;
     let length = nalgebra::Vector3::from(*vector).norm();

@@ -1,24 +1,26 @@
-//! A work-precision study as text for a terminal.
+//! Display of a work-precision study as text for a terminal: a table with the fastest run for each error of the tip, and in the
+//! details a table of all runs with step, mesh, errors, time and energy drift.
 
 use crate::study::{Study, scheme_name};
 use crate::summary::quantity::{number, quantity};
 use crate::summary::{ItemTable, Summary, Tone};
 use std::fmt::{self, Display, Formatter};
 
-/// Significant digits of steps and times.
+/// Significant digits of steps and times in the table of the fastest runs.
 const DIGITS: usize = 3;
-/// The same in the table of all runs, whose columns must fit into 80.
+/// Significant digits in the table of all runs, whose columns must fit into 80.
 const FEW_DIGITS: usize = 2;
 
 impl Display for Study {
-    /// Writes the study as text.
+    /// Writes the [summary](Self::summary) of the study.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Study {
-    /// The result as text for a terminal: the fastest run for each error, then all runs.
+    /// The study as text for a terminal: status with the error of the reference, the fastest run for each error, and in the
+    /// details all runs with their step and mesh errors.
     pub fn summary(&self) -> Summary {
         let status = format!(
             "{} runs; error of the reference at most {} of the length",
@@ -27,6 +29,7 @@ impl Study {
         );
         let advice = self.advice.iter();
         let advice = advice.map(|advice| (advice, advice.row.map(|i| &self.rows[i])));
+        // For each error the cheapest settings that reach it.
         let fastest = ItemTable::new(advice)
             .left("tip error", |(advice, _)| format!("{} of the length", percent(advice.error)))
             .left("scheme", |(_, row)| row.map_or("finer than all runs".into(), scheme_name))
@@ -34,6 +37,7 @@ impl Study {
             .right("segments", |(_, row)| row.map(|row| row.segments.to_string()))
             .right("time", |(_, row)| row.map(|row| quantity(row.wall_seconds, "s", DIGITS)));
         let size = |x: Option<f64>| x.map_or("failed".into(), |x| format!("{x:.1e}"));
+        // All runs, with the parts of their errors.
         let runs = ItemTable::new(&self.rows)
             .left("scheme", |row| scheme_name(row))
             .right("step", |row| quantity(row.step, "s", FEW_DIGITS))
@@ -52,7 +56,7 @@ impl Study {
     }
 }
 
-/// A fraction in per cent.
+/// A fraction as text in percent, with two significant digits.
 fn percent(fraction: f64) -> String {
     format!("{} %", number(100.0 * fraction, 2))
 }

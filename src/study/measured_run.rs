@@ -1,4 +1,7 @@
-//! A simulation with its wall-clock time and the motion of its tip.
+//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a study.
+//!
+//! The tip is sampled at `SAMPLES` evenly spaced times. Runs shorter than `SHORT` are repeated up to `REPETITIONS` times; the
+//! shortest time counts. A run that stops has its error in place of the motion.
 
 use crate::accuracy::Positions;
 use crate::dynamics::{SimulationReport, Trajectory};
@@ -6,11 +9,11 @@ use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Point;
 
-/// Times at which tips are compared, evenly spaced.
+/// Number of evenly spaced times at which tips are compared.
 const SAMPLES: usize = 400;
-/// Runs shorter than this, s, are timed again.
+/// Wall time, s, below which a run is timed again.
 const SHORT: f64 = 0.05;
-/// Most repetitions of a short run; the fastest run counts.
+/// Largest number of repetitions of a short run; the fastest run counts.
 const REPETITIONS: usize = 2;
 
 /// A simulation with its cost.
@@ -26,7 +29,8 @@ pub(super) struct MeasuredRun {
 }
 
 impl MeasuredRun {
-    /// Simulates a problem. A run that stops is a result; only a problem that cannot begin is an error.
+    /// Simulates a problem, samples its tip at [`SAMPLES`] times and measures the stepping. A run that stops is a result; only a
+    /// problem that cannot begin is an error.
     pub fn new(problem: &Problem) -> Result<Self, Error> {
         let time = problem.time()?;
         let nodes: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();
@@ -38,6 +42,7 @@ impl MeasuredRun {
             (1..=SAMPLES).map(|k| Ok(trajectory.at(Point::Tip, sample(k))?.0)).collect()
         });
         let mut seconds = trajectory.stepping().as_secs_f64();
+        // Short times vary with the load of the machine: the shortest one counts.
         for _ in 0..REPETITIONS {
             if tip.is_ok() && seconds < SHORT {
                 let mut again = Trajectory::new(problem, &nodes, &[])?;

@@ -4,7 +4,8 @@
 //! limit: two runs on the finest meshes with the finest step, extrapolated to edges of zero length (Richardson). The
 //! error of a run has two parts: the difference from the finest step on the same mesh (step error), and the difference of
 //! that one from the reference (mesh error). The error of the reference itself is at most the smallest difference of a run
-//! from it. A scene with a given mesh (forces on nodes by index) is studied on that mesh alone.
+//! from it. A scene with a given mesh (forces on nodes by index) is studied on that mesh alone. [`Study`] has all runs and the
+//! fastest one for each of several errors; `rodfit study` prints it.
 
 mod display;
 mod measured_run;
@@ -18,22 +19,25 @@ use crate::scene::{Recorded, Scene, Scheme};
 use crate::study::measured_run::MeasuredRun;
 use serde::{Deserialize, Serialize};
 
-/// Time steps over that of the scene.
+/// Time steps of implicit schemes, as multiples of that of the scene.
 const STEPS: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
-/// Numbers of edges over that of the scene.
+/// Numbers of edges, as multiples of that of the scene.
 const MESHES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-/// Time steps of explicit schemes over the largest stable one.
+/// Time steps of explicit schemes, as fractions of the largest stable one.
 const EXPLICIT_STEPS: [f64; 3] = [0.95, 0.5, 0.25];
-/// Edges of the reference over those of the scene.
+/// Number of edges of the reference, as a multiple of that of the scene.
 const REFERENCE_MESH: f64 = 8.0;
-/// The scheme of the reference, with its step over that of the scene: one of high order.
+/// The scheme of the reference, one of high order, and its step as a fraction of that of the scene.
 const REFERENCE: (Scheme, f64) = (Scheme::Rodas4, 0.125);
-/// The reference of scenes whose damping or supports the other scheme does not take.
+/// Scheme and step of the reference for scenes whose damping or supports [`REFERENCE`] does not support.
 const FALLBACK_REFERENCE: (Scheme, f64) = (Scheme::NewmarkBeta, 0.0625);
 /// A mesh is not run with finer steps once the step error is below this fraction of the mesh error.
 const NEGLIGIBLE_STEP_ERROR: f64 = 0.1;
-/// Parameter beta of schemes that have none, and of those that conserve energy.
+/// Parameter beta of schemes that have none, and of Newmark-beta without dissipation.
 const DEFAULT_BETA: f64 = 0.5;
+
+/// Number of errors for which the fastest run is listed: 0.1, 0.01, .. of the rod length.
+const LISTED_ERRORS: i32 = 6;
 
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,24 +101,25 @@ struct Integrator {
 }
 
 impl Integrator {
-    /// Whether the step is limited by stability.
+    /// Whether the scheme is explicit: its step is limited by stability.
     fn is_explicit(self) -> bool {
         self.scheme.traits().stability_limit.is_some()
     }
 
-    /// Steps over the largest stable one, or over that of the scene.
+    /// Steps as fractions of the largest stable one, or of implicit schemes as multiples of that of the scene.
     fn steps(self) -> &'static [f64] {
         if self.is_explicit() { &EXPLICIT_STEPS } else { &STEPS }
     }
 }
 
-/// The positions of the tip in the run with the finest step on a mesh.
+/// The run with the finest step on a mesh: number of edges and positions of the tip, m.
 struct FinestRun {
     segments: usize,
     tip: Positions,
 }
 
-/// The positions of the tip in the limit of edges of zero length, extrapolated from two meshes.
+/// The positions of the tip, m, in the limit of edges of zero length, by Richardson extrapolation from two meshes with the order
+/// of convergence of the scene.
 fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Positions {
     let ratio = fine.segments as f64 / coarse.segments as f64;
     let error = Extrapolation { ratio, order: smooth_mesh_order(scene) }.error_after();
@@ -124,7 +129,7 @@ fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Posit
     coarse.tip.iter().zip(&fine.tip).map(limit).collect()
 }
 
-/// Numbers of edges on which a scene is studied.
+/// Numbers of edges on which a scene is studied: multiples of its own, or its own only if its mesh is given.
 fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     if scene.mesh_is_given() {
         return vec![problem.segments()];
@@ -139,7 +144,8 @@ fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     sizes
 }
 
-/// The schemes that a scene can be run with. That of the scene is added if it dissipates energy by its beta.
+/// The schemes that support all terms of the scene. The scene's own Newmark-beta is added if it dissipates energy by its beta.
+/// An error without `[time]`.
 fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Error> {
     let time = problem.time()?;
     let taken = Scheme::all().filter(|scheme| scene.is_taken_by(*scheme));
@@ -206,12 +212,14 @@ impl Study {
         let mut settled_meshes = Vec::new();
         for integrator in integrators {
             for FinestRun { segments, tip } in &fine[..meshes.len()] {
+                // Error of the finest step on this mesh, and the largest stable step of an explicit scheme.
                 let mesh_error = largest_distance(tip, reference) / length;
                 let largest = largest_step(&problem_with(integrator, step, *segments)?)?;
                 let mut is_enough = integrator.is_explicit() && settled_meshes.contains(segments);
                 for (k, part) in integrator.steps().iter().enumerate() {
                     let step = part * largest.unwrap_or(step);
                     count_run();
+                    // Skipped runs count as finished for the progress.
                     if is_enough {
                         continue;
                     }
@@ -244,12 +252,12 @@ impl Study {
             }
         }
         let reference_error = rows.iter().filter_map(|r| r.error).fold(f64::INFINITY, f64::min);
-        let advice = (1..=6).map(|k| fastest_run(&rows, 10f64.powi(-k))).collect();
+        let advice = (1..=LISTED_ERRORS).map(|k| fastest_run(&rows, 10f64.powi(-k))).collect();
         Ok(Self { rows, reference_error, advice })
     }
 }
 
-/// The fastest of the runs with at most this error of the tip over the length.
+/// The fastest of the runs with at most this error of the tip, a fraction of the length; no row if none is that accurate.
 fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     let is_accurate = |row: &StudyRow| row.error.is_some_and(|e| e <= error);
     let accurate = rows.iter().enumerate().filter(|(_, row)| is_accurate(row));
@@ -257,7 +265,7 @@ fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     FastestRun { error, row: fastest.map(|(i, _)| i) }
 }
 
-/// The name of the scheme of a run, with beta where the scheme has it.
+/// The name of the scheme of a run, followed by beta if the scheme has it.
 pub fn scheme_name(row: &StudyRow) -> String {
     match row.scheme.takes_beta() {
         true => format!("{} {}", row.scheme.name(), row.beta),

@@ -1,7 +1,10 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
-//! The planned recordings and all candidate recordings are simulated together. The standard errors of each candidate design
-//! follow from its rows of the common Jacobian.
+//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc lengths,
+//! frames after the end, and frames between the planned ones. All are simulated together, with one Jacobian. The standard
+//! errors of each candidate design follow from its rows of that Jacobian, by the covariance `(J'J)^-1` with stated noise
+//! ([`standard_errors`]). [`CandidateDesigns::advice`] lists them and marks the best choice: the smallest geometric mean of
+//! the relative errors.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -15,13 +18,13 @@ use crate::numerics::total_order;
 use crate::scene::Point;
 use std::ops::Range;
 
-/// Number of candidate positions of a marker, at equal parts of the length of the rod.
+/// Number of candidate positions of a marker, at equal parts of the length of the rod. Larger: finer choices and more rows.
 const MARKER_POSITIONS: usize = 10;
 /// Smallest distance of a candidate position from the planned one, over the length of the rod.
 const LEAST_MOVE: f64 = 1e-2;
-/// Largest number of recordings with candidate positions.
+/// Largest number of recordings with candidate positions: each has ten times the rows.
 const MOST_MOVED: usize = 4;
-/// Longest candidate duration, over that of the plan.
+/// Longest candidate duration, over that of the plan. Larger: a longer simulation.
 const LONGER: f64 = 2.0;
 /// Divisors of the planned duration and frame rate.
 const DIVISORS: [usize; 3] = [8, 4, 2];
@@ -29,8 +32,11 @@ const DIVISORS: [usize; 3] = [8, 4, 2];
 const RATE_FACTORS: [usize; 2] = [2, 4];
 /// Largest error of a recommended duration or rate, over the smallest error: the shortest such record is recommended.
 const NEARLY_BEST: f64 = 1.05;
-/// Standard deviation of an unknown that is not identified, on its scale, in the comparison of candidates.
+/// Standard deviation of an unknown that is not identified, on its scale, in the comparison of candidates: larger than that
+/// of any identified one.
 const NOT_IDENTIFIED: f64 = 1e3;
+/// Factor on times that are compared with the end of a record, so that rounding errors drop no frame.
+const ROUNDING: f64 = 1.0 + 1e-9;
 
 /// Origin of the rows of a candidate recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,19 +51,20 @@ enum CandidateKind {
     Between(usize),
 }
 
-/// Rows of the Jacobian of a measurement, or of a candidate for it.
+/// Rows of the Jacobian of a planned measurement, or of a candidate for it.
 pub(crate) struct CandidateRows {
-    /// Index of the experiment.
+    /// Index of the experiment in the plan.
     pub experiment: usize,
     /// Index of the planned measurement in the experiment.
     index: usize,
     kind: CandidateKind,
     pub measurement: Measurement,
+    /// Rows of the values in the common Jacobian.
     pub rows: Range<usize>,
 }
 
 impl CandidateRows {
-    /// Whether these are rows of the planned measurement.
+    /// Whether these are rows of the planned measurement itself.
     fn is_planned(&self) -> bool {
         self.kind == CandidateKind::Planned
     }
@@ -70,20 +77,24 @@ impl CandidateRows {
 
 /// A plan with all its candidate recordings.
 pub(crate) struct CandidateDesigns {
+    /// Blocks of successive rows; in each experiment those of the planned measurements come first.
     blocks: Vec<CandidateRows>,
 }
 
-/// The expected standard errors of candidate designs at one point.
+/// Inputs of the expected standard errors of candidate designs at one point.
 struct DesignErrors<'a> {
     designs: &'a CandidateDesigns,
+    /// The planned experiments.
     planned: &'a [Experiment],
+    /// The values of the unknowns at which the plan is simulated.
     point: ParameterPoint<'a>,
     /// Rows of the Jacobian of all candidates, then those of the priors.
     rows: &'a [Vec<f64>],
 }
 
 impl CandidateDesigns {
-    /// The candidates for the recordings of `planned` experiments.
+    /// The planned measurements and the candidates for the recordings of `planned` experiments. Error: a marker that is not
+    /// on the rod.
     pub fn new(planned: &[Experiment]) -> Result<Self, Error> {
         let mut blocks: Vec<CandidateRows> = Vec::new();
         let mut moved = 0;
@@ -119,7 +130,7 @@ impl CandidateDesigns {
         Ok(Self { blocks })
     }
 
-    /// The planned experiments with all candidate recordings.
+    /// The `planned` experiments with all candidate recordings as measurements, in the order of the rows.
     pub fn experiments(&self, planned: &[Experiment]) -> Vec<Experiment> {
         let with_candidates = |(e, experiment): (usize, &Experiment)| {
             let own = self.blocks.iter().filter(|block| block.experiment == e);
@@ -129,7 +140,8 @@ impl CandidateDesigns {
         planned.iter().enumerate().map(with_candidates).collect()
     }
 
-    /// Adds the `residuals` of the planned rows to the values of `planned`, which become those of the simulation.
+    /// Adds the `residuals` of the planned rows, in units of sigma, to the values of `planned`, which become those of the
+    /// simulation.
     pub fn fill(&self, planned: &mut [Experiment], residuals: &[f64]) {
         for block in self.planned_blocks() {
             let own = &mut planned[block.experiment].measurements[block.index];
@@ -137,23 +149,24 @@ impl CandidateDesigns {
         }
     }
 
-    /// The rows of the planned measurements.
+    /// The blocks of rows of the planned measurements.
     pub fn planned_blocks(&self) -> impl Iterator<Item = &CandidateRows> {
         self.blocks.iter().filter(|block| block.is_planned())
     }
 
-    /// The number of rows without those of the priors, which follow.
+    /// Number of rows of all measurements; those of the priors follow.
     pub fn end(&self) -> usize {
         self.blocks.last().map_or(0, |block| block.rows.end)
     }
 
-    /// The rows of the plan with those of the priors.
+    /// The elements of `rows`, one per row of the Jacobian, that belong to the plan, and those of the priors.
     pub fn planned<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         self.select(rows, |block, _, _| block.is_planned())
     }
 
-    /// The rows of all samples for which `keep` is true, with those of the priors. Its arguments are the block, the index of
-    /// the sample in it, and the time of the sample, s.
+    /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, and those of the priors.
+    /// Arguments of `keep` are the block, the index of the sample in it, and its time, s (0 and 0 for a measurement that is
+    /// no motion).
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -181,8 +194,9 @@ impl CandidateDesigns {
         kept
     }
 
-    /// Expected standard errors at `point` of all candidate designs, with the recommended ones. `rows` are the Jacobian of
-    /// all candidates, then those of the priors.
+    /// Expected standard errors at `point` of all candidate designs, with the recommended ones marked: by marker position for
+    /// each recording, by duration and by frame rate for each experiment. `rows` are the Jacobian of all candidates, then
+    /// those of the priors.
     pub fn advice(
         &self,
         planned: &[Experiment],
@@ -209,7 +223,8 @@ impl CandidateDesigns {
 }
 
 impl DesignErrors<'_> {
-    /// The design with this value of its variable and the rows for which `keep` is true.
+    /// The design with this `value` of its variable and the rows for which `keep` is true, and its standard errors. `planned`
+    /// is whether it is the design of the plan.
     fn choice(
         &self,
         value: f64,
@@ -220,7 +235,7 @@ impl DesignErrors<'_> {
         Ok(Choice { value, std_error, planned, best: false })
     }
 
-    /// A planned recording with its marker at all positions; none without candidates.
+    /// The recording of a planned `block` with its marker at all positions, ascending; none without candidates.
     fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[block.experiment];
         let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
@@ -236,6 +251,7 @@ impl DesignErrors<'_> {
         positions.push(planned);
         // The planned position is listed among the candidates in the order along the rod.
         positions.sort_by_cached_key(|s| total_order(*s));
+        // Only this recording moves its marker; all others stay as planned.
         let choice = |s: f64| {
             let kind = match s == planned {
                 true => CandidateKind::Planned,
@@ -251,7 +267,8 @@ impl DesignErrors<'_> {
         Ok(Some(Advice { variable: DesignVariable::MarkerPosition, observation, choices }))
     }
 
-    /// All recordings of experiment `e` with shorter and longer durations.
+    /// All recordings of experiment `e` with shorter durations by [`DIVISORS`], the planned one, and the longer one if it has
+    /// frames.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -260,7 +277,7 @@ impl DesignErrors<'_> {
         let shorter = DIVISORS.iter().map(|divisor| 1.0 / *divisor as f64);
         let factors = shorter.chain([1.0]).chain(has_later.then_some(LONGER));
         let choice = |factor: f64| {
-            let end = factor * whole * (1.0 + 1e-9);
+            let end = factor * whole * ROUNDING;
             self.choice(factor * whole, factor == 1.0, |b, _, time| match b.kind {
                 CandidateKind::Planned => {
                     b.experiment != e || b.measurement.motion().is_none() || time <= end
@@ -274,7 +291,8 @@ impl DesignErrors<'_> {
         Ok(Advice { variable: DesignVariable::Duration, observation, choices })
     }
 
-    /// All recordings of experiment `e` with smaller and larger frame rates; none of recordings without a spacing.
+    /// All recordings of experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times
+    /// [`RATE_FACTORS`], 1/s; none of recordings without a usual spacing of their frames.
     fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[e];
         let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));
@@ -290,6 +308,7 @@ impl DesignErrors<'_> {
                 CandidateKind::MarkerPosition(_) | CandidateKind::Later => false,
             })
         };
+        // Every divisor-th frame of the plan, or the frames between the planned ones.
         let slower = DIVISORS.iter().map(|divisor| choice(*divisor, 1));
         let faster = RATE_FACTORS.iter().map(|factor| choice(1, *factor));
         let choices = slower.chain([choice(1, 1)]).chain(faster).collect::<Result<_, _>>()?;
@@ -299,8 +318,9 @@ impl DesignErrors<'_> {
 }
 
 impl Advice {
-    /// Marks the best choice: that with the smallest geometric mean of the relative errors of all parameters at `point`. Of
-    /// durations and rates it is the smallest one that is nearly as good.
+    /// Marks the best choice: that with the smallest geometric mean of the relative errors of all parameters at the point. Of
+    /// durations and rates it is the smallest one within a factor of [`NEARLY_BEST`]. None where no choice identifies any
+    /// parameter.
     fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
         let log_error = |choice: &Choice| -> f64 {
             let of_unknown = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
@@ -323,7 +343,8 @@ impl Advice {
     }
 }
 
-/// Standard errors of the unknowns at `point` by these rows of the Jacobian, in their units; none of unidentified ones.
+/// Standard errors of the unknowns at a point, in their units, by these rows of the Jacobian in units of the noise; none of
+/// unidentified ones.
 pub(crate) fn standard_errors(
     ParameterPoint { unknowns, x }: ParameterPoint,
     rows: &[Vec<f64>],
@@ -335,7 +356,8 @@ pub(crate) fn standard_errors(
     Ok(unknowns.iter().zip(x).zip(&found.deviation).map(error).collect())
 }
 
-/// Candidate arc lengths of the marker of a recording, m, other than the planned one.
+/// Candidate arc lengths of the marker of a recording, m: equal parts of the rod, without those within [`LEAST_MOVE`] of the
+/// planned one.
 fn marker_positions(experiment: &Experiment, observation: &Observation) -> Result<Vec<f64>, Error> {
     let length = experiment.problem.length();
     let planned = experiment.problem.arc_length(observation.point)?;
@@ -343,13 +365,15 @@ fn marker_positions(experiment: &Experiment, observation: &Observation) -> Resul
     Ok(all.filter(|s| (s - planned).abs() > LEAST_MOVE * length).collect())
 }
 
-/// The usual time between two frames, s; of a single frame the time to it.
+/// The usual time between two frames of a motion, s; of a single frame its time, if that is positive.
 fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     let times: Vec<f64> = motion.samples.iter().map(|s| s.time).collect();
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
-/// Frames after the end of a recording and between its own. A recording that prescribes the ends ends with the plan.
+/// Candidate recordings of an observation with frames after its end, and between its own for each of [`RATE_FACTORS`]. Values
+/// are zero where any frame has the coordinate. A recording that prescribes the ends gets no later frames. Empty without a
+/// spacing.
 fn additional_frames(
     experiment: &Experiment,
     observation: &Observation,
@@ -370,7 +394,7 @@ fn additional_frames(
     let is_prescribed =
         supports.path.is_some() || supports.motion.iter().any(|m| !m.file.as_os_str().is_empty());
     if !is_prescribed {
-        let frames = ((LONGER - 1.0) * experiment.duration() / spacing * (1.0 + 1e-9)).floor();
+        let frames = ((LONGER - 1.0) * experiment.duration() / spacing * ROUNDING).floor();
         let after = (1..=frames as usize).map(|k| last + k as f64 * spacing);
         all.push((CandidateKind::Later, at(after.collect())));
     }

@@ -1,4 +1,8 @@
-//! Contribution of each planned measurement: the expected standard errors by it alone, and by all others.
+//! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all others.
+//!
+//! Each group of rows of the Jacobian (a measurement, or a coordinate of the only one) is kept alone or left out, always with
+//! the priors. The standard errors follow from the covariance of the remaining rows. The report of a plan shows which
+//! measurement determines which parameter.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
@@ -6,7 +10,7 @@ use crate::fit::design::report::Contribution;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::unknown::ParameterPoint;
 
-/// Names of the coordinates of a position.
+/// Names of the coordinates of a position, in the order of its components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Rows of the Jacobian of a measurement, or of one of its coordinates.
@@ -15,11 +19,12 @@ struct RowGroup {
     measurement: String,
     /// x, y or z; empty for a whole measurement.
     axis: String,
+    /// Indices of the rows in the common Jacobian.
     rows: Vec<usize>,
 }
 
 /// The contributions of all measurements of a plan at `point`; empty for a single group of values. `rows` are the Jacobian of
-/// all candidates, then those of the priors.
+/// all candidates in units of the noise, then those of the priors.
 pub(crate) fn contributions(
     designs: &CandidateDesigns,
     planned: &[Experiment],
@@ -39,6 +44,7 @@ pub(crate) fn contributions(
         kept.extend_from_slice(priors);
         standard_errors(point, &kept)
     };
+    // A group that others replace has small errors without it; one that alone determines a parameter has none.
     let contribution = |(k, group): (usize, &RowGroup)| {
         Ok(Contribution {
             measurement: group.measurement.clone(),
@@ -51,7 +57,7 @@ pub(crate) fn contributions(
     groups.iter().enumerate().map(contribution).collect()
 }
 
-/// The rows of every measurement of a plan, or of every coordinate of its only measurement.
+/// The rows of every measurement of a plan; of its only measurement, if that is a motion, those of every coordinate.
 fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGroup> {
     let own: Vec<_> = designs.planned_blocks().collect();
     if let [block] = &own[..]

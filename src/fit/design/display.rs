@@ -1,4 +1,7 @@
-//! The summary of a planned experiment: expected uncertainties and candidate designs, as text and tables.
+//! The summary of a planned experiment as text and tables for a terminal.
+//!
+//! [`Design::summary`] shows the expected standard errors of the parameters, unidentifiable ones and warnings. Then follow
+//! the uncertainty budget, undetected biases, one table of candidate designs for each recording and variable, and the cost.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
@@ -12,14 +15,14 @@ use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt;
 
 impl fmt::Display for Design {
-    /// Writes the design as text.
+    /// Writes the summary as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Design {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal. The first line is whether the plan determines all parameters.
     pub fn summary(&self) -> Summary {
         let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
         let mut summary = match (unknown, self.parameters.len()) {
@@ -44,6 +47,7 @@ impl Design {
             );
             summary = summary.note(text);
         }
+        // Warnings precede budget, biases and candidate designs.
         summary = summary.warnings(&self.warnings);
         summary = self.parameters.iter().fold(summary, budget::add_budget);
         summary = add_undetected_bias(summary, &self.undetected_bias);
@@ -59,7 +63,7 @@ impl Design {
 }
 
 impl Advice {
-    /// The title of the table: the design variable, and the recording if it has a name.
+    /// The title of the table: the design variable, and the recording or experiment in parentheses if it has a name.
     fn title(&self) -> String {
         let title = match self.variable {
             DesignVariable::MarkerPosition => "Expected standard error by marker position",
@@ -72,7 +76,8 @@ impl Advice {
         }
     }
 
-    /// The table of the choices: value, standard error of each parameter, and marks of the planned and the best choice.
+    /// The table of the choices, a row each: value, standard error of each of the `parameters` relative to it, and the marks
+    /// `planned` and `best`.
     fn table(&self, parameters: &[Estimate]) -> SummaryTable {
         let heading = match self.variable {
             DesignVariable::MarkerPosition => "m from the clamp",

@@ -1,4 +1,9 @@
 //! Assessment of a planned experiment: its measurements get simulated values, and the exact fit is assessed as an optimum.
+//!
+//! [`PlannedFit::design`] simulates the plan and its candidate recordings at the start values, or else the values of the
+//! scenes, with derivatives. The residuals of the plan are zero, so that its Jacobian and the stated noise yield expected
+//! standard errors, budgets and undetected biases. The [`Design`] also has the expected errors of candidate designs, and the
+//! contribution of each measurement.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -21,7 +26,7 @@ use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::fit::validate::measurement_key;
 use std::time::Instant;
 
-/// A fit of planned measurements.
+/// A fit of planned measurements, which have times and noise, but no values.
 pub(crate) struct PlannedFit<'a> {
     pub experiments: &'a [Experiment],
     pub unknowns: &'a [Unknown],
@@ -31,7 +36,8 @@ pub(crate) struct PlannedFit<'a> {
 }
 
 impl PlannedFit<'_> {
-    /// The expected uncertainties of the plan and of its candidate designs.
+    /// The expected uncertainties of the plan and of its candidate designs. Errors: a measurement without sigma, an unknown
+    /// without a value, or a simulation that fails.
     pub fn design(self) -> Result<Design, Error> {
         // 1. The plan with all candidate recordings, simulated at the given values.
         let since = Instant::now();
@@ -105,6 +111,7 @@ impl PlannedFit<'_> {
 }
 
 /// The values at which the plan is simulated, on the scales of the unknowns: the starts, or else the values of the scenes.
+/// Error: an unknown with neither, or with a value that has no logarithm.
 fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Vec<f64>, Error> {
     let value = |(i, unknown): (usize, &Unknown)| {
         let mut own = experiments.iter().filter(|e| unknown.is_of(e));
@@ -123,8 +130,8 @@ fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Ve
     unknowns.iter().enumerate().map(value).collect()
 }
 
-/// Prepares an experiment: squared losses, and where the scene leaves mesh and step open, those of a simulation at `point`.
-/// Measurements without a given noise are errors.
+/// Prepares an experiment: squared losses, and where the scene leaves mesh and step open, those that a simulation at `point`
+/// chooses. Measurements without a given noise are errors.
 fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Error> {
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {

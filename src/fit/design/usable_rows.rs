@@ -1,4 +1,8 @@
 //! Rows of a plan for which the linear error model holds: those before sensitivities grow exponentially.
+//!
+//! In a chaotic motion the derivatives by the parameters grow exponentially, and with them the errors of the model.
+//! [`UsableRows::new`] finds the onset of the growth in each experiment. Later rows of the Jacobian become zero, with a
+//! warning, and choices whose record is longer than the onset are not recommended.
 
 use crate::code::Code;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -17,8 +21,8 @@ pub(crate) struct UsableRows {
 }
 
 impl UsableRows {
-    /// The usable rows of experiments with all candidate recordings. `sigmas` has the standard deviation of each measurement,
-    /// `residuals` and `rows` are the plain residuals and their Jacobian.
+    /// The usable rows of experiments with all candidate recordings. `sigmas` has the standard deviation of each measurement
+    /// in its unit; `residuals` and `rows` are the plain residuals of the simulation and their Jacobian.
     pub fn new(
         mut experiments: Vec<Experiment>,
         unknowns: &[Unknown],
@@ -52,7 +56,7 @@ impl UsableRows {
         }
     }
 
-    /// The weights of the planned rows; empty where all are 1.
+    /// The weights of the planned rows and of the priors, 0 or 1; empty where all are 1.
     pub fn weights(&self, designs: &CandidateDesigns) -> Vec<f64> {
         if self.weights.is_empty() { Vec::new() } else { designs.planned(&self.weights) }
     }
@@ -67,8 +71,8 @@ impl UsableRows {
         }
     }
 
-    /// Removes the recommendation of choices whose record is longer than the usable time: with removed rows a longer
-    /// record is as good as a shorter one.
+    /// Removes the recommendation of choices whose record is longer than the usable time, and of all choices of a plan that
+    /// is: with removed rows a longer record is as good as a shorter one.
     pub fn withdraw_marks(&self, planned: &[Experiment], advice: &mut [Advice]) {
         for (experiment, growth) in planned.iter().zip(&self.growths) {
             let Some(onset) = growth.as_ref().map(|growth| growth.onset) else { continue };

@@ -1,4 +1,8 @@
 //! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
+//!
+//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters. It rejects keys without a meaning
+//! in such a fit: several experiments, input uncertainties, `[analysis]`, validation data, and measurements that are no
+//! motion.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -19,6 +23,7 @@ impl FitFile {
         let refused = |key: &str, found: &str, allowed: &str| {
             Err(Error::invalid(key, found, format!("{allowed} together with [[field]]")))
         };
+        // A fit of lists has one problem, exact inputs and no further analyses.
         let [experiment] = &self.experiments[..] else {
             return refused("experiment", "several experiments", "one experiment");
         };
@@ -43,6 +48,7 @@ impl FitFile {
                 None => return refused("shape, frequencies", "one", "recorded motions"),
             }
         }
+        // Lists and single parameters keep the order of the file.
         let fit = self.fields.iter().fold(fit, |fit, field| fit.along(field.clone()));
         Ok(Some(self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()))))
     }

@@ -1,4 +1,8 @@
-//! Definition and validation of a fit of lists along the rod.
+//! Definition of a fit of lists of values along the rod ([`FieldFit`]), and its validation before it is solved.
+//!
+//! A fit consists of a problem, recorded motions with a stated noise, lists with a smooth prior, and single parameters with a
+//! normal prior. [`FieldFit::check`] accepts the cases that the adjoint of the simulation supports: given mesh, step and
+//! scheme, positions on the center line, squared losses, and samples up to the end of the simulation.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -37,7 +41,7 @@ pub struct FieldFit {
 }
 
 impl FieldFit {
-    /// A fit of lists in the scene of a problem.
+    /// A fit of lists in the scene of a problem, without data and lists.
     pub fn new(problem: &Problem) -> Self {
         let (observations, fields, unknowns) = (Vec::new(), Vec::new(), Vec::new());
         Self { problem: problem.clone(), observations, fields, unknowns }
@@ -49,13 +53,13 @@ impl FieldFit {
         self
     }
 
-    /// Adds a list to identify.
+    /// Adds a list of the scene to identify, with its prior.
     pub fn along(mut self, field: Field) -> Self {
         self.fields.push(field);
         self
     }
 
-    /// Adds a single parameter to identify, with a [prior](Unknown::prior).
+    /// Adds a single parameter to identify, which must have a [prior](Unknown::prior).
     pub fn identify(mut self, unknown: impl Into<Unknown>) -> Self {
         self.unknowns.push(unknown.into());
         self
@@ -66,10 +70,12 @@ impl FieldFit {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Rejects scenes without an adjoint, invalid lists, and observations that this kind of fit does not support.
+    /// Rejects scenes without an adjoint or without a given mesh, step and scheme, invalid lists, and observations that this
+    /// kind of fit does not support. Error: the key with the reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
+        // Mesh, step and scheme must be those of the scene: a choice by the program is not supported.
         let is_open = self.problem.scene().chosen().any();
         let allowed = "rod.segments, time.step and time.scheme in the scene of a fit with \
                        [[field]]";

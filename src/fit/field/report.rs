@@ -1,4 +1,8 @@
 //! Report of a fit of distributed parameters: estimates with standard errors from the directions that the data determine.
+//!
+//! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`. The posterior covariance is `C (1 +
+//! J'J)^-1 C'` for the root `C` of the prior covariance: every eigenvector lowers the prior variance by `l/(1 + l) (C v)^2`.
+//! The report also has the residuals, warnings on weakly determined values, and a summary for the terminal.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -13,9 +17,11 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
 
-/// Standard error over the prior standard deviation above which the data hardly determine a value.
+/// Standard error over the prior standard deviation above which the data hardly determine a value. Smaller: more values are
+/// warned of.
 const UNDETERMINED: f64 = 0.9;
-/// Range of the root mean square residual, in sigmas, without a warning.
+/// Range of the root mean square residual, in sigmas, without a warning. Beyond it the standard errors, which assume sigma,
+/// are wrong.
 const USUAL_RMS: [f64; 2] = [0.8, 1.25];
 
 /// Estimates of a list along the rod.
@@ -88,6 +94,7 @@ pub(super) struct FieldOptimum<'a> {
     pub z: &'a [f64],
     /// Residuals, in sigmas.
     pub residuals: &'a [f64],
+    /// Data and model, coordinate by coordinate.
     pub series: Vec<Series>,
     /// Half the sum of squares of residuals and of `z`.
     pub misfit: f64,
@@ -95,6 +102,7 @@ pub(super) struct FieldOptimum<'a> {
     pub ritz: Vec<RitzPair>,
     /// Whether all directions that the data determine were found.
     pub complete: bool,
+    /// Whether the search reached a minimum.
     pub converged: bool,
     /// Number of runs and of products with the Jacobian.
     pub runs: f64,
@@ -103,7 +111,7 @@ pub(super) struct FieldOptimum<'a> {
 }
 
 impl FieldReport {
-    /// The report of an optimum. The posterior covariance is `C (1 + J'J)^-1 C'`.
+    /// The report of an optimum, with its standard errors and warnings.
     pub(super) fn new(optimum: FieldOptimum<'_>) -> Self {
         let FieldOptimum { space, z, ritz, residuals, .. } = &optimum;
         // (1 + J'J)^-1 is 1 less l/(1 + l) along every eigenvector with eigenvalue l.
@@ -164,7 +172,7 @@ impl FieldReport {
         report
     }
 
-    /// The identified parameters of a scene with their values.
+    /// The identified parameters of a scene with their values in their units, list after list, then single ones.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) for a scene that does not have them.
@@ -179,7 +187,8 @@ impl FieldReport {
         Ok(values)
     }
 
-    /// All warnings, in a fixed order.
+    /// All warnings in a fixed order: convergence, size of the residuals, completeness of the directions, undetermined
+    /// values, correlations, local minimum.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.converged {
@@ -196,12 +205,14 @@ impl FieldReport {
                 "the residuals are {ratio:.2} times the stated sigma. {fault}. The standard errors assume that sigma"
             ));
         }
+        // Missing directions are taken for undetermined.
         if !optimum.complete {
             warnings.push(
                 "the data determine more combinations than were computed. The standard errors are too large"
                     .into(),
             );
         }
+        // Values whose error is that of the prior are no result of the data.
         for field in &self.fields {
             let both = field.standard_errors.iter().zip(&field.prior_std);
             let count = both.filter(|(error, prior)| **error > UNDETERMINED * **prior).count();
@@ -226,14 +237,14 @@ impl FieldReport {
 }
 
 impl fmt::Display for FieldReport {
-    /// Writes the field report as text.
+    /// Writes the summary as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl FieldReport {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: status, tables of single parameters and lists, warnings, residuals and cost.
     pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
         let estimates = format!("{count} values along the rod from {} coordinates", self.values);
@@ -242,6 +253,7 @@ impl FieldReport {
             false => Summary::new(format!("not converged: {estimates}"), Tone::Bad)
                 .with_code(Some(Code::NotUsable)),
         };
+        // Single parameters first: their table is short.
         let mut singles = SummaryTable::new([
             TextColumn::left("parameter"),
             TextColumn::left("estimate"),
@@ -257,6 +269,7 @@ impl FieldReport {
             ]);
         }
         summary = summary.table("", singles);
+        // One table for each list, a row for each value along the rod.
         for field in &self.fields {
             let unit =
                 if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) };

@@ -1,5 +1,10 @@
-//! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead of
-//! its rows.
+//! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead
+//! of its rows.
+//!
+//! Unknowns are independent normal numbers `z`, the cost is half the sum of squares of residuals and of `z`. A step solves
+//! `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient by Lanczos's method, with one forward derivative
+//! and one adjoint per product. The search converges where an undamped step predicts a decrease below [`LEAST_GAIN`].
+//! Eigenvectors of `J'J` at the optimum then yield the standard errors. Result: a [`FieldReport`].
 
 use crate::dynamics::{Reversible, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};
@@ -17,11 +22,12 @@ use crate::numerics::lanczos::{Lanczos, RitzPair};
 use crate::problem::Problem;
 use std::time::Instant;
 
-/// Largest number of steps of the search.
+/// Largest number of steps of the search; after it the search has not converged.
 const STEPS: usize = 40;
-/// Largest number of products for a step.
+/// Largest number of products with `J'J` for a step. Larger: more accurate steps, each product at the cost of two runs or
+/// less.
 const STEP_PRODUCTS: usize = 40;
-/// Largest number of products for the standard errors.
+/// Largest number of products with `J'J` for the standard errors; where it is reached they are too large, with a warning.
 const ERROR_PRODUCTS: usize = 120;
 /// Largest residual norm of the linear equations of a step, in standard errors: an upper bound of the error of the step.
 const STEP_ERROR: f64 = 0.1;
@@ -29,14 +35,26 @@ const STEP_ERROR: f64 = 0.1;
 const LEAST_GAIN: f64 = 1e-3;
 /// Smallest fraction of the predicted decrease of the misfit that an accepted step achieves.
 const LEAST_GAIN_RATIO: f64 = 1e-3;
+/// Gain ratio above which the damping of the next step is lower.
+const GOOD_GAIN_RATIO: f64 = 0.5;
+/// Divisor of the damping after a good step. Larger: the damping vanishes sooner, and more steps are rejected.
+const LESS_DAMPING: f64 = 5.0;
+/// Factor on the damping after a rejected step.
+const MORE_DAMPING: f64 = 4.0;
+/// Smallest damping after a rejected step: as strong as the prior.
+const FIRST_DAMPING: f64 = 1.0;
+/// Damping below which it becomes zero: the prior, of strength one, dominates it.
+const NEGLIGIBLE_DAMPING: f64 = 1e-2;
 /// Largest damping: above it steps are too short to change the misfit.
 const MAX_DAMPING: f64 = 1e12;
 /// Smallest eigenvalue of `J'J`, which is the information of the data over that of the prior, of the directions in the standard
 /// errors. Without smaller ones these are too large by up to half of it.
 const LEAST_INFORMATION: f64 = 0.05;
+/// Number of products between two tests whether all directions for the standard errors are found.
+const TEST_INTERVAL: usize = 4;
 
 impl FieldFit {
-    /// Finds the values with the largest posterior probability and their standard errors.
+    /// Finds the values with the largest posterior probability and their standard errors, from the values of the scene.
     ///
     /// # Errors
     /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at the
@@ -57,6 +75,7 @@ impl FieldFit {
 struct FieldTrial {
     /// Independent numbers of variance one.
     z: Vec<f64>,
+    /// The simulation, with its states for derivatives.
     run: Reversible,
     /// Residuals, in sigmas.
     residuals: Vec<f64>,
@@ -68,13 +87,14 @@ struct FieldTrial {
 struct FieldSearch<'a> {
     fit: &'a FieldFit,
     space: &'a FieldSpace,
+    /// The problem with a layout for all values of the unknowns.
     problem: Problem,
     /// Number of runs and of products with the Jacobian so far.
     runs: f64,
 }
 
 impl FieldSearch<'_> {
-    /// The rows of the observation operator of all measured coordinates.
+    /// The rows of the observation operator of all measured coordinates, each over its sigma.
     fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
@@ -86,7 +106,7 @@ impl FieldSearch<'_> {
         all.collect()
     }
 
-    /// Data and model of all observations, coordinate by coordinate.
+    /// Data and model of all observations at a trial, coordinate by coordinate, for plots.
     fn series(&self, trial: &FieldTrial) -> Vec<Series> {
         let mut rest = &trial.residuals[..];
         let own_series = |observation: &Observation| {
@@ -99,7 +119,8 @@ impl FieldSearch<'_> {
         self.fit.observations.iter().flat_map(own_series).collect()
     }
 
-    /// Simulates the rod with the parameters at `z`, until the last sample.
+    /// Simulates the rod with the parameters at `z`, until the last sample, and compares it with the measurements. Error:
+    /// values that the scene does not allow, or a simulation that fails.
     fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
         // Same layout for all values, so that the residuals are smooth.
         let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
@@ -120,7 +141,7 @@ impl FieldSearch<'_> {
         Ok(FieldTrial { z, run, residuals, cost })
     }
 
-    /// The product `J v` at a trial, by forward derivatives.
+    /// The product `J v` at a trial, in sigmas, by forward derivatives along the changes of the parameters `C v`.
     fn multiply(&mut self, trial: &FieldTrial, v: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let problem = trial.run.problem();
@@ -141,7 +162,8 @@ impl FieldSearch<'_> {
         changes.collect()
     }
 
-    /// The product `J' w` at a trial, by the adjoint.
+    /// The product `J' w` at a trial, a gradient by `z`, by the adjoint of the simulation. `w` has a number per measured
+    /// coordinate.
     fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let mut slopes: TrajectorySlopes<'_> = trial.run.slopes();
@@ -153,7 +175,8 @@ impl FieldSearch<'_> {
         Ok(gradient)
     }
 
-    /// Continues Lanczos's method with products with `J'J` at a trial, up to `most` products or until `is_done`.
+    /// Continues Lanczos's method with products with `J'J` at a trial, until there are `most` products, `is_done` is true, or
+    /// the Krylov space is complete.
     fn iterate_lanczos(
         &mut self,
         trial: &FieldTrial,
@@ -169,7 +192,9 @@ impl FieldSearch<'_> {
         Ok(())
     }
 
-    /// Descends from a trial. Returns the last trial, and whether the search converged: no step lowers the misfit notably.
+    /// Descends from a trial by damped Gauss-Newton steps, at most [`STEPS`]. Returns the last trial, and whether the search
+    /// converged: an undamped step predicts a decrease of the misfit below [`LEAST_GAIN`]. Error: a stop, or values that the
+    /// scene does not allow.
     fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
@@ -200,14 +225,15 @@ impl FieldSearch<'_> {
                 let is_accepted = gain > LEAST_GAIN_RATIO * predicted || is_at_minimum;
                 if let Some(tried) = tried.filter(|_| is_accepted) {
                     trial = tried;
-                    damping = if gain > 0.5 * predicted { damping / 5.0 } else { damping };
-                    damping = if damping < 1e-2 { 0.0 } else { damping };
+                    let is_good = gain > GOOD_GAIN_RATIO * predicted;
+                    damping = if is_good { damping / LESS_DAMPING } else { damping };
+                    damping = if damping < NEGLIGIBLE_DAMPING { 0.0 } else { damping };
                     if predicted < LEAST_GAIN && damping == 0.0 {
                         return Ok((trial, true));
                     }
                     break;
                 }
-                damping = (4.0 * damping).max(1.0);
+                damping = (MORE_DAMPING * damping).max(FIRST_DAMPING);
                 if damping > MAX_DAMPING {
                     return Ok((trial, false));
                 }
@@ -216,19 +242,21 @@ impl FieldSearch<'_> {
         Ok((trial, false))
     }
 
-    /// The report of an optimum: the directions that the data determine, and the standard errors by these.
+    /// The report of an optimum: eigenvectors of `J'J` with eigenvalues above [`LEAST_INFORMATION`] to the accuracy that the
+    /// standard errors need, or as many as [`ERROR_PRODUCTS`] yield.
     fn report(
         mut self,
         trial: &FieldTrial,
         converged: bool,
         since: Instant,
     ) -> Result<FieldReport, Error> {
-        // A vector with components along all eigenvectors.
+        // A fixed start vector of irregular numbers between 1 and 2 has components along all eigenvectors.
         let n = trial.z.len();
         let start = (0..n).map(|i| 1.0 + ((i * 7919 + 13) % 101) as f64 / 101.0).collect();
         let mut lanczos = Lanczos::new(start);
+        // All eigenvalues above the limit are found once a smaller one appears and the others are accurate.
         self.iterate_lanczos(trial, &mut lanczos, ERROR_PRODUCTS, |known| {
-            known.count() >= 4 && known.count().is_multiple_of(4) && {
+            known.count() > 0 && known.count().is_multiple_of(TEST_INTERVAL) && {
                 let pairs = known.ritz_pairs();
                 let is_inaccurate = |RitzPair { value, error, .. }: &RitzPair| {
                     *value > LEAST_INFORMATION && *error > LEAST_INFORMATION * (1.0 + value)

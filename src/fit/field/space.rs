@@ -1,4 +1,8 @@
-//! The unknowns of a fit along the rod: a linear map from independent normal numbers of variance one to the parameters.
+//! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the parameters.
+//!
+//! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod, or a
+//! normal one. Then `values = means + C z`, with the symmetric root `C` of the prior covariance, block by block. The search
+//! works on `z`; simulations take the [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes).
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;
@@ -24,12 +28,15 @@ pub struct Field {
 
 /// All parameters of the fit: the values of the lists, list after list, then single parameters.
 pub struct FieldSpace {
+    /// Lists along the rod, in the order of the fit.
     pub lists: Vec<FieldList>,
+    /// Single parameters, in the order of the fit.
     pub singles: Vec<SingleParameter>,
+    /// All parameters, in the order of the independent numbers.
     parameters: Vec<Parameter>,
 }
 
-/// A list of values along the rod.
+/// A list of values along the rod with its prior.
 pub struct FieldList {
     pub name: String,
     pub unit: &'static str,
@@ -48,8 +55,8 @@ pub struct SingleParameter {
 }
 
 impl FieldSpace {
-    /// The space of some lists and single parameters of a problem. Lists that the scene lacks, parameters twice, and parameters
-    /// without a prior are errors.
+    /// The space of some lists and single parameters of a problem. Errors: no list, one that the scene lacks or that is given
+    /// twice, a sigma or length that is not positive, and single parameters without a prior or with an effect on the camera.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
@@ -120,7 +127,8 @@ impl FieldSpace {
         chosen
     }
 
-    /// Multiplies `z` by the symmetric root of the prior covariance: independent numbers become changes of the parameters.
+    /// Multiplies `z`, in place, by the symmetric root `C` of the prior covariance: independent numbers become changes of the
+    /// parameters in their units.
     pub fn multiply(&self, z: &mut [f64]) {
         let mut rest = z;
         for list in &self.lists {
@@ -131,14 +139,14 @@ impl FieldSpace {
         rest.iter_mut().zip(&self.singles).for_each(|(z, single)| *z *= single.sigma);
     }
 
-    /// The changes of all parameters, in their units, along a direction `z`.
+    /// All parameters with their changes `C z`, in their units, along a direction `z`.
     pub fn changes(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let mut changes = z.to_vec();
         self.multiply(&mut changes);
         self.parameters.iter().copied().zip(changes).collect()
     }
 
-    /// The values of all parameters, in their units, at `z`.
+    /// All parameters with their values, in their units, at `z`: the means of the priors plus the changes.
     pub fn values(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let scene = self.lists.iter().flat_map(|list| list.scene.iter().copied());
         let all = scene.chain(self.singles.iter().map(|single| single.mean));

@@ -1,17 +1,20 @@
-//! Constant coordinates of recordings, such as the z column of a planar recording. They are no measurements, and are left out
-//! of the fit.
+//! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As measurements
+//! without residuals they would lower the estimated noise of the other coordinates.
 //!
-//! As measurements without residuals they would lower the estimated noise of the other coordinates.
+//! Input: the measurements of experiments. A coordinate is constant if all its values (at least [`FEWEST`]) are equal while
+//! another coordinate of the measurement varies. Of shapes at rest only the coordinate along the normal of a planar model
+//! counts. Output: the experiment without these coordinates ([`without_constant_axes`]), and their list for a warning in the
+//! report ([`all_constant_axes`]).
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 
-/// Fewest equal values that are no coincidence.
+/// Smallest number of equal values that are no coincidence. A larger number keeps constant coordinates of short recordings.
 const FEWEST: usize = 3;
 /// Smallest component of the unit normal of a planar model along an axis that is perpendicular to the model.
 const NORMAL: f64 = 1.0 - 1e-9;
 
-/// A constant coordinate of a recording.
+/// A constant coordinate of a recording, for a warning.
 pub(crate) struct ConstantAxis {
     /// The file, or the point.
     pub observation: String,
@@ -23,7 +26,7 @@ pub(crate) struct ConstantAxis {
     pub samples: usize,
 }
 
-/// The experiment without constant coordinates.
+/// The experiment with its measurements without their constant coordinates.
 pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
     let normal = planar_normal(&experiment);
@@ -36,13 +39,13 @@ pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     experiment
 }
 
-/// The unit normal of a planar model; none of a spatial one.
+/// The unit normal of the plane of a planar model; `None` of a spatial one.
 fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     let problem = &experiment.problem;
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// The constant coordinates of all experiments, with their values.
+/// The constant coordinates of all experiments, with label, axis, value in m, and number of samples.
 pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
@@ -62,8 +65,9 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
     found
 }
 
-/// Indices of the constant coordinates of a measurement with another coordinate that varies. A shape at rest may hang
-/// straight: only its coordinate along the `normal` of a planar model is left out.
+/// Indices (0 to 2 for x to z) of the constant coordinates of a measurement with another coordinate that varies. A shape at
+/// rest may hang straight: only its coordinate along the `normal` of a planar model is left out. Empty for planned data and
+/// markers of a recording that prescribes the ends.
 fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
     // Markers of a recording that prescribes the ends are compared in space, as the ends are.
     if measurement.planned() || measurement.marker().is_some() {
@@ -82,7 +86,7 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     (0..3).filter(is_filler).filter(is_irrelevant).collect()
 }
 
-/// Removes coordinates from a measurement, with the standard deviations of their values.
+/// Removes the coordinates with these indices from a measurement, with the standard deviations of their values.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
     // The values that remain are noted, to remove the entries of their standard deviations.
     let (mut kept, values) = (Vec::new(), measurement.values());

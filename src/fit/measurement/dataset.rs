@@ -1,8 +1,9 @@
 //! Data sets: measured values with their header, and the interface of the kinds of data.
 //!
-//! The header has the noise, the loss, the use in the fit and the origin of the values. A kind of data implements
-//! [`DataKind`]: its values, the outputs of a simulation that they depend on, and the differences from
-//! these outputs. Everything else in a fit uses this interface.
+//! [`Header`] has the noise (standard deviations), the loss, the use in the fit (fitted, validation, planned) and the origin
+//! of the values. A kind of data (motion, shape, frequencies, gauge) implements [`DataKind`]: its values, the outputs of a
+//! simulation that they require, and the differences of these outputs from the values. Everything else in a fit uses this
+//! interface. Values are in the order of the residuals: point by point, and within a point x, y, z.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
@@ -16,7 +17,7 @@ use std::fmt::Debug;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
-/// A unit that data are given in, and reports display them in.
+/// A unit in which data are given, and in which reports display them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DataUnit<'a> {
     /// Symbol of the unit.
@@ -26,7 +27,7 @@ pub(crate) struct DataUnit<'a> {
 }
 
 impl DataUnit<'_> {
-    /// Hertz, for values in rad/s.
+    /// Hertz as the unit of given and displayed frequencies; the values are in rad/s.
     pub const HERTZ: Self = Self { name: "Hz", size: std::f64::consts::TAU };
 }
 
@@ -46,14 +47,14 @@ pub enum Abscissa {
     Reading,
 }
 
-/// The values of one coordinate of a measurement, in the order of the residuals.
+/// The values of one coordinate of a measurement, by index and abscissa, in the order of the residuals.
 pub(crate) struct Coordinate {
     /// x, y, z, f of frequencies, or g of gauges.
     pub axis: &'static str,
     pub values: Vec<CoordinateValue>,
 }
 
-/// One value of a coordinate.
+/// The place of one value of a coordinate; the value itself is at `index` among those of the measurement.
 #[derive(Clone, Copy)]
 pub(crate) struct CoordinateValue {
     /// Index among all values of the measurement.
@@ -63,7 +64,7 @@ pub(crate) struct CoordinateValue {
 }
 
 impl Coordinate {
-    /// Index and abscissa of the values below index `count`, ascending by the abscissa.
+    /// Index and abscissa of the values with an index below `count`, in ascending order of the abscissa.
     pub fn ascending(&self, count: usize) -> Vec<(usize, f64)> {
         let values = self.first_values(count);
         let mut pairs: Vec<(usize, f64)> = values.map(|v| (v.index, v.abscissa)).collect();
@@ -71,13 +72,13 @@ impl Coordinate {
         pairs
     }
 
-    /// The values among the first `count` values of the measurement.
+    /// The values of this coordinate that are among the first `count` values of the measurement.
     pub fn first_values(&self, count: usize) -> impl Iterator<Item = CoordinateValue> {
         self.values.iter().copied().filter(move |value| value.index < count)
     }
 }
 
-/// The properties that all kinds of measurements have.
+/// The properties that all kinds of measurements have: noise, loss, use and origin.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Header {
@@ -107,7 +108,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// A header of values in meters.
+    /// A header of values in meters, with unknown noise and squared loss.
     pub(crate) fn in_meters() -> Self {
         Self { unit: "m".into(), ..Self::default() }
     }
@@ -117,8 +118,8 @@ impl Header {
         Self { unit: unit.into(), sigma: Some(sigma), ..Self::default() }
     }
 
-    /// Sets the standard deviations of all points or values. `sigma` becomes the one with their mean information,
-    /// `(mean sigma_i^-2)^(-1/2)`.
+    /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their mean
+    /// information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it. No change for an empty list.
     fn set_sigmas(&mut self, sigmas: &[f64]) {
         let Some(first) = sigmas.first() else { return };
         self.sigma = Some(*first);
@@ -147,7 +148,7 @@ pub struct Dataset<D> {
 impl<D> Deref for Dataset<D> {
     type Target = D;
 
-    /// The data of the data set.
+    /// The data of the data set, without the header.
     fn deref(&self) -> &D {
         &self.data
     }
@@ -161,19 +162,19 @@ impl<D> DerefMut for Dataset<D> {
 }
 
 impl<D: DataKind> Dataset<D> {
-    /// With a known standard deviation of every value, in its unit.
+    /// The data set with a known standard deviation of every value, in its unit.
     pub fn sigma(mut self, sigma: f64) -> Self {
         self.header.sigma = Some(sigma);
         self
     }
 
-    /// With a known standard deviation of each point, or of each value, point by point, in its unit.
+    /// The data set with a known standard deviation of each point, or of each value, point by point, in its unit.
     pub fn sigmas(mut self, sigmas: &[f64]) -> Self {
         self.header.set_sigmas(sigmas);
         self
     }
 
-    /// With another loss than squares.
+    /// The data set with another loss function of its residuals than squares.
     pub fn loss(mut self, loss: Loss) -> Self {
         self.header.loss = loss;
         self
@@ -185,12 +186,12 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// Number of values.
+    /// Number of measured values; a position has up to three.
     pub fn values(&self) -> usize {
         self.data.values()
     }
 
-    /// With its file, the interpretation of the file, and the numbers of rows that were left out.
+    /// The data set with the path of its file, the interpretation of the file, and the numbers of rows that were left out.
     pub(crate) fn with_source(
         mut self,
         path: &Path,
@@ -203,7 +204,8 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// With the properties in the table of a fit file. A sigma in the table replaces that of the data file.
+    /// The data set with the properties in the table of a fit file. A sigma in the table, in the unit of the values, replaces
+    /// that of the data file.
     pub(crate) fn with_properties(
         mut self,
         sigma: Option<f64>,
@@ -216,7 +218,7 @@ impl<D: DataKind> Dataset<D> {
     }
 }
 
-/// Context of the validation of a measurement.
+/// Context of the validation of a measurement: its problem and its names for errors.
 pub struct ValidationContext<'a> {
     /// The problem with which it is compared.
     pub problem: &'a Problem,
@@ -230,24 +232,24 @@ pub struct ValidationContext<'a> {
 
 /// A kind of data: either positions of points, or scalars.
 pub trait DataKind: Debug + Send + Sync {
-    /// Name of the table of a fit file for this kind.
+    /// Name of the table of a fit file for this kind of data.
     fn table(&self) -> &'static str;
 
     /// The file, or a name of the data without a file.
     fn label(&self, header: &Header) -> String;
 
-    /// Quantity on the abscissa of plots.
+    /// The quantity on the abscissa of plots: time, arc length, mode or number.
     fn abscissa(&self) -> Abscissa;
 
-    /// Abscissa of every point.
+    /// Abscissa of every point: time, s, arc length, m, mode number or number of the reading.
     fn abscissas(&self, problem: &Problem) -> Vec<f64>;
 
-    /// Name of the axis of scalars; none of positions.
+    /// Name of the axis of scalars; `None` of positions.
     fn axis(&self) -> Option<&'static str> {
         None
     }
 
-    /// The observed positions, m; empty for scalars.
+    /// The observed positions, m, with `None` for coordinates that were not observed; empty for scalars.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         Vec::new()
     }
@@ -257,7 +259,7 @@ pub trait DataKind: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// The scalars; empty for positions.
+    /// The scalars, in the unit of the values; empty for positions.
     fn scalars(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -272,28 +274,29 @@ pub trait DataKind: Debug + Send + Sync {
         vec![None; self.values()]
     }
 
-    /// Number of arc lengths that are fitted to the values.
+    /// Number of arc lengths that are fitted to the values, each of which takes a degree of freedom.
     fn fitted_arc_lengths(&self) -> usize {
         0
     }
 
-    /// Typical size of the measured effect: the spread of a motion, the deflection of a shape, a typical frequency.
+    /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a shape, a
+    /// typical frequency.
     fn size(&self, problem: &Problem) -> f64;
 
     /// Rejects values that cannot be compared with the problem.
     ///
     /// # Errors
     ///
-    /// The key or the label, with what is allowed.
+    /// [`Error::Invalid`] with the key of the table or the label, and the allowed values.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
     /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
     fn prepare(&mut self, _problem: &Problem, _horizon: f64) {}
 
-    /// Adds the outputs of a simulation that the values are compared with.
+    /// Adds the outputs of a simulation with which the values are compared.
     fn require(&self, outputs: &mut Requirements);
 
-    /// Calls `each` with simulated less measured value, in the order of the values.
+    /// Calls `each` with simulated less measured value, in the order of the values and in their unit.
     ///
     /// # Errors
     ///
@@ -306,7 +309,7 @@ pub trait DataKind: Debug + Send + Sync {
     where
         Self: Sized;
 
-    /// All values, in the order of the residuals.
+    /// All values (coordinates or scalars), in the order of the residuals.
     fn values_in_order(&self) -> Vec<f64> {
         self.positions().into_iter().flatten().flatten().chain(self.scalars()).collect()
     }
@@ -319,19 +322,19 @@ pub trait DataKind: Debug + Send + Sync {
         }
     }
 
-    /// Number of values.
+    /// Number of values: observed coordinates, or scalars.
     fn values(&self) -> usize {
         self.values_in_order().len()
     }
 
-    /// Number of samples, points along the rod, frequencies or readings.
+    /// Number of points of the abscissa: samples, points along the rod, frequencies or readings.
     fn points(&self) -> usize {
         self.positions().len() + self.scalars().len()
     }
 }
 
 impl dyn DataKind + '_ {
-    /// Standard deviations of all values by the factors of the header, for a given `sigma`.
+    /// Standard deviations of all values, in their unit, for a given `sigma`, times the factors of the header.
     pub(crate) fn sigmas(&self, header: &Header, sigma: f64) -> Vec<f64> {
         let (factors, values) = (&header.sigma_factors, self.values());
         // The factors are given per value, per point, or not at all.
@@ -348,7 +351,7 @@ impl dyn DataKind + '_ {
         self.positions().into_iter().zip(factors).flat_map(repeated).collect()
     }
 
-    /// The values coordinate by coordinate; coordinates without values are left out.
+    /// The values grouped by coordinate, each with its abscissa; coordinates without values are left out.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
         let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {
@@ -371,8 +374,8 @@ impl dyn DataKind + '_ {
         axes.into_iter().filter(|axis| !axis.values.is_empty()).collect()
     }
 
-    /// Scale of rounding errors and of changes that matter: the length of the rod or the size of its motion, or a typical
-    /// value.
+    /// Scale of rounding errors and of relevant changes, in the unit of the values: for positions the length of the rod or
+    /// the size of its motion, if larger; for scalars a typical value.
     pub(crate) fn scale(&self, problem: &Problem) -> f64 {
         match self.axis() {
             Some(_) => self.size(problem),
@@ -380,13 +383,13 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// Degrees of freedom that fitted arc lengths leave, over the number of values.
+    /// Degrees of freedom that remain beside fitted arc lengths, over the number of values; 1 without these.
     pub(crate) fn free_share(&self) -> f64 {
         let values = self.values().max(1) as f64;
         (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
     }
 
-    /// The outputs of a simulation that the values are compared with.
+    /// The outputs of a simulation with which the values are compared.
     pub(crate) fn requirements(&self) -> Requirements {
         let mut outputs = Requirements::default();
         self.require(&mut outputs);

@@ -1,4 +1,8 @@
-//! Experiments: the problem of a scene with the measurements of it.
+//! Experiments: the prepared problem of one scene with its measurements. Several experiments may share parameters.
+//!
+//! Methods return properties that search and analyses need: the recorded motions, their duration, the highest measured mode,
+//! the kind of simulation, its work (steps times segments), and labels for messages. Functions over a list of experiments
+//! iterate over all measurements in the order of the residuals ([`all`]), and omit validation data ([`fitted`]).
 
 use crate::accuracy::Aim;
 use crate::error::Error;
@@ -7,7 +11,7 @@ use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::problem::Problem;
 use std::borrow::Cow;
 
-/// Work of a static solution in time steps: both take about as many Newton iterations.
+/// Work of a static solution, in time steps: both take about as many Newton iterations in total.
 const STEPS_OF_REST: f64 = 20.0;
 
 /// A scene with its measurements. Several experiments may share parameters.
@@ -22,24 +26,24 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// An experiment without measurements yet.
+    /// An experiment with a prepared scene, without measurements yet.
     pub fn new(name: impl Into<String>, problem: &Problem) -> Self {
         Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
     }
 
-    /// With another measurement.
+    /// The experiment with another measurement.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         self.measurements.push(measurement.into());
         self
     }
 
-    /// With all measurements as validation data: predicted, not fitted.
+    /// The experiment with all measurements as validation data: predicted, not fitted.
     pub fn held_out(mut self) -> Self {
         self.measurements.iter_mut().for_each(|m| m.header.held_out = true);
         self
     }
 
-    /// The recorded motions. Readings of a gauge over time are the x coordinate of a motion.
+    /// The recorded motions. Readings of a gauge over time are returned as the x coordinate of a motion, in their own unit.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
         self.measurements.iter().filter_map(|m| match m.motion() {
             Some(motion) => Some(Cow::Borrowed(motion)),
@@ -55,7 +59,7 @@ impl Experiment {
         })
     }
 
-    /// Whether a motion was measured.
+    /// Whether a motion was measured, so that the motion of the rod is simulated.
     pub(crate) fn moves(&self) -> bool {
         self.records().next().is_some()
     }
@@ -71,24 +75,25 @@ impl Experiment {
         modes.map(|mode| mode.number).max().unwrap_or(0)
     }
 
-    /// End of the recorded motion, s.
+    /// End of the recorded motion, s; zero without one.
     pub(crate) fn duration(&self) -> f64 {
         let last = |o: &PointMotion| o.samples.last().map_or(0.0, |s| s.time);
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
-    /// Work of one full simulation of the experiment: steps times segments.
+    /// Work of one full simulation of the experiment, steps times segments: its motion and its equilibrium, as far as
+    /// measured. An error if a motion was measured and the scene has no time.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 
-    /// Work of the static solutions, steps times segments.
+    /// Work of the static solutions, in steps times segments; zero without a measurement at rest.
     pub(crate) fn rest_work(&self) -> f64 {
         if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
     }
 
-    /// The simulation whose accuracy determines the mesh: the motion, the highest measured mode, or the equilibrium.
+    /// The simulation by whose accuracy the mesh is chosen: the motion, the highest measured mode, or the equilibrium.
     pub(crate) fn aim(&self) -> Aim {
         match (self.moves(), self.highest_mode()) {
             (true, _) => Aim::Motion,
@@ -97,7 +102,7 @@ impl Experiment {
         }
     }
 
-    /// A key of its table in messages, after the name of the experiment if it has one.
+    /// A key of its table for messages, after the name of the experiment and a period if it has a name.
     pub(crate) fn key(&self, own: &str) -> String {
         match self.name.is_empty() {
             true => own.into(),
@@ -105,7 +110,7 @@ impl Experiment {
         }
     }
 
-    /// The label of a measurement, after the name of the experiment if it has one.
+    /// The label of a measurement for messages, after the name of the experiment and a colon if it has a name.
     pub(crate) fn label(&self, measurement: &Measurement) -> String {
         self.with_name(measurement.label())
     }
@@ -115,7 +120,7 @@ impl Experiment {
         if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
-    /// The label of a measurement in which all markers of a recording are one measurement.
+    /// The label of the group of a measurement: all markers of a recording that prescribes the ends are one group.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
         match measurement.marker() {
             None => self.label(measurement),
@@ -123,13 +128,14 @@ impl Experiment {
         }
     }
 
-    /// The experiment with the measurements for which `keep` is true.
+    /// The experiment with only the measurements for which `keep` is true.
     pub(crate) fn only(&self, keep: impl Fn(&Measurement) -> bool) -> Self {
         let measurements = self.measurements.iter().filter(|m| keep(m)).cloned().collect();
         Self { measurements, ..self.clone() }
     }
 
-    /// The same measurements with another problem of the same rod, as on another [mesh](Problem::remeshed).
+    /// The experiment with another problem of the same rod, as on another [mesh](Problem::remeshed), and the same
+    /// measurements.
     pub(crate) fn with_problem(&self, problem: Problem) -> Self {
         Self { problem, ..self.clone() }
     }
@@ -143,7 +149,7 @@ pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> St
     }
 }
 
-/// The experiments without validation data.
+/// The experiments with only the measurements that are fitted, without validation data.
 pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
 }

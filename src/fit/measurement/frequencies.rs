@@ -1,4 +1,8 @@
-//! Measured natural frequencies, assigned to modes by number, plane, kind and direction.
+//! Measured natural frequencies of small vibrations about the equilibrium, assigned to modes.
+//!
+//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation. Each belongs to the mode with a number,
+//! counted from 1 in rising frequency among the modes of a filter (plane, kind, direction). Output: [`Frequencies`], whose
+//! differences in a fit are simulated less measured angular frequency.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{
@@ -9,10 +13,10 @@ use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::problem::Problem;
 use crate::vibration::{ModeFilter, ModeKind, ModeName, ModePlane};
 
-/// Largest mode number.
+/// Largest accepted mode number; higher ones are rejected before a simulation.
 const MOST_MODES: usize = 200;
 
-/// A measured natural frequency.
+/// A measured natural frequency with the number of its mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frequency {
     /// Number of the mode, from 1 on in the order of rising frequency, as `rodfit modes` numbers them.
@@ -21,7 +25,7 @@ pub struct Frequency {
     pub rad_s: f64,
 }
 
-/// Frequencies of small vibrations about the equilibrium.
+/// Natural frequencies of small vibrations about the equilibrium, with their modes.
 #[derive(Clone, Debug)]
 pub struct ModeFrequencies {
     /// The frequencies with their mode numbers.
@@ -30,11 +34,11 @@ pub struct ModeFrequencies {
     pub among: ModeFilter,
 }
 
-/// Measured frequencies, rad/s.
+/// Measured natural frequencies, rad/s, with their header.
 pub type Frequencies = Dataset<ModeFrequencies>;
 
 impl Frequencies {
-    /// The lowest frequencies, rad/s, in order, with the standard deviation of each.
+    /// The lowest natural frequencies, rad/s, in rising order, with the standard deviation of each, rad/s.
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
@@ -42,7 +46,7 @@ impl Frequencies {
         Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
-    /// Measured frequencies given in Hz.
+    /// Measured natural frequencies given in Hz, with the standard deviation of each in Hz.
     ///
     /// ```
     /// use rodfit::fit::Frequencies;
@@ -56,7 +60,7 @@ impl Frequencies {
         own
     }
 
-    /// With these mode numbers instead of those of the lowest modes.
+    /// The frequencies with these mode numbers (from 1) instead of those of the lowest modes.
     ///
     /// # Errors
     ///
@@ -69,19 +73,19 @@ impl Frequencies {
         Ok(self)
     }
 
-    /// With mode numbers that count the modes in or out of the plane of a planar scene.
+    /// The frequencies with mode numbers that count only the modes in or out of the plane of a planar scene.
     pub fn plane(mut self, plane: ModePlane) -> Self {
         self.among.plane = Some(plane);
         self
     }
 
-    /// With mode numbers that count the modes of one kind.
+    /// The frequencies with mode numbers that count only the modes of one kind.
     pub fn of_kind(mut self, kind: ModeKind) -> Self {
         self.among.kind = Some(kind);
         self
     }
 
-    /// With mode numbers that count the modes with most of their motion along a direction.
+    /// The frequencies with mode numbers that count only the modes with most of their motion along a direction.
     pub fn along(mut self, direction: [f64; 3]) -> Self {
         self.among.direction = Some(direction);
         self
@@ -89,54 +93,55 @@ impl Frequencies {
 }
 
 impl ModeFrequencies {
-    /// The names of the modes.
+    /// The names of the modes of the frequencies: number and filter.
     pub(crate) fn names(&self) -> impl Iterator<Item = ModeName> {
         self.values.iter().map(|value| ModeName { number: value.mode, among: self.among })
     }
 }
 
 impl DataKind for ModeFrequencies {
-    /// Name of the table of a fit file for this kind.
+    /// Name of the table of frequencies in a fit file.
     fn table(&self) -> &'static str {
         "frequencies"
     }
 
-    /// The file, or a name of the data without a file.
+    /// A name for messages: `the frequencies` and the filter of the modes.
     fn label(&self, _header: &Header) -> String {
         format!("the frequencies{}", self.among.words())
     }
 
-    /// Quantity on the abscissa of plots.
+    /// The abscissa of plots: the mode number.
     fn abscissa(&self) -> Abscissa {
         Abscissa::Mode
     }
 
-    /// Abscissa of every point.
+    /// The mode number of every frequency.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.values.iter().map(|f| f.mode as f64).collect()
     }
 
-    /// Name of the axis of scalars; none of positions.
+    /// Name of the axis of frequencies in reports.
     fn axis(&self) -> Option<&'static str> {
         Some("f")
     }
 
-    /// The scalars; empty for positions.
+    /// The angular frequencies, rad/s.
     fn scalars(&self) -> Vec<f64> {
         self.values.iter().map(|f| f.rad_s).collect()
     }
 
-    /// Mutable references to the scalars.
+    /// Mutable references to the angular frequencies, rad/s.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.values.iter_mut().map(|f| &mut f.rad_s).collect()
     }
 
-    /// Typical size of the measured effect: the spread of a motion, the deflection of a shape, a typical frequency.
+    /// Mean of the angular frequencies, rad/s.
     fn size(&self, _problem: &Problem) -> f64 {
         self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
     }
 
-    /// Rejects values that cannot be compared with the problem.
+    /// Rejects frequencies that are not above 0, mode numbers out of range or twice, and filters that the problem does not
+    /// allow.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
         self.among.check(problem, key)?;
@@ -152,12 +157,12 @@ impl DataKind for ModeFrequencies {
         Ok(())
     }
 
-    /// Adds the outputs of a simulation that the values are compared with.
+    /// Adds the modes whose frequencies are measured.
     fn require(&self, outputs: &mut Requirements) {
         outputs.modes.extend(self.names());
     }
 
-    /// Calls `each` with simulated less measured value, in the order of the values.
+    /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

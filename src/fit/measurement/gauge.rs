@@ -1,4 +1,8 @@
-//! Readings of a user-defined quantity, over time or at rest.
+//! Readings of a user-defined quantity, over time or at rest, as from a strain gauge or a load cell.
+//!
+//! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own unit,
+//! with times in s or at rest; one standard deviation. Output: [`Gauge`], whose differences in a fit are the quantity of the
+//! simulated motion less the reading. They do not depend on the camera of the scene.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -8,7 +12,7 @@ use crate::problem::Problem;
 use crate::scene::Point;
 use std::sync::Arc;
 
-/// A reading of a gauge.
+/// A reading of a gauge: a value, with its time in a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Time from the start of the motion, s; none of a rod at rest under the loads of the scene.
@@ -27,11 +31,12 @@ pub struct GaugeReadings {
     quantity: Arc<dyn DynQuantity>,
 }
 
-/// A user-defined measurement.
+/// Readings of a user-defined quantity with their header.
 pub type Gauge = Dataset<GaugeReadings>;
 
 impl Gauge {
-    /// Readings (time, s, and value) of a motion, in the `unit`, with the standard deviation `sigma` of each.
+    /// Readings (time, s, and value) of a `quantity` during a motion, in the `unit`, with the standard deviation `sigma` of
+    /// each. `name` is for messages.
     pub fn over_time(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -43,7 +48,8 @@ impl Gauge {
         Self::new(name, unit, quantity, readings.iter().map(reading).collect(), sigma)
     }
 
-    /// Readings of the rod at rest, in the `unit`, with the standard deviation `sigma` of each.
+    /// Readings of a `quantity` of the rod at rest, in the `unit`, with the standard deviation `sigma` of each. `name` is for
+    /// messages.
     pub fn at_rest(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -55,7 +61,7 @@ impl Gauge {
         Self::new(name, unit, quantity, values.iter().map(reading).collect(), sigma)
     }
 
-    /// A gauge with these readings.
+    /// A gauge with these readings in the `unit`, with the standard deviation `sigma` of each.
     fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -70,17 +76,17 @@ impl Gauge {
 }
 
 impl DataKind for GaugeReadings {
-    /// Name of the table of a fit file for this kind.
+    /// Name of the kind in keys of messages; fit files have no such table.
     fn table(&self) -> &'static str {
         "gauge"
     }
 
-    /// The file, or a name of the data without a file.
+    /// The name of the gauge.
     fn label(&self, header: &Header) -> String {
         header.name.clone()
     }
 
-    /// Quantity on the abscissa of plots.
+    /// The abscissa of plots: time, or the number of the reading if all are at rest.
     fn abscissa(&self) -> Abscissa {
         match self.readings.iter().any(|r| r.time.is_some()) {
             true => Abscissa::Time,
@@ -88,33 +94,34 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    /// Abscissa of every point.
+    /// Time of every reading, s, or its number from 1 on if it is at rest.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
         self.readings.iter().enumerate().map(number).collect()
     }
 
-    /// Name of the axis of scalars; none of positions.
+    /// Name of the axis of readings in reports.
     fn axis(&self) -> Option<&'static str> {
         Some("g")
     }
 
-    /// The scalars; empty for positions.
+    /// The readings, in the unit of the quantity.
     fn scalars(&self) -> Vec<f64> {
         self.readings.iter().map(|r| r.value).collect()
     }
 
-    /// Mutable references to the scalars.
+    /// Mutable references to the readings.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.readings.iter_mut().map(|r| &mut r.value).collect()
     }
 
-    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
+    /// Times of all readings on the clock of the motion, s; `None` of readings at rest.
     fn times(&self) -> Vec<Option<f64>> {
         self.readings.iter().map(|r| r.time).collect()
     }
 
-    /// Root mean square of the readings about their mean, or of a single one.
+    /// Root mean square of the readings about their mean; the magnitude of the reading if it is a single one or all are
+    /// equal.
     fn size(&self, _problem: &Problem) -> f64 {
         let values = || self.readings.iter().map(|r| r.value);
         let n = self.readings.len().max(1) as f64;
@@ -124,7 +131,8 @@ impl DataKind for GaugeReadings {
         if spread > 0.0 { spread } else { mean.abs() }
     }
 
-    /// Rejects values that cannot be compared with the problem.
+    /// Rejects points that are not on the rod, readings that are not finite, and times that do not increase within the
+    /// simulation.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         for point in &self.points {
@@ -145,12 +153,12 @@ impl DataKind for GaugeReadings {
         ensure(are_finite, *label, "other readings", "finite values")
     }
 
-    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
+    /// Removes readings after the `horizon`, s.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
     }
 
-    /// Adds the outputs of a simulation that the values are compared with.
+    /// Adds the points of the quantity, in the motion up to the last reading and at rest.
     fn require(&self, outputs: &mut Requirements) {
         if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
             outputs.last_read = outputs.last_read.max(last);
@@ -161,7 +169,7 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    /// Calls `each` with simulated less measured value, in the order of the values.
+    /// Calls `each` with the quantity of the simulated rod less the reading, in the order of the readings.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,5 +1,10 @@
-//! Inspection of a marker file: format, clock, units, markers with their gaps and noise, likely faults, and the
-//! `[[observation]]` table that reads it.
+//! Inspection of a marker file of a motion-capture or tracking program, before a fit (`rodfit inspect`).
+//!
+//! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its format,
+//! its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker follow the axes,
+//! gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and repeated frames. Markers along a
+//! rod are tested for lost frames and swapped labels. Output: [`Inspection`], with the `[[observation]]` table of a fit file
+//! that reads the marker that moves most. The table is checked by reading the file with it.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
@@ -14,12 +19,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Smallest confidence of a detected position.
+/// Smallest confidence of a position that counts as detected; also the proposed `likelihood` of the observation.
 const SURE: f64 = 0.6;
-/// Smallest step of the clock that is a gap, over the usual step.
+/// Smallest step of the clock that is a gap, over the usual step. A smaller ratio reports the jitter of a clock as gaps.
 const STEP: f64 = 1.5;
-/// Smallest deviation of a jump from the cubic through its neighbors: over the median deviation, and over the deviations a
-/// few frames away.
+/// Smallest deviation of a jump from the cubic through its neighbors: over the median deviation of all frames, and over the
+/// deviations a few frames away.
 const JUMP: [f64; 2] = [10.0, 4.0];
 /// Largest plausible coordinate, m, in a file without a unit. Larger ones are most likely in pixels or millimeters.
 pub(super) const FAR: f64 = 20.0;
@@ -138,7 +143,7 @@ impl Inspection {
         Ok(inspection)
     }
 
-    /// The marker with the largest range of a coordinate, which is most likely at the tip.
+    /// The marker with the largest range of a coordinate, which is most likely at the tip; `None` if none was detected.
     fn most_moving_marker(&self) -> Option<&InspectedMarker> {
         let extent =
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
@@ -152,7 +157,8 @@ impl Inspection {
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
-    /// The `given` recording completed by the marker that moves most, its onset of motion, and the direction of y.
+    /// The `given` recording completed for the file `source`: the marker that moves most, the confidence threshold, the
+    /// direction of y, and the onset of motion as time zero.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
         Recording {
@@ -164,13 +170,14 @@ impl Inspection {
         }
     }
 
-    /// Whether the coordinates are those of an image, in which y points down.
+    /// Whether the coordinates are those of an image, in pixels or from a program that has y down.
     fn has_image_coordinates(&self, source: &MarkerFile) -> bool {
         let pixels = matches!(source.lengths, LengthUnit::Pixels { down: None | Some(true) });
         pixels || self.format == Format::TrackMate
     }
 
-    /// The `[[observation]]` table with comments. `file` is the name of the file as a TOML string.
+    /// The `[[observation]]` table for `source` as TOML text with comments; `..` for values that the user must fill in.
+    /// `file` is the name of the file as a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -178,6 +185,7 @@ impl Inspection {
             let words = if words.is_empty() { String::new() } else { format!(" # {words}") };
             lines.push(format!("{:<27}{words}", format!("{key} = {value}")).trim_end().into());
         };
+        // Keys of the file first: its format is stated only if the user stated one.
         line("file", file.into(), "");
         if read.format.is_some() {
             line("format", quoted(self.format.key()), "");
@@ -190,6 +198,7 @@ impl Inspection {
                 &format!("the marker with the largest motion of {}", others.join(", ")),
             );
         }
+        // The place on the rod is unknown to the file; the tip is the default of an observation.
         line("point", "\"tip\"".into(), "or a node, or { arc_length = 0.2 }");
         if let Some(sure) = read.likelihood {
             line("likelihood", sure.to_string(), "positions with a lower likelihood are left out");
@@ -200,6 +209,7 @@ impl Inspection {
             line("axes", "[\"x\", \"y\", \"z\"]".into(), words);
         }
         let or_dots = |value: Option<f64>| value.map_or("..".into(), |value| value.to_string());
+        // Values that the file lacks are those given by the user, or dots to fill in.
         if matches!(source.clock, Clock::Frames { rate: None, .. }) {
             line("fps", or_dots(read.fps), "frames per second of the camera; not in the file");
         }
@@ -222,6 +232,7 @@ impl Inspection {
         if self.has_image_coordinates(source) {
             line("y", "\"down\"".into(), "y points down, as in images");
         }
+        // The origin and the start of the motion relate the file to the scene.
         line("origin", "[0, 0, 0]".into(), "origin of the scene in coordinates of the file");
         let zero = read.time_zero.unwrap_or(self.clock[0]);
         let words = match zero > self.clock[0] {
@@ -229,6 +240,7 @@ impl Inspection {
             false => "time in the file at which the motion starts",
         };
         line("time_zero", zero.to_string(), words);
+        // The noise is stated only with a factor to meters.
         let noise = self.most_moving_marker().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
         if let (Some(noise), Some(metres)) = (noise, metres) {
             line(
@@ -242,7 +254,8 @@ impl Inspection {
     }
 }
 
-/// Clock reading of the frame nearest to the onset of a marker's motion; none where it moves from the first frame on.
+/// Clock reading of the frame nearest to the onset of the motion of the marker with this `name`; `None` where it moves from
+/// the first frame on.
 fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     let marker = confident_positions(source.markers.iter().find(|m| m.name == name)?);
     let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
@@ -250,7 +263,8 @@ fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
-/// Reads the file with the keys of an `[[observation]]` table, with 1 for the values that the user has to fill in.
+/// Reads the file at `path` with the keys of an `[[observation]]` table, with 1 for the values that the user has to fill in.
+/// An error if the keys or the file are invalid.
 fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     let text = observation.replace("= ..", "= 1.0");
     let written: Result<BTreeMap<String, Vec<toml::Table>>, _> = toml::from_str(&text);
@@ -265,17 +279,17 @@ fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     Observation::read_as(path, &recording).map(|_| ())
 }
 
-/// A text as a TOML string.
+/// A text as a TOML string with quotes.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }
 
-/// Whether a confidence is missing or too small.
+/// Whether a confidence is missing or below [`SURE`].
 fn is_uncertain(confidence: &Option<f64>) -> bool {
     confidence.is_none_or(|confidence| confidence < SURE)
 }
 
-/// The marker without positions of small confidence.
+/// The marker without the positions of a confidence below [`SURE`].
 fn confident_positions(marker: &MarkerData) -> MarkerData {
     let mut marker = marker.clone();
     let confidences = marker.likelihood.iter().flatten();
@@ -287,7 +301,8 @@ fn confident_positions(marker: &MarkerData) -> MarkerData {
     marker
 }
 
-/// The content of the file for one marker. `clocks` are the readings of all frames, and `step` is the usual one.
+/// The content of the file for one marker. `clocks` are the clock readings of all frames, and `step` is the usual one between
+/// frames.
 fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
     let marker = &confident_positions(marker);
     // Frames next to a gap of the clock are not compared.
@@ -325,7 +340,8 @@ fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> Ins
     }
 }
 
-/// Standard deviation of the noise of one coordinate by differences of its values; none where these do not determine it.
+/// Standard deviation of the noise of one coordinate, in its unit, by differences of its values at the times `clocks`. `None`
+/// where these do not determine it.
 fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let observed = clocks.iter().zip(coordinate).filter_map(|(t, x)| Some((*t, x?)));
     let (times, values): (Vec<f64>, Vec<f64>) = observed.unzip();
@@ -333,9 +349,11 @@ fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Optio
     Some(series.noise().ok()?.sigma)
 }
 
-/// Frames in which the deviation of a marker from the cubic through two positions on each side is far above the median and
-/// above those a few frames away. Frames next to a gap of the clock are left out.
+/// Indices of frames in which a marker jumps: its deviation from the cubic through two positions on each side is far above
+/// the median and above those a few frames away ([`JUMP`]). Frames for which `has_no_gap` is false, next to a gap of the
+/// clock, are left out.
 fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
+    // The cubic through the positions at k-2, k-1, k+1 and k+2, evaluated at k: weights -1, 4, 4, -1 over 6.
     let deviation = |k: usize| -> Option<f64> {
         let mut squares = 0.0;
         for c in (0..3).filter(|c| marker.axes[*c]) {
@@ -346,6 +364,7 @@ fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<
         Some(squares.sqrt())
     };
     let frames = marker.positions.len();
+    // A gap of the clock within the five frames would be counted as a jump.
     let is_inner = |k: usize| k >= 2 && k + 2 < frames && has_no_gap(k - 2..k + 3);
     let all: Vec<Option<f64>> =
         (0..frames).map(|k| if is_inner(k) { deviation(k) } else { None }).collect();
@@ -364,8 +383,10 @@ fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<
     (0..frames).filter(is_jump).collect()
 }
 
-/// Lost frames and swapped labels, as text, if the markers are along a rod in their order; none of fewer than three markers.
+/// Lost frames and swapped labels, as text, if the markers are along a rod in their order; empty for fewer than three markers
+/// or another unit or clock than `recording` can convert.
 fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
+    // Only the conversion to s and m matters for the tests, not the choice of a marker.
     let known = Recording {
         fps: recording.fps,
         scale: recording.scale,

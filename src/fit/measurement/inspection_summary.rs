@@ -1,4 +1,8 @@
-//! The summary of the inspection of a marker file as text.
+//! The inspection of a marker file as text for a terminal.
+//!
+//! Input: an [`Inspection`]. Output: a [`Summary`] with the format, the frames and their rate, and a table of the markers
+//! (frames, range per axis, noise, gaps). Likely problems follow as warnings: unit, gaps of the clock, converted video,
+//! jumps, faults. The proposed `[[observation]]` table is last.
 
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
@@ -8,9 +12,9 @@ use marker_files::Format;
 use marker_files::printable::printable_path;
 use std::fmt;
 
-/// Largest number of listed gaps of the clock.
+/// Largest number of listed gaps of the clock; further ones are only counted.
 const NAMED_GAPS: usize = 5;
-/// Significant digits of the noise.
+/// Significant digits of the displayed noise.
 const DIGITS: usize = 3;
 
 impl fmt::Display for Inspection {
@@ -21,7 +25,7 @@ impl fmt::Display for Inspection {
 }
 
 impl Inspection {
-    /// The result as text for a terminal.
+    /// The result of the inspection as text for a terminal, with a table of the markers.
     pub fn summary(&self) -> Summary {
         let format = match self.format {
             Format::Csv => "a table".to_string(),
@@ -30,6 +34,7 @@ impl Inspection {
         let [first, last] = self.clock;
         let unit = self.clock_suffix();
         let range = if unit.is_empty() { "numbered" } else { "from" };
+        // Missing rates and scales are shown with the key by which the user states them.
         let rate = match self.rate {
             Some(rate) => format!("{} frames/s", (rate * 1e4).round() / 1e4),
             None => "no frame rate in the file (set fps)".into(),
@@ -39,6 +44,7 @@ impl Inspection {
             "unnamed" => "in a unit that the file does not state (set scale)".into(),
             unit => format!("in {unit}"),
         };
+        // Facts first, then the table, the problems, and the text to copy.
         Summary::new(format!("{format}, format = \"{}\"", self.format.key()), Tone::Neutral)
             .with_subject(printable_path(&self.file))
             .fact(
@@ -51,7 +57,7 @@ impl Inspection {
             .verbatim("Observation for a fit file:", self.observation.trim_end())
     }
 
-    /// The unit of the clock after a space; empty for numbers of frames.
+    /// The unit of the clock after a space; empty for frame numbers.
     fn clock_suffix(&self) -> String {
         match &self.clock_unit[..] {
             "frames" => String::new(),
@@ -59,7 +65,7 @@ impl Inspection {
         }
     }
 
-    /// The table of the markers: frames, ranges, noise and gaps.
+    /// The table of the markers: one row each with frames, range per axis, noise and gaps.
     fn marker_table(&self) -> SummaryTable {
         let axes = ["x", "y", "z"];
         // One column per axis, also for markers without it, keeps the table aligned.
@@ -82,10 +88,11 @@ impl Inspection {
         table
     }
 
-    /// Likely problems of the file, as warnings without codes.
+    /// Likely problems of the file, as warning texts without codes.
     fn likely_problems(&self) -> Vec<String> {
         let unit = self.clock_suffix();
         let mut all = Vec::new();
+        // Files without a unit in the header are read as meters: a likely mistake.
         if self.unit == "m" && self.largest_coordinate() > FAR {
             all.push(
                 "the positions are far from the origin for a rod in m. They may be in another unit. State it in \
@@ -93,6 +100,7 @@ impl Inspection {
                     .to_string(),
             );
         }
+        // A frame rate from the usual step is wrong beyond a gap of the clock.
         for (before, missing) in self.clock_gaps.iter().take(NAMED_GAPS) {
             all.push(format!("the time jumps after {before}{unit}: frames missing: {missing}"));
         }
@@ -123,12 +131,12 @@ impl Inspection {
     }
 }
 
-/// The name of a marker; tables of one marker have none.
+/// The name of a marker for the table, or `(no name)`.
 fn shown_name(marker: &InspectedMarker) -> String {
     if marker.name.is_empty() { "(no name)".into() } else { marker.name.clone() }
 }
 
-/// The numbers of gaps and of uncertain frames as text; empty without any.
+/// The numbers of gaps and of uncertain frames of a marker as text; empty without any.
 fn gaps(marker: &InspectedMarker) -> String {
     let [count, longest] = marker.gaps;
     let lost = (count > 0).then(|| format!("lost {} for up to {longest} frames", times(count)));
@@ -136,7 +144,7 @@ fn gaps(marker: &InspectedMarker) -> String {
     lost.into_iter().chain(uncertain).collect::<Vec<_>>().join(", ")
 }
 
-/// A number of times as text.
+/// A number of occurrences as text: once, twice, `n` times.
 fn times(n: usize) -> String {
     match n {
         1 => "once".into(),

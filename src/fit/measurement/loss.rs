@@ -1,8 +1,10 @@
 //! Robust losses, which down-weight outliers (M-estimation, Huber 1964 and 1981).
 //!
-//! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the
-//! robust residuals `sign(r) sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver.
-//! The scales are those of 95 % efficiency: standard errors of normal data are 2.6 % larger.
+//! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the robust residuals `sign(r)
+//! sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver. [`Loss`] computes the loss, its derivatives,
+//! the robust residual and its inverse, the noise of a sample by median, and the information relative to normal noise. The
+//! scales are those of 95 % efficiency: standard errors of normal data are 2.6 % larger. [`WeightedLoss`] applies a leverage
+//! weight before the loss.
 
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
@@ -42,7 +44,7 @@ impl Loss {
         self != Self::Squares
     }
 
-    /// The loss of a residual in units of the noise.
+    /// The loss of a residual `r` in units of the noise; `r^2` near zero.
     pub fn rho(self, r: f64) -> f64 {
         let c = self.scale();
         let square = r * r;
@@ -57,7 +59,8 @@ impl Loss {
         }
     }
 
-    /// Half the loss's first and second derivative: for squares the residual itself and 1.
+    /// Half the loss's first and second derivative (psi and psi') at the residual `r` in units of the noise: for squares `r`
+    /// and 1.
     pub fn influence(self, r: f64) -> [f64; 2] {
         let c = self.scale();
         let z = (r / c).powi(2);

@@ -1,4 +1,9 @@
-//! Measurements of a rod: its motion, its shape at rest, its frequencies, and user-defined quantities.
+//! Measurements of a rod: its motion, its shape at rest, its natural frequencies, and user-defined quantities.
+//!
+//! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each kind
+//! has its file here: `motion`, `shape`, `frequencies`, `gauge`. Others concern their preparation: `experiment` groups
+//! measurements with a scene, `inspection` examines marker files, `constant_axes` and `repeated_frames` detect faulty data.
+//! Every kind provides the differences of a simulation from its values, of which `fit::misfit` makes residuals.
 
 pub(crate) mod constant_axes;
 pub(crate) mod dataset;
@@ -37,6 +42,7 @@ macro_rules! kinds {
         }
 
         $(impl From<$Kind> for MeasuredData {
+            /// The data of this kind as data of any kind.
             fn from(data: $Kind) -> Self {
                 Self::$Kind(data)
             }
@@ -45,6 +51,7 @@ macro_rules! kinds {
         impl Deref for MeasuredData {
             type Target = dyn DataKind;
 
+            /// The interface of the kind of these data.
             fn deref(&self) -> &(dyn DataKind + 'static) {
                 match self {
                     $(Self::$Kind(data) => data,)*
@@ -53,6 +60,7 @@ macro_rules! kinds {
         }
 
         impl DerefMut for MeasuredData {
+            /// The interface of the kind of these data, for changes.
             fn deref_mut(&mut self) -> &mut (dyn DataKind + 'static) {
                 match self {
                     $(Self::$Kind(data) => data,)*
@@ -86,18 +94,18 @@ kinds! {
     GaugeReadings,
 }
 
-/// Measured values of one kind with their header.
+/// Measured values of any kind with their header, as a fit handles them.
 pub type Measurement = Dataset<MeasuredData>;
 
 impl<K: DataKind + Into<MeasuredData>> From<Dataset<K>> for Measurement {
-    /// Converts `Dataset<K>` to `Measurement`.
+    /// The data set of one kind as a measurement of any kind, with the same header.
     fn from(own: Dataset<K>) -> Self {
         Self { header: own.header, data: own.data.into() }
     }
 }
 
 impl Measurement {
-    /// The given standard deviation of the values, in their unit.
+    /// The given standard deviation of the values, in their unit; `None` if it is estimated from the residuals.
     pub fn sigma(&self) -> Option<f64> {
         self.header.sigma
     }
@@ -107,12 +115,12 @@ impl Measurement {
         self.header.loss
     }
 
-    /// Whether it is validation data: predicted, not fitted.
+    /// Whether the measurement is validation data: predicted, not fitted.
     pub fn held_out(&self) -> bool {
         self.header.held_out
     }
 
-    /// Whether it is only planned.
+    /// Whether the measurement is only planned and has no values.
     pub fn planned(&self) -> bool {
         self.header.planned
     }
@@ -122,37 +130,37 @@ impl Measurement {
         self.header.dropped
     }
 
-    /// The recorded motion; none of other kinds.
+    /// The recorded motion; `None` of other kinds.
     pub fn motion(&self) -> Option<&PointMotion> {
         if let MeasuredData::PointMotion(motion) = &self.data { Some(motion) } else { None }
     }
 
-    /// The recorded motion with its header; none of other kinds.
+    /// The recorded motion with its header; `None` of other kinds.
     pub fn observation(&self) -> Option<Observation> {
         Some(Dataset { header: self.header.clone(), data: self.motion()?.clone() })
     }
 
-    /// The shape at rest; none of other kinds.
+    /// The shape at rest; `None` of other kinds.
     pub(crate) fn shape(&self) -> Option<&EquilibriumShape> {
         if let MeasuredData::EquilibriumShape(shape) = &self.data { Some(shape) } else { None }
     }
 
-    /// The frequencies; none of other kinds.
+    /// The natural frequencies; `None` of other kinds.
     pub(crate) fn frequencies(&self) -> Option<&ModeFrequencies> {
         if let MeasuredData::ModeFrequencies(own) = &self.data { Some(own) } else { None }
     }
 
-    /// Name of the marker in the recording that prescribes the ends; none of other measurements.
+    /// Name of the marker in the recording that prescribes the ends; `None` of other measurements.
     pub(crate) fn marker(&self) -> Option<&str> {
         self.motion()?.marker.as_deref()
     }
 
-    /// Unit of the values.
+    /// Symbol of the unit of the values: m, rad/s, or that of a gauge.
     pub(crate) fn unit(&self) -> &str {
         &self.header.unit
     }
 
-    /// The unit in which the values were given.
+    /// The unit in which the values were given, with its size in the unit of the values.
     pub(crate) fn data_unit(&self) -> DataUnit<'_> {
         self.header.data_unit.unwrap_or(DataUnit { name: self.unit(), size: 1.0 })
     }
@@ -162,7 +170,7 @@ impl Measurement {
         self.data.sigmas(&self.header, sigma)
     }
 
-    /// Adds residuals in units of their standard deviations to the values, for a given `sigma` of the header.
+    /// Adds `residuals`, in units of their standard deviations for the `sigma` of the header, to the values, one each.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
         let sigmas = self.sigmas(sigma);
         let changes = residuals.iter().zip(sigmas);
@@ -170,7 +178,7 @@ impl Measurement {
         values.into_iter().zip(changes).for_each(|(value, (r, s))| *value += r * s);
     }
 
-    /// The file or the name, for messages.
+    /// The file or the name of the data, for messages.
     pub(crate) fn label(&self) -> String {
         self.data.label(&self.header)
     }

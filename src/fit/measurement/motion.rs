@@ -1,4 +1,9 @@
 //! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
+//!
+//! Input: a CSV table or a file of a tracking program, converted to s and m; all unprescribed markers of the recording that
+//! drives the ends; or a plan (duration and frame rate). Output: [`Observation`], whose differences in a fit are simulated
+//! less observed coordinate of the point, as the camera of the scene records it. [`PointMotion`] also has the spread, the
+//! largest speed and the rise time (about half the first period), from which a search chooses horizons and steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -13,6 +18,16 @@ use marker_files::{MarkerTrajectory, Recording, is_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Largest number of planned samples; more are a mistake in the units.
+const MOST_PLANNED: f64 = 1e6;
+/// Smallest distance of the end of the first swing, over the largest distance in the record. A smaller one takes noise as a
+/// swing.
+const SWING: f64 = 0.3;
+/// Distance, over that of the first swing so far, below which the swing has ended. A larger one ends at a smaller return.
+const RETURN: f64 = 0.8;
+/// Distance that has risen, over that of the first swing: its end itself is flat, and its time uncertain.
+const RISEN: f64 = 0.9;
 
 /// An observed position of the point at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +50,7 @@ pub enum Glitches {
     Mask,
 }
 
-/// Positions of a point at increasing times.
+/// Positions of a point of the rod, or of a marker fixed beside it, at increasing times.
 #[derive(Clone, Debug)]
 pub struct PointMotion {
     /// The observed point of the rod.
@@ -50,11 +65,8 @@ pub struct PointMotion {
     pub marker: Option<String>,
 }
 
-/// A recorded point.
+/// The recorded motion of a point with its header.
 pub type Observation = Dataset<PointMotion>;
-
-/// Largest number of planned samples; more are a mistake in the units.
-const MOST_PLANNED: f64 = 1e6;
 
 impl Observation {
     /// Observed positions of the tip.
@@ -108,9 +120,11 @@ impl Observation {
             return Err(Error::invalid("markers", "\"free\"", allowed));
         };
         ensure(every > 0, "every", 0, "1 or more frames")?;
+        // Recorded markers of the scene are at nodes, at the times of its recording.
         let (track, end) = (path.track()?, problem.time()?.end * (1.0 + 1e-9));
         let nodes = path.nodes(problem.segments())?;
         let supports = &problem.scene().supports;
+        // Held markers prescribe the motion: compared with it, they would have no residuals.
         let markers = path.free_markers([supports.start, supports.end]);
         let free = markers.into_iter().map(|j| (nodes[j], &track.markers()[j]));
         let observation = |(node, marker): (usize, &Marker)| {
@@ -120,6 +134,7 @@ impl Observation {
                 track.times()[*k] <= end
                     && !(glitches == Glitches::Mask && track.is_spoiled(marker, *k))
             });
+            // Frames without a position of the marker have no sample.
             let sample = |k: usize| {
                 let position = marker.seen[k]?.map(Some);
                 Some(Sample { time: track.times()[k], position })
@@ -164,7 +179,7 @@ impl Observation {
         Ok(Self::from_trajectory(path, recording, marker_files::read(path, recording)?))
     }
 
-    /// The observation of the tip by the trajectory of a marker in the file at `path`.
+    /// The observation of the tip by the trajectory `read` of a marker in the file at `path`.
     fn from_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
         let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
@@ -191,13 +206,13 @@ impl Observation {
         Ok(read.zip(markers).map(observation).collect())
     }
 
-    /// With another observed point than the tip.
+    /// The observation with another observed point of the rod than the tip.
     pub fn at(mut self, point: Point) -> Self {
         self.point = point;
         self
     }
 
-    /// With a marker [beside](PointMotion::offset) the centerline, m.
+    /// The observation with a marker at this [offset](PointMotion::offset) from the centerline, m.
     pub fn offset(mut self, offset: [f64; 3]) -> Self {
         self.data.offset = offset;
         self
@@ -205,12 +220,12 @@ impl Observation {
 }
 
 impl PointMotion {
-    /// The motion of the tip.
+    /// The motion of the tip, without offset.
     pub(crate) fn new(samples: Vec<Sample>) -> Self {
         Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None }
     }
 
-    /// Root mean square distance of the observed coordinates from their means, m.
+    /// Root mean square distance of the observed coordinates from their means, m; zero without samples.
     pub(crate) fn spread(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for c in 0..3 {
@@ -234,9 +249,8 @@ impl PointMotion {
     }
 
     /// Time, s, of the first sample at nine tenths of the first swing from the first position: about half a period of a free
-    /// vibration. The first swing ends where the distance has
-    /// fallen by a fifth from at least three tenths of its maximum. In space the
-    /// maximum itself may come much later, when sideways motion has built up.
+    /// vibration. The first swing ends where the distance has fallen by a fifth from at least three tenths of its maximum. In
+    /// space the maximum itself may come much later, when sideways motion has built up.
     pub(crate) fn rise_time(&self) -> f64 {
         // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
@@ -251,23 +265,23 @@ impl PointMotion {
         let mut swing = 0.0_f64;
         for sample in self.samples.iter().filter(whole) {
             let d = distance(sample);
-            if swing >= 0.3 * farthest && d < 0.8 * swing {
+            if swing >= SWING * farthest && d < RETURN * swing {
                 break;
             }
             swing = swing.max(d);
         }
-        let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * swing);
+        let risen = self.samples.iter().find(|s| distance(s) >= RISEN * swing);
         risen.map_or(0.0, |s| s.time)
     }
 }
 
 impl DataKind for PointMotion {
-    /// Name of the table of a fit file for this kind.
+    /// Name of the table of recorded motions in a fit file.
     fn table(&self) -> &'static str {
         "observation"
     }
 
-    /// The file, or a name of the data without a file.
+    /// The file, with the name of the marker if it has several; without a file the name of the marker or the point.
     fn label(&self, header: &Header) -> String {
         let named = header.recording.as_ref().and_then(|r| r.marker.as_ref());
         match (&header.source, &self.marker) {
@@ -288,38 +302,39 @@ impl DataKind for PointMotion {
         }
     }
 
-    /// Quantity on the abscissa of plots.
+    /// The abscissa of plots: time.
     fn abscissa(&self) -> Abscissa {
         Abscissa::Time
     }
 
-    /// Abscissa of every point.
+    /// Time of every sample, s.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.samples.iter().map(|s| s.time).collect()
     }
 
-    /// The observed positions, m; empty for scalars.
+    /// The observed position of every sample, m.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.samples.iter().map(|s| s.position).collect()
     }
 
-    /// Mutable references to the observed positions.
+    /// Mutable references to the observed positions, m.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.samples.iter_mut().map(|s| &mut s.position).collect()
     }
 
-    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
+    /// Times of all values on the clock of the recording, s: that of a sample once for each of its coordinates.
     fn times(&self) -> Vec<Option<f64>> {
         let values = |s: &Sample| s.position.iter().flatten().count();
         self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
     }
 
-    /// Typical size of the measured effect: the spread of a motion, the deflection of a shape, a typical frequency.
+    /// The spread of the motion, m.
     fn size(&self, _problem: &Problem) -> f64 {
         self.spread()
     }
 
-    /// Rejects values that cannot be compared with the problem.
+    /// Rejects a point that is not on the rod, an offset longer than the rod, infinite positions, and times that do not
+    /// increase. Times after the end of the simulation are rejected unless the clock has an offset.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
         problem
@@ -363,12 +378,12 @@ impl DataKind for PointMotion {
         }
     }
 
-    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
+    /// Removes samples after the `horizon`, s.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.samples.retain(|s| s.time <= horizon);
     }
 
-    /// Adds the outputs of a simulation that the values are compared with.
+    /// Adds the point, whether a marker is beside it, and the time of the last sample.
     fn require(&self, outputs: &mut Requirements) {
         outputs.moving.push(self.point);
         if is_beside(self.offset) {
@@ -378,7 +393,8 @@ impl DataKind for PointMotion {
         outputs.last_recorded = outputs.last_recorded.max(last);
     }
 
-    /// Calls `each` with simulated less measured value, in the order of the values.
+    /// Calls `each` with simulated less observed coordinate, m, sample by sample. The simulated position is that of the
+    /// marker at the sample's time on the clock of the motion, as the camera records it.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,4 +1,9 @@
 //! User-defined quantities: functions of the positions and velocities of points of the rod, with exact derivatives.
+//!
+//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with plain numbers, dual numbers (first
+//! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the dispatch
+//! [`GaugeScalar`]. Input of a quantity: time, s, states of its points, and the scene ([`Sight`]). Output: its value in its
+//! own unit.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Point;
@@ -71,53 +76,53 @@ pub struct PointState<D> {
     pub velocity: [D; 3],
 }
 
-/// Object-safe form of a quantity: one function for each scalar type of a fit.
+/// Object-safe form of a [`Quantity`]: one function for each scalar type of a fit.
 pub trait DynQuantity: Debug + Send + Sync {
-    /// The value in floating-point numbers.
+    /// The value of the quantity in floating-point numbers, for the state `rod`.
     fn plain(&self, rod: &Sight<f64>) -> f64;
-    /// The value with a first derivative.
+    /// The value of the quantity with a first derivative, for the state `rod`.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64;
-    /// The value with second derivatives.
+    /// The value of the quantity with second derivatives, for the state `rod`.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64;
 }
 
 impl<Q: Quantity> DynQuantity for Q {
-    /// The value in floating-point numbers.
+    /// The value of the quantity in floating-point numbers.
     fn plain(&self, rod: &Sight<f64>) -> f64 {
         self.show(rod)
     }
-    /// The value with a first derivative.
+    /// The value of the quantity with a first derivative.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64 {
         self.show(rod)
     }
-    /// The value with second derivatives.
+    /// The value of the quantity with second derivatives.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64 {
         self.show(rod)
     }
 }
 
-/// A scalar type of a fit.
+/// A scalar type of a fit, with the function of [`DynQuantity`] that belongs to it.
 pub trait GaugeScalar: Scalar {
-    /// The value of a quantity in this type.
+    /// The value of a `quantity` for the state `rod`, with the derivatives of this type.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self;
 }
 
 impl GaugeScalar for f64 {
-    /// The value of a quantity in this type.
+    /// The value of a quantity in floating-point numbers.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
 impl GaugeScalar for Dual64 {
-    /// The value of a quantity in this type.
+    /// The value of a quantity with a first derivative.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
 impl GaugeScalar for HyperDual64 {
-    /// The value of a quantity in this type.
+    /// The value of a quantity with second derivatives.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.hyper_dual(rod)
     }

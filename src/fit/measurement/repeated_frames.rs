@@ -1,7 +1,9 @@
 //! Detection of frames that repeat the previous one, as in a video that was converted to a higher frame rate.
 //!
 //! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
-//! residual that no noise model describes.
+//! residual that no noise model describes. Input: positions in the order of time. A frame repeats if its position equals the
+//! one before while the marker moves: the step before or after exceeds [`COARSE_STEPS`] times the resolution of the
+//! positions. Output: counts; more than [`LEAST_REPEATED`] of all frames result in a warning of the report.
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -12,7 +14,7 @@ const COARSE_STEPS: f64 = 3.0;
 /// Smallest fraction of repeated frames in a converted video. From 24 to 30 frames per second it is one of five.
 const LEAST_REPEATED: f64 = 0.1;
 
-/// An observation with repeated frames.
+/// An observation with the number of its repeated frames, for a warning.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RepeatedFrames {
     /// The file, or the point.
@@ -23,7 +25,7 @@ pub(crate) struct RepeatedFrames {
     pub frames: usize,
 }
 
-/// The observations of converted videos.
+/// The observations whose repeated frames are those of a converted video, with their counts; planned ones are skipped.
 pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFrames> {
     let found =
         all(experiments).filter_map(|(experiment, measurement)| {
@@ -36,7 +38,7 @@ pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFra
     found.collect()
 }
 
-/// Whether so many repeated frames are those of a video that was converted to a higher rate.
+/// Whether `repeated` of all `frames` are more than chance: a video that was converted to a higher rate.
 pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
     repeated as f64 > LEAST_REPEATED * frames as f64
 }

@@ -1,4 +1,8 @@
 //! Measured shapes of a rod at rest: positions of points with known arc lengths, or of the centerline without.
+//!
+//! Input: a CSV file with arc lengths `s` or node indices and coordinates, points in order along the centerline, or planned
+//! arc lengths. Output: [`RestShape`]. Its differences in a fit are simulated less observed coordinate of each point of the
+//! rod in equilibrium; without arc lengths, the offset of each position from the nearest point of the simulated centerline.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -20,7 +24,7 @@ pub struct Sighting {
     pub position: [Option<f64>; 3],
 }
 
-/// Positions of points of a rod in equilibrium with the loads of the scene.
+/// Positions of points of a rod in equilibrium with the loads of its scene.
 #[derive(Clone, Debug)]
 pub struct EquilibriumShape {
     /// Observed positions with their points.
@@ -30,27 +34,27 @@ pub struct EquilibriumShape {
     pub arc_lengths_fitted: bool,
 }
 
-/// A measured shape of the rod at rest.
+/// A measured shape of the rod at rest with its header.
 pub type RestShape = Dataset<EquilibriumShape>;
 
-/// Fewest points of a centerline without arc lengths. Fewer do not determine its shape.
+/// Smallest number of points of a centerline without arc lengths. Fewer do not determine its shape.
 const LEAST_OF_A_LINE: usize = 3;
 
-/// Distance between two positions, m, by the coordinates that both have.
+/// Distance between two positions, m, by the coordinates that both have; zero without any.
 fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
     let parts = a.iter().zip(b).filter_map(|(a, b)| Some(((*a)? - b?).powi(2)));
     parts.sum::<f64>().sqrt()
 }
 
 impl Sighting {
-    /// The arc length of the point, m; 0 of a node.
+    /// The arc length of the point from the wall, m; 0 of a node.
     fn arc_length(&self) -> f64 {
         if let Point::ArcLength(s) = self.point { s } else { 0.0 }
     }
 }
 
 impl RestShape {
-    /// A shape by observed positions of points.
+    /// A shape given by the observed positions of points of the rod.
     ///
     /// ```
     /// use rodfit::Point;
@@ -107,7 +111,8 @@ impl RestShape {
         Ok(Self::read_file(path.as_ref(), recording)?)
     }
 
-    /// Reads a CSV file; the errors have the path and the line.
+    /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows with too
+    /// few coordinates are dropped and counted.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
         let table = Table::read(path)?;
@@ -165,7 +170,7 @@ impl RestShape {
     }
 }
 
-/// The column with the points of a table.
+/// The column of a table that assigns each row to a point of the rod.
 enum PointColumn {
     /// Index of the column with node indices.
     Node(usize),
@@ -174,7 +179,8 @@ enum PointColumn {
 }
 
 impl PointColumn {
-    /// The column of a table; none of a centerline. A table with both columns is invalid.
+    /// The column with the points of a table; `None` for a centerline without arc lengths. An error for both columns, or node
+    /// indices with a unit.
     fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
         match (table.find("s"), table.find("node")) {
             (Some(column), None) => {
@@ -199,7 +205,7 @@ impl PointColumn {
         }
     }
 
-    /// The point of a row; an error for a blank cell or a fractional node.
+    /// The point of a row; an error for a blank cell, and for a node that is negative or fractional.
     fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column].ok_or_else(|| {
@@ -224,7 +230,7 @@ impl PointColumn {
 
 impl EquilibriumShape {
     /// The observed positions with points of the rod. Unknown arc lengths are approximated by the chords between the points,
-    /// from the end of the line that is nearer to the wall.
+    /// from the end of the line that is nearer to the wall, at most the length of the rod.
     pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
@@ -242,8 +248,8 @@ impl EquilibriumShape {
         self.sightings.iter().map(approximate).collect()
     }
 
-    /// Arc lengths, m, of the points of a planar centerline with their signed offsets along its normal. The `residuals` are
-    /// those of the coordinates, point by point. None in space, where offsets have no sign.
+    /// For each point of a planar centerline its arc length and its signed offset along the normal of the line. `residuals`
+    /// are those of the coordinates, point by point, whose unit the offsets have. Empty in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
         let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
@@ -266,12 +272,12 @@ impl EquilibriumShape {
 }
 
 impl DataKind for EquilibriumShape {
-    /// Name of the table of a fit file for this kind.
+    /// Name of the table of shapes in a fit file.
     fn table(&self) -> &'static str {
         "shape"
     }
 
-    /// The file, or a name of the data without a file.
+    /// The file, or `the shape at rest`.
     fn label(&self, header: &Header) -> String {
         match &header.source {
             Some(path) => path.display().to_string(),
@@ -279,33 +285,33 @@ impl DataKind for EquilibriumShape {
         }
     }
 
-    /// Quantity on the abscissa of plots.
+    /// The abscissa of plots: arc length.
     fn abscissa(&self) -> Abscissa {
         Abscissa::ArcLength
     }
 
-    /// Abscissa of every point.
+    /// Arc length of every point from the wall, m, approximate if it is fitted.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
         let arc_length = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
         self.with_approximate_points(problem).into_iter().map(arc_length).collect()
     }
 
-    /// The observed positions, m; empty for scalars.
+    /// The observed position of every point, m.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.sightings.iter().map(|s| s.position).collect()
     }
 
-    /// Mutable references to the observed positions.
+    /// Mutable references to the observed positions, m.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.sightings.iter_mut().map(|s| &mut s.position).collect()
     }
 
-    /// Number of arc lengths that are fitted to the values.
+    /// Number of fitted arc lengths: one per point if they are unknown, else zero.
     fn fitted_arc_lengths(&self) -> usize {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
-    /// Root mean square distance of the coordinates from those of the rest shape, m.
+    /// Root mean square distance of the observed coordinates from those of the unloaded rod, m: the deflection.
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
@@ -321,7 +327,7 @@ impl DataKind for EquilibriumShape {
         (sum / count.max(1.0)).sqrt()
     }
 
-    /// Rejects values that cannot be compared with the problem.
+    /// Rejects points that are not on the rod, and positions that are not finite.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
@@ -335,12 +341,12 @@ impl DataKind for EquilibriumShape {
         ensure(are_finite, *label, "other positions", "finite positions")
     }
 
-    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
+    /// Approximates unknown arc lengths by chords. Shapes have no times to cut at a horizon.
     fn prepare(&mut self, problem: &Problem, _horizon: f64) {
         self.sightings = self.with_approximate_points(problem);
     }
 
-    /// Adds the outputs of a simulation that the values are compared with.
+    /// Adds the points at rest, or all nodes if the arc lengths are unknown.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             true => outputs.whole_rest = true,
@@ -348,7 +354,8 @@ impl DataKind for EquilibriumShape {
         }
     }
 
-    /// Calls `each` with simulated less measured value, in the order of the values.
+    /// Calls `each` with simulated less observed coordinate, m, point by point; for unknown arc lengths with the coordinates
+    /// of the offset from the nearest point of the polygon of nodes.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,4 +1,8 @@
-//! Outputs of a simulation that data are compared with: those that the data require, and those that a simulation provides.
+//! Outputs of a simulation with which data are compared.
+//!
+//! [`Requirements`] lists the outputs that measurements require (points in motion and at rest, modes, last times), so that a
+//! simulation computes no others. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion,
+//! equilibrium, angular frequencies, and camera. Each kind of data subtracts its values from these.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
@@ -7,7 +11,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Point, Scene};
 use crate::vibration::ModeName;
 
-/// Outputs of a simulation that measurements require.
+/// Outputs of a simulation that measurements require, collected over all measurements of an experiment.
 #[derive(Debug, Default)]
 pub struct Requirements {
     /// Points with a measured motion.
@@ -27,7 +31,7 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium is required.
+    /// Whether the equilibrium of the rod is required.
     pub fn is_at_rest(&self) -> bool {
         self.whole_rest || !self.resting.is_empty()
     }
@@ -49,7 +53,8 @@ pub struct SimulatedOutput<'a, D> {
 }
 
 impl<D: Scalar> SimulatedOutput<'_, D> {
-    /// Calls `each` with simulated less observed value of every observed coordinate of a point at `position`, m.
+    /// Calls `each` with simulated less observed value, m, of every observed coordinate of a point at the simulated
+    /// `position`, m, as the camera records it.
     pub(crate) fn compare(
         &self,
         position: [D; 3],

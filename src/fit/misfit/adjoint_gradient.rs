@@ -1,7 +1,11 @@
-//! Gradient of half the sum of the losses by all unknowns of an experiment, by the adjoint of its motion.
+//! Gradient of half the sum of the losses of one experiment by all its unknowns, by the adjoint of its motion.
 //!
-//! The adjoint costs about as much as two runs for any number of unknowns (Cao, Li, Petzold and Serban 2003). Forward
-//! sensitivities cost more with every unknown.
+//! The motion is run once forward; the derivative of the misfit by every recorded position is the source term of the adjoint
+//! (reverse) equations, which yield the derivatives by all parameters of the motion. Parameters of camera, supports and arc
+//! lengths also act on the observations at a fixed motion; this part is added by dual numbers. The adjoint costs about as
+//! much as two runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities cost more with every
+//! unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns. Output: [`ExperimentGradient`] for argmin's gradient
+//! solvers.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
@@ -17,7 +21,7 @@ use num_dual::Dual64;
 /// residual take 2.1 to 2.5 times a run, and each further one 0.2 to 0.3 more.
 const MOST_FORWARD_UNKNOWNS: usize = 6;
 
-/// Residuals of an experiment, and the gradient of its part of the misfit.
+/// Residuals of an experiment, and the gradient of its part of the misfit, at one point.
 pub(super) struct ExperimentGradient {
     /// Plain residuals, in units of sigma.
     pub residuals: Vec<f64>,
@@ -28,8 +32,8 @@ pub(super) struct ExperimentGradient {
 }
 
 impl ObservedExperiment {
-    /// Whether the adjoint gives its gradient at less cost: many unknowns, a reversible motion, and only positions of
-    /// points of the centerline as measurements.
+    /// Whether the adjoint computes the gradient of this experiment at less cost: many unknowns, a reversible motion, and
+    /// only positions of points of the centerline as measurements.
     pub fn has_adjoint_gradient(&self) -> bool {
         let are_motions =
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
@@ -39,8 +43,8 @@ impl ObservedExperiment {
             && self.problem.check_reversible().is_ok()
     }
 
-    /// Its residuals and the gradient of half the sum of its losses at `point`. `weights` has the leverage weight of every
-    /// residual. `count` receives the work, steps times segments.
+    /// The residuals of this experiment and the gradient of half the sum of its losses at `point`. `weights` has the leverage
+    /// weight of every residual. `count` receives the work, steps times segments. An error if the motion cannot be simulated.
     pub(super) fn adjoint_gradient(
         &self,
         point: ParameterPoint,
@@ -61,6 +65,7 @@ impl ObservedExperiment {
             let of_series = series.weights.iter().copied();
             for row in ObservationRow::from_samples(&view, motion.point, &motion.samples, of_series)
             {
+                // Residuals are positions times a row: the derivative by the position is that row, in units of sigma.
                 let residual = row.residual(&problem, record)?;
                 let weight = weights.next().copied().unwrap_or(1.0);
                 let [value, slope] = series.loss.robust(weight * residual);
@@ -96,6 +101,7 @@ impl ObservedExperiment {
                     sum += by_residual.next().map_or(0.0, |by| by * r.eps);
                 })?;
             }
+            // From the parameter in its unit to its scale of the fit.
             gradient[*i] = sum * unknown.slope(unknown.from_scale(point.x[*i]));
         }
         Ok(ExperimentGradient { residuals, gradient, halved: has_halved_steps(run.trajectory()) })

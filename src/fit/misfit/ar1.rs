@@ -1,28 +1,31 @@
 //! First-order autocorrelated (AR(1)) noise on unevenly spaced samples.
 //!
-//! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have
-//! the correlation `correlation^(dt/spacing)`, so that gaps and uneven sampling need no special treatment. Its
-//! correlation matrix `R` and the root of its inverse are products of bidiagonal matrices: each product with a vector
-//! takes one pass over the values.
+//! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have the
+//! correlation `correlation^(dt/spacing)`, so that gaps and uneven sampling need no special treatment. Its correlation matrix
+//! `R` and the root of its inverse are products of bidiagonal matrices: each product with a vector takes one pass over the
+//! values. [`Ar1Correlation`] applies `R`, makes white innovations of correlated noise and the reverse, and returns the
+//! effective sample size.
 
 use crate::numerics::upper_median;
 
-/// Largest lag-one factor. Two values at the same time would have 1, by whose complement innovations are divided.
+/// Largest correlation of two consecutive values. Two values at the same time would have 1, and innovations are divided by
+/// the root of one less its square.
 const MAX_FACTOR: f64 = 0.9999;
 
-/// Correlation of a series: the correlation of every value with the one before; 0 for the first.
+/// Correlation of a series: the correlation of every value with the one before, at least 0; 0 for the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Ar1Correlation(Vec<f64>);
 
 impl Ar1Correlation {
-    /// The correlation of values at ascending `times`, s. Values one `spacing`, s, apart have the `correlation`, 0 or more.
+    /// The correlation of values at ascending `times`, s. Values one `spacing`, s, apart have the `correlation`, 0 or more;
+    /// gaps have less.
     pub fn new(times: &[f64], spacing: f64, correlation: f64) -> Self {
         let factor = |pair: &[f64]| ar1_factor(correlation, (pair[1] - pair[0]) / spacing);
         let after = times.windows(2).map(factor);
         Self(std::iter::once(0.0).take(times.len()).chain(after).collect())
     }
 
-    /// The product `R values` with the correlation matrix.
+    /// The product `R values` with the correlation matrix `R`, by a forward and a backward pass.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = values.to_vec();
         for k in 1..sums.len() {
@@ -37,7 +40,7 @@ impl Ar1Correlation {
         sums
     }
 
-    /// `R^(-1/2) values`: innovations, by which correlated noise becomes white noise of the same size.
+    /// `R^(-1/2) values`: innovations, by which correlated noise becomes white noise of the same standard deviation.
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
         let new = |k: usize| match k {
             0 => values[0],
@@ -56,7 +59,7 @@ impl Ar1Correlation {
         white.zip(&self.0).map(next).collect()
     }
 
-    /// Number of independent values whose mean has the same variance: `n^2/sum R`.
+    /// Number of independent values whose mean has the same variance as that of these: `n^2/sum R`.
     pub fn effective_sample_size(&self) -> f64 {
         let n = self.0.len();
         (n * n) as f64 / self.apply(&vec![1.0; n]).iter().sum::<f64>()
@@ -71,7 +74,8 @@ pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     }
 }
 
-/// The median distance between consecutive `times`, in their unit; none of fewer than two times, and none of zero.
+/// The median distance between consecutive ascending `times`, in their unit; `None` of fewer than two times or a median of
+/// zero.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
     upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).filter(|spacing| *spacing > 0.0)
 }

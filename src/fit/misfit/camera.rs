@@ -1,14 +1,16 @@
 //! The camera model: recorded time and recorded position of a point, from the time of the motion and its position.
 //!
-//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`. The
-//! wall is the clamp of the rod; shift, scale, rotation in the plane and offset are parameters of the scene.
+//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`. The wall
+//! is the clamp of the rod; shift (m), scale (ratio), rotation in the plane (rad) and offset (s) are parameters of the scene.
+//! [`View`] evaluates both over scalars with derivatives; every simulated position passes through it before it is compared
+//! with a recording.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 
-/// The [camera](crate::scene::Camera) of a scene, over a scalar type that may carry derivatives.
+/// The [camera](crate::scene::Camera) of a scene, over a scalar type that may carry derivatives by its parameters.
 pub(crate) struct View<D> {
     /// Center of rotation and scaling: the wall, m.
     centre: Vector<D>,
@@ -23,7 +25,8 @@ pub(crate) struct View<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem. `seed` returns the scalar of a parameter from its value.
+    /// The camera of a problem. `seed` returns the scalar of a parameter from its value, with derivatives where the parameter
+    /// is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
@@ -44,7 +47,7 @@ impl<D: Scalar> View<D> {
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
-    /// The recorded position of a point at `x` in the world, m.
+    /// The recorded position, m, of a point at the position `x` in the world, m.
     pub fn recorded(&self, x: Vector<D>) -> Vector<D> {
         let arm = sub(x, self.centre);
         let centre = add(self.centre, self.shift);

@@ -1,24 +1,25 @@
 //! Offset of an observed point of unknown arc length from the simulated rod: to the foot of its perpendicular.
 //!
-//! The arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with the observed point
-//! `y`. It follows the parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which two Newton steps over a
-//! number with derivatives yield to second order. The offset `x(s) - y` has no part along the rod, so that the data
-//! constrain where the line of the rod is and not which of its points was observed (orthogonal distance regression,
-//! Boggs and Rogers 1990).
+//! Input: recorded positions of the nodes with their arc lengths, an observed point `y`, and an approximate arc length. The
+//! arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates; it is found by bisection between
+//! the neighbors of the nearest node. It follows the parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which
+//! two Newton steps over a number with derivatives yield to second order. Output: the offset `x(s) - y`, m. It has no part
+//! along the rod: the data constrain the line of the rod, not the place of the observed point on it (orthogonal distance
+//! regression, Boggs and Rogers 1990).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
 
-/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc
-/// length that chords between the observed points give.
+/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc length
+/// that chords between the observed points yield.
 const SEARCH_RADIUS: f64 = 0.2;
-/// Bisections of an edge: they determine the arc length of the foot to 1e-12 of the edge.
+/// Number of bisections of the two edges at the nearest node: they determine the arc length of the foot to 1e-12 of an edge.
 const BISECTIONS: usize = 40;
 /// Step of the difference quotient of `f`, over the length of an edge. `f` is a polynomial; an approximate slope is
 /// sufficient for Newton's method.
 const DIFFERENCE_STEP: f64 = 1e-4;
 
-/// The nodes of a rod as a curve over the arc length.
+/// The nodes of a rod as a curve over the arc length, over a scalar type that may carry derivatives.
 pub(crate) struct NodeCurve<'a, D> {
     /// Recorded positions of the nodes, m.
     pub nodes: &'a [[D; 3]],
@@ -26,7 +27,7 @@ pub(crate) struct NodeCurve<'a, D> {
     pub arc_length: &'a [D],
 }
 
-/// Position and tangent of a curve at an arc length.
+/// Position and tangent of a curve at one arc length.
 struct CurvePoint<D> {
     /// m.
     position: [D; 3],
@@ -57,7 +58,7 @@ impl<D: Scalar> NodeCurve<'_, D> {
         std::array::from_fn(|c| position[c] - observed[c].unwrap_or(0.0))
     }
 
-    /// Half the derivative of the squared distance from the `observed` point by the arc length, m.
+    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m.
     fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
         let CurvePoint { position, tangent } = self.interpolate(s);
         let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
@@ -100,6 +101,7 @@ impl NodeCurve<'_, f64> {
             let parts = (0..3).filter_map(|c| Some((self.nodes[i][c] - observed[c]?).powi(2)));
             parts.sum::<f64>()
         };
+        // Of a curved rod several nodes may be near the point: only those about the approximate arc length compete.
         let is_near = |i: &usize| (self.arc_length[*i] - near.clamp(start, end)).abs() <= radius;
         let nearest =
             (0..=last).filter(is_near).min_by(|i, j| distance(*i).total_cmp(&distance(*j)));
@@ -107,12 +109,14 @@ impl NodeCurve<'_, f64> {
         // The foot is in one of the two edges at the nearest node, or at an end of the curve.
         let mut low = self.arc_length[nearest.saturating_sub(1)].max(start);
         let mut high = self.arc_length[(nearest + 1).min(last)];
+        // A distance that grows from the lower end, or falls up to the upper one, has its minimum there.
         if self.slope(observed, low) >= 0.0 {
             return (low, false);
         }
         if self.slope(observed, high) <= 0.0 {
             return (high, false);
         }
+        // Bisection is safe for any curvature; the derivatives follow by Newton steps afterwards.
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             match self.slope(observed, middle) < 0.0 {

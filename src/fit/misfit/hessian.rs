@@ -1,8 +1,10 @@
-//! The exact Hessian of the misfit: the observed information.
+//! The exact Hessian of the misfit by the unknowns: the observed information.
 //!
-//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton method
-//! is the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair of
-//! unknowns costs one simulation in hyper-dual numbers (Fike and Alonso 2011).
+//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton method is
+//! the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair of unknowns costs
+//! one simulation in hyper-dual numbers (Fike and Alonso 2011), about the recorded plain simulation at the same point.
+//! Output: a symmetric matrix on the unknowns' scales, for standard errors with the exact Hessian (`[analysis]`) and argmin's
+//! Newton solvers.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -47,7 +49,8 @@ impl Residuals {
         Ok(hessian)
     }
 
-    /// The second derivative by the unknowns `i` and `j` of an experiment's half sum of losses at `x`, about its `run` there.
+    /// The second derivative, by the unknowns `i` and `j`, of half the sum of the losses of an experiment at `x`, about its
+    /// plain `run` there. `weights` are the leverage weights of its residuals.
     fn second_derivative(
         &self,
         x: &[f64],
@@ -59,13 +62,16 @@ impl Residuals {
         let seed = |parameter: Parameter, value: f64| {
             let is_own =
                 |u: &usize| experiment.depends_on(*u) && self.unknowns()[*u].parameter == parameter;
+            // A parameter that is no unknown of this experiment is a constant.
             let Some(u) = (0..x.len()).find(is_own) else { return HyperDual64::from(value) };
             let along = |direction: usize| f64::from(u8::from(u == direction));
             self.unknowns()[u].value(HyperDual64::new(x[u], along(i), along(j), 0.0))
         };
+        // The plain run determines the steps, halved ones included: the run over hyper-dual numbers repeats them.
         let ExperimentRun { problem, moving, resting } = run;
         let over = |plain: &Option<Trajectory>| plain.as_ref().map(|t| t.over(seed)).transpose();
         let (moving, resting) = (over(moving)?, over(resting)?);
+        // Frequencies have no recorded base: they are solved anew over hyper-dual numbers.
         let frequencies = match experiment.modes() {
             [] => Vec::new(),
             modes => problem.natural_frequencies_over(modes, seed)?,
@@ -94,6 +100,7 @@ impl Residuals {
 impl argmin::core::Hessian for Residuals {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
+    /// The Hessian at `x` for argmin's solvers.
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.hessian_at(x)?)
     }

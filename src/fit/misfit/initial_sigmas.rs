@@ -1,5 +1,8 @@
-//! Standard deviations of the measurements before the first fit: the given ones, else the length of the rod (a common scale), or with
-//! a robust loss 5 % of the observed motion.
+//! Preliminary standard deviations (sigmas) of the measurements before the first fit, in the unit of each.
+//!
+//! The given sigma, if there is one. Without it, and with squared losses, the length of the rod as a common scale of all.
+//! With a robust loss half of [`UNEXPLAINED`] of the observed motion (5 %), so that outliers are down-weighted from the
+//! start. A search replaces these by estimates from its residuals where [`weights_depend_on_the_fit`].
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -28,8 +31,8 @@ pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     all(experiments).map(first).collect()
 }
 
-/// Whether estimating the unknown sigmas from the residuals changes the optimum. A single measurement with squared
-/// residuals has one common factor, which does not.
+/// Whether estimating the sigmas that are not given from the residuals changes the optimum. A single measurement with squared
+/// residuals and no prior has one common factor, which does not.
 pub(crate) fn weights_depend_on_the_fit(fitted: &[Experiment], unknowns: &[Unknown]) -> bool {
     let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
     let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());

@@ -1,5 +1,9 @@
-//! The misfit between measurements and simulations: residuals, their Jacobian, gradient and Hessian, and the tests of
-//! residuals.
+//! The misfit between measurements and simulations, as a function of the unknowns of a fit.
+//!
+//! `residuals` assembles the residuals of all experiments and priors, `(simulated - measured)/sigma`, with exact Jacobian
+//! (dual numbers, forward sensitivities), gradient (`adjoint_gradient`) and Hessian (`hessian`). `observed_experiment`
+//! simulates one experiment. `camera`, `observation_row` and `foot_point` map simulated positions to recorded values.
+//! `residual_tests` and `ar1` test residuals for white or autocorrelated noise. `initial_sigmas` and `work` serve the search.
 
 mod adjoint_gradient;
 pub(crate) mod ar1;

@@ -1,6 +1,8 @@
 //! Rows of the observation operator: recorded coordinates of a point as linear functions of its position in the world.
 //!
-//! The residual of a row is `axis . x(t) + offset`, in units of the standard deviation.
+//! The residual of a row is `axis . x(t) + offset`, in units of the standard deviation, with the position `x`, m, at the time
+//! `t` of the motion. `axis` (1/m) and `offset` follow from the camera at fixed parameters. The adjoint gradient and the fit
+//! of lists along the rod need the residual in this form.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -9,7 +11,7 @@ use crate::fit::misfit::camera::View;
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
 
-/// One observed coordinate of a sample.
+/// One observed coordinate of a sample, as a linear function of the position of the point.
 pub(crate) struct ObservationRow {
     /// The observed point of the rod.
     pub point: Point,
@@ -50,15 +52,16 @@ impl ObservationRow {
         rows
     }
 
-    /// Simulated less observed coordinate, in units of the standard deviation, for the motion in `record`.
+    /// Simulated less observed coordinate, in units of the standard deviation, for the recorded motion of the nodes in
+    /// `record`.
     pub fn residual(&self, problem: &Problem, record: &Record) -> Result<f64, Error> {
         let position = record.read().position(&problem.stencil(self.point)?, self.time)?;
         Ok(position.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)
     }
 }
 
-/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the
-/// supports, and of the arc length of a point.
+/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the supports,
+/// and of the shape (the arc length of a point).
 pub(crate) fn affects_observation_operator(parameter: Parameter) -> bool {
     ["rod.shape.", "supports.", "camera."].iter().any(|place| parameter.path().starts_with(place))
 }

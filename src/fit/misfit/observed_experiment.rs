@@ -1,6 +1,10 @@
 //! One experiment as a function of the unknowns: its simulation, its plain residuals and their exact derivatives.
 //!
-//! The experiment is cut to a horizon, and a simulation records only the nodes that its measurements depend on.
+//! Input: an experiment, cut to a horizon, the unknowns, and the standard deviations of its measurements. At a point of the
+//! unknowns it simulates the motion and the equilibrium, as far as its measurements require them. The simulation has forward
+//! sensitivities by the parameters that change the rod, and records only the nodes of the measurements. Output: `(simulated -
+//! measured)/sigma` of every value, and one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry
+//! the derivatives through camera and observation.
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -17,11 +21,11 @@ use crate::vibration::{ModeName, NaturalFrequency};
 use num_dual::Dual64;
 use std::collections::BTreeSet;
 
-/// Longest simulated motion over the duration of the scene or of the recording. A search may try any offset of the
-/// camera's clock; larger ones would take too long.
+/// Longest simulated motion over the duration of the scene or of the recording, whichever is longer. A search may try any
+/// offset of the camera's clock; larger ones would take too long.
 const MAX_DURATION_RATIO: f64 = 2.0;
 
-/// An experiment up to its horizon.
+/// An experiment up to its horizon, with weighted measurements and the outputs that they require.
 #[derive(Debug)]
 pub(crate) struct ObservedExperiment {
     pub(super) problem: Problem,
@@ -34,7 +38,7 @@ pub(crate) struct ObservedExperiment {
     rest_work: f64,
 }
 
-/// Values of one measurement with their weights.
+/// Values of one measurement with their weights and their loss.
 #[derive(Debug)]
 pub(super) struct ObservedSeries {
     pub data: MeasuredData,
@@ -43,7 +47,7 @@ pub(super) struct ObservedSeries {
     pub loss: Loss,
 }
 
-/// Simulation of an experiment at one point.
+/// Simulation of an experiment at one point of the unknowns.
 pub(crate) struct ExperimentRun {
     pub problem: Problem,
     /// The motion; none if no measurement needs it.
@@ -53,8 +57,8 @@ pub(crate) struct ExperimentRun {
 }
 
 impl ObservedExperiment {
-    /// `experiment` up to `horizon`, s. The next of `sigmas` is the standard deviation of each of its measurements, in its
-    /// unit.
+    /// `experiment` with its measurements up to the `horizon`, s. Each of its measurements takes the next of `sigmas`, in its
+    /// unit. An error for points that are not on the rod.
     pub fn new<'s>(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -82,12 +86,12 @@ impl ObservedExperiment {
         Ok(observed)
     }
 
-    /// Number of residuals of each measurement.
+    /// Number of residuals of each measurement, up to the horizon.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.series.iter().map(|s| s.data.values())
     }
 
-    /// The loss of every residual.
+    /// The loss of every residual, in the order of the residuals.
     pub fn losses(&self) -> impl Iterator<Item = Loss> {
         self.series.iter().flat_map(|s| std::iter::repeat_n(s.loss, s.data.values()))
     }
@@ -102,13 +106,15 @@ impl ObservedExperiment {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters of its unknowns that change the rod, not only its recording.
+    /// The parameters of its unknowns that change the motion of the rod, not only its recording by the camera.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_camera()).collect()
     }
 
-    /// Its problem at `point`, and the number of time steps of its motion; zero without a measured motion.
+    /// Its problem at `point`, and the number of time steps up to the last sample; zero without a measured motion. The motion
+    /// lasts longer than the scene where the offset of the camera's clock requires it; an error beyond
+    /// [`MAX_DURATION_RATIO`].
     pub(super) fn problem_and_steps(
         &self,
         ParameterPoint { unknowns, x }: ParameterPoint,
@@ -120,6 +126,7 @@ impl ObservedExperiment {
             return Ok((problem, 0));
         }
         let time = problem.time()?;
+        // The clock of the camera may be ahead of that of the motion: the last sample determines the end.
         let end = (self.required.last_recorded - problem.scene().camera.time_offset)
             .max(self.required.last_read);
         let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);
@@ -137,9 +144,9 @@ impl ObservedExperiment {
         Ok((problem, steps))
     }
 
-    /// Simulates it at `point`, with derivatives by the parameters of the unknowns if `derived`. The motion lasts until its
-    /// last sample on the camera's clock. `count` receives the work, also that of a run that fails. `after` is called at
-    /// the start of the motion and after every step.
+    /// Simulates the experiment at `point`, with derivatives by the parameters of the unknowns if `derived`. The motion lasts
+    /// until its last sample on the camera's clock. `count` receives the work, also that of a run that fails. `after` is
+    /// called at the start of the motion and after every step.
     pub fn run(
         &self,
         point: ParameterPoint,
@@ -154,6 +161,7 @@ impl ObservedExperiment {
             let mut trajectory =
                 Trajectory::new(&problem, &nodes(&self.required.moving, &problem)?, &parameters)?
                     .keep_axes(&edges(&self.required.beside, &problem)?);
+            // Work counts also where the run fails, so that failed trials are not free.
             let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
             count((steps * problem.segments()) as f64);
@@ -162,6 +170,7 @@ impl ObservedExperiment {
         }
         // Static solutions count as a fixed number of time steps.
         count(self.rest_work);
+        // Shapes without arc lengths need all nodes, others only those of their points.
         let resting = match self.required.whole_rest {
             true => Some((0..problem.nodes()).collect()),
             false if self.required.is_at_rest() => Some(nodes(&self.required.resting, &problem)?),
@@ -172,13 +181,15 @@ impl ObservedExperiment {
         Ok(ExperimentRun { problem, moving, resting })
     }
 
-    /// The plain residuals of a run at `point`, and their Jacobian by all unknowns on their scales if `derived`, row by row.
+    /// The plain residuals of a `run` at the point, in units of sigma, and, if `derived`, the rows of their Jacobian by all
+    /// unknowns on their scales; else no rows.
     pub fn residuals_and_jacobian(
         &self,
         run: &ExperimentRun,
         ParameterPoint { unknowns, x }: ParameterPoint,
         derived: bool,
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+        // The motion has forward derivatives only by parameters that change the rod.
         let parameters = if derived { self.motion_parameters(unknowns) } else { Vec::new() };
         let natural_frequencies = match self.modes().is_empty() {
             true => Vec::new(),
@@ -195,6 +206,7 @@ impl ObservedExperiment {
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
         self.for_each_residual(&simulated, |r: f64, _| residuals.push(r))?;
+        // A plain evaluation ends here: derivatives cost a pass per unknown.
         if !derived {
             return Ok((residuals, Vec::new()));
         }
@@ -206,6 +218,7 @@ impl ObservedExperiment {
             let track = parameters.iter().position(|p| *p == unknown.parameter);
             let slope = unknown.slope(unknown.from_scale(x[*i]));
             let rate = |t: &NaturalFrequency| track.map_or(0.0, |track| t.derivatives[track]);
+            // Frequencies and motion carry the derivative along this unknown; camera and scene are seeded by it.
             let frequencies: Vec<Dual64> = natural_frequencies
                 .iter()
                 .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
@@ -229,7 +242,7 @@ impl ObservedExperiment {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every plain residual, in units of sigma, and its loss.
+    /// Calls `each` with every plain residual, in units of sigma, and its loss, in the order of measurements and values.
     pub fn for_each_residual<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,
@@ -257,8 +270,8 @@ pub(super) fn has_halved_steps(motion: &Trajectory) -> bool {
     motion.record().taken.len() >= motion.times().len()
 }
 
-/// The nodes that the positions of `points` depend on, ascending. A point at a node depends on its neighbors too, because
-/// it moves between nodes when the length of the rod changes.
+/// Indices of the nodes that the positions of `points` depend on, ascending. A point at a node depends on its neighbors too,
+/// because it moves between nodes when the length of the rod changes.
 pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut nodes = BTreeSet::new();
     for point in points {
@@ -267,7 +280,7 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
     Ok(nodes.into_iter().collect())
 }
 
-/// The edges whose axes the markers beside `points` depend on, ascending.
+/// Indices of the edges whose axes the markers beside `points` depend on, ascending.
 fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut edges = BTreeSet::new();
     for point in points {

@@ -1,7 +1,11 @@
-//! Tests of residuals for being noise: whiteness, normality and the absence of a trend in time.
+//! Statistical tests of residuals for being noise: whiteness, normality and the absence of a trend in time.
 //!
-//! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals
-//! that are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white.
+//! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals that
+//! are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the residuals
+//! of one coordinate in order of time. Tests: Ljung-Box (autocorrelation), Anderson-Darling (normality), Student's t for a
+//! slope of the residuals or their size (trend), and for innovations also Fisher's test of the periodogram. Output:
+//! [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for many
+//! coordinates.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
@@ -11,18 +15,22 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
 use std::f64::consts::PI;
 
-/// Level of significance of one coordinate: p-values below it are findings.
+/// Significance level of one coordinate: smaller p-values are findings.
 const SIGNIFICANCE: f64 = 1e-3;
 /// Probability of a false finding among all coordinates of a fit, by one of the tests (Bonferroni's correction).
 const FAMILY_SIGNIFICANCE: f64 = 0.02;
 /// Smallest p-value of the innovations of AR(1) noise. Innovations of noise have a smaller one in 0.5 of 100 coordinates (two
 /// of 366 with the laboratories' own noise). Innovations of residual motion have a smaller one even where noise dominates.
 const LEAST_INNOVATION_P: f64 = 5e-3;
-/// Number of frequencies of the periodogram, the lowest ones.
+/// Largest number of frequencies of the periodogram, from the lowest one on. Its cost is proportional to it.
 const MOST_FREQUENCIES: usize = 500;
-/// Fewest values that are tested.
+/// Smallest number of values that are tested. With fewer the test of whiteness has less than three lags.
 const FEWEST_VALUES: usize = 12;
-/// Largest lag of the autocorrelations, in samples.
+/// Degrees of freedom of the denominator of F for the whiteness statistic: of no values, and in addition for each value. Fitted
+/// to the tail of simulated noise of 16 to 400 values.
+const TAIL_FREEDOM: [f64; 2] = [15.0, 0.4];
+/// Largest lag of the autocorrelations, in samples; at most a quarter of the number of values. More lags detect slower
+/// correlations, and weaken the test of fast ones.
 const LARGEST_LAG: usize = 10;
 /// Anderson-Darling statistic above which the formula of its p-value does not hold; the p-value is 0 there.
 const LARGEST_STATISTIC: f64 = 10.0;
@@ -64,17 +72,17 @@ pub struct ResidualTests {
     pub passed: bool,
 }
 
-/// Level of significance of each of this many coordinates.
+/// Significance level of each coordinate, for a fit with this number of `coordinates` (Bonferroni's correction).
 pub(crate) fn significance_level(coordinates: usize) -> f64 {
     SIGNIFICANCE.min(FAMILY_SIGNIFICANCE / coordinates.max(1) as f64)
 }
 
-/// Level of significance of stored reports without one.
+/// Significance level of stored reports without one.
 fn default_significance() -> f64 {
     SIGNIFICANCE
 }
 
-/// Residuals of one coordinate in ascending order of their times.
+/// Residuals of one coordinate in ascending order of their times, as input of the tests.
 pub(crate) struct ResidualSeries<'a> {
     /// Times, s, or arc lengths, m.
     pub times: &'a [f64],
@@ -87,7 +95,7 @@ pub(crate) struct ResidualSeries<'a> {
 }
 
 impl ResidualTests {
-    /// Tests the residuals of the coordinate `axis` of an `observation`; none of fewer than twelve. P-values below
+    /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than twelve. P-values below
     /// `significance` are findings.
     pub(crate) fn new(
         observation: String,
@@ -100,6 +108,7 @@ impl ResidualTests {
         }
         // Outliers that a robust loss down-weights influence neither the fit nor these tests.
         let influences: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
+        // With a robust loss the influence of a residual, half the derivative of its loss, is tested instead of the residual.
         let whiteness = whiteness(&influences);
         let spacing = usual_spacing(times);
         let correlation = if spacing.is_some() { correlation } else { 0.0 };
@@ -166,12 +175,12 @@ pub(crate) fn innovation_p_value(innovations: &[f64]) -> f64 {
     whiteness(innovations).min(periodicity_p_value(innovations))
 }
 
-/// p-value of the Ljung-Box statistic, the weighted sum of squared autocorrelations, about zero: a fit has no mean to
-/// remove.
+/// p-value of the Ljung-Box statistic of the residuals `r`, the weighted sum of squared autocorrelations, about zero: a fit
+/// has no mean to remove.
 ///
 /// The statistic of many values is chi-squared. That of few values has a longer tail, which is close to that of F with
-/// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of one
-/// in a thousand 0.5 to 1.15 times in a thousand; the quantile of chi-squared up to 6 times.
+/// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of one in
+/// a thousand 0.5 to 1.15 times in a thousand; the quantile of chi-squared up to 6 times.
 fn whiteness(r: &[f64]) -> f64 {
     let n = r.len();
     let lags = LARGEST_LAG.min(n / 4);
@@ -190,12 +199,13 @@ fn whiteness(r: &[f64]) -> f64 {
     FisherSnedecor::new(lags, freedom).map_or(1.0, |f| f.sf(ratio))
 }
 
-/// Degrees of freedom of the denominator of F for the statistic of `n` values: a fit to simulated noise.
+/// Degrees of freedom of the denominator of F for the whiteness statistic of `n` values, by [`TAIL_FREEDOM`].
 fn tail_freedom(n: usize) -> f64 {
-    15.0 + 0.4 * n as f64
+    TAIL_FREEDOM[0] + TAIL_FREEDOM[1] * n as f64
 }
 
-/// p-value of the Anderson-Darling test for a normal distribution with the mean and the variance of the sample.
+/// p-value of the Anderson-Darling test of the residuals `r` for a normal distribution with the mean and the variance of the
+/// sample.
 fn normality(r: &[f64]) -> f64 {
     let n = r.len() as f64;
     let mean = r.iter().sum::<f64>() / n;
@@ -208,8 +218,8 @@ fn normality(r: &[f64]) -> f64 {
     }
 }
 
-/// p-value of Fisher's test for periodicity (1929): the largest value of the periodogram over the sum of its lowest
-/// frequencies.
+/// p-value of Fisher's test for periodicity (1929) of the values `r`: the largest value of the periodogram over the sum at
+/// its lowest frequencies, at most [`MOST_FREQUENCIES`].
 fn periodicity_p_value(r: &[f64]) -> f64 {
     let n = r.len();
     let count = ((n - 1) / 2).min(MOST_FREQUENCIES);

@@ -1,4 +1,10 @@
 //! Residuals of a fit, their exact Jacobian and the gradient of the misfit, as an argmin problem.
+//!
+//! Input: experiments up to horizons, sigmas of their measurements, unknowns. At a point `x` on the unknowns' scales all
+//! experiments are simulated on several threads; the residuals are those of all measurements in order, then those of the
+//! priors. The last evaluation is kept, because solvers evaluate residuals, Jacobian and cost at the same point. Output:
+//! vectors and rows in units of sigma, either plain or transformed by robust loss and leverage weight so that half their sum
+//! of squares is the objective.
 
 use crate::dynamics::Snapshot;
 use crate::error::{Error, ensure};
@@ -51,7 +57,7 @@ pub(crate) struct Evaluation {
     pub halved: bool,
 }
 
-/// Plain residuals of one experiment, their derivatives row by row, and whether any time step was halved.
+/// Plain residuals of one experiment at one point, their derivatives row by row, and whether any time step was halved.
 struct ExperimentResiduals {
     residuals: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
@@ -84,17 +90,17 @@ impl Residuals {
         })
     }
 
-    /// With a shared counter of its work.
+    /// The residuals with a shared counter, which receives the work of their simulations.
     pub(crate) fn with_work_counter(self, work: WorkCounter) -> Self {
         Self { work, ..self }
     }
 
-    /// With a factor on every residual: its noise is larger by the inverse. An empty list is 1 for all.
+    /// The residuals with a factor on each: its noise is larger by the inverse. An empty list is 1 for all.
     pub(crate) fn with_leverage_weights(self, weights: &[f64]) -> Self {
         Self { leverage_weights: weights.to_vec(), ..self }
     }
 
-    /// With a known evaluation at one point, which is not simulated again.
+    /// The residuals with a known evaluation at one point, which is not simulated again.
     pub(crate) fn with_evaluation(self, known: Evaluation) -> Self {
         Self { last: Mutex::new(Some(known)), ..self }
     }
@@ -104,7 +110,7 @@ impl Residuals {
         &self.unknowns
     }
 
-    /// From the solver's vector to parameter values in SI units.
+    /// Parameters and their values in SI units at a solver's vector `x`, which is on the unknowns' scales.
     pub fn values(&self, x: &[f64]) -> Vec<(Parameter, f64)> {
         let pairs = self.unknowns.iter().zip(x);
         pairs.map(|(unknown, x)| (unknown.parameter, unknown.from_scale(*x))).collect()
@@ -116,7 +122,7 @@ impl Residuals {
         self.work.total() / self.full_work
     }
 
-    /// Number of residuals.
+    /// Number of residuals, those of the priors included.
     pub fn len(&self) -> usize {
         let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
         self.counts().iter().sum::<usize>() + priors
@@ -132,7 +138,7 @@ impl Residuals {
         self.experiments.iter().flat_map(ObservedExperiment::counts).collect()
     }
 
-    /// The loss and the leverage weight of every residual.
+    /// The loss and the leverage weight of every residual; priors have squares and 1.
     pub(crate) fn weighted_losses(&self) -> Vec<WeightedLoss> {
         let own = self.experiments.iter().flat_map(ObservedExperiment::losses);
         let losses = own.chain(std::iter::repeat(Loss::Squares)).take(self.len());
@@ -140,20 +146,21 @@ impl Residuals {
         pairs.map(|(loss, weight)| WeightedLoss { loss, weight }).collect()
     }
 
-    /// The leverage weight of every residual.
+    /// The leverage weight of every residual, 1 where none is set.
     pub(crate) fn leverage_weights(&self) -> Vec<f64> {
         let mut weights = self.leverage_weights.clone();
         weights.resize(self.len(), 1.0);
         weights
     }
 
-    /// Rejects a vector that has not one number per unknown.
+    /// Rejects a vector `x` whose length is not the number of unknowns.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
         let (n, found) = (self.unknowns.len(), format!("{} numbers", x.len()));
         ensure(x.len() == n, "x", found, format!("{n} numbers, one for each unknown"))
     }
 
-    /// Residuals at `x`, which has a number per unknown.
+    /// Residuals at `x`, on the unknowns' scales, in units of sigma, with robust loss and leverage weights: half their sum of
+    /// squares is the objective.
     ///
     /// # Errors
     ///
@@ -182,7 +189,7 @@ impl Residuals {
         Ok(rows)
     }
 
-    /// Residuals at `x` without robust loss and leverage weights.
+    /// Residuals at `x` in units of sigma, without robust loss and leverage weights.
     pub(crate) fn plain_residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
@@ -203,8 +210,8 @@ impl Residuals {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// `read` of the evaluation at `x`, which is computed unless the last evaluation was at `x` and has the Jacobian if it is
-    /// needed.
+    /// The value of `read` for the evaluation at `x`, which is computed unless the last evaluation was at `x` and has the
+    /// Jacobian if `with_jacobian`.
     fn evaluate<T>(
         &self,
         x: &[f64],
@@ -223,12 +230,12 @@ impl Residuals {
         Ok(read(self.last().insert(evaluation)))
     }
 
-    /// The experiments.
+    /// The experiments as functions of the unknowns.
     pub(crate) fn experiments(&self) -> &[ObservedExperiment] {
         &self.experiments
     }
 
-    /// Simulations of all experiments at `x`, with derivatives if `derived`.
+    /// Simulations of all experiments at `x`, with derivatives by the unknowns if `derived`.
     pub(crate) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<ExperimentRun>, Error> {
         self.map_experiments(|k, _| self.run(k, x, derived, &mut |_, _| {}))
     }
@@ -245,8 +252,8 @@ impl Residuals {
         self.experiments[k].run(self.point(x), derived, |work| self.work.add(work), after)
     }
 
-    /// `map` of every experiment and its index, on several threads. The error is that of the first experiment that has
-    /// one, whatever the number of threads.
+    /// The results of `map` for every experiment and its index, on several threads. The error is that of the first experiment
+    /// that has one, whatever the number of threads.
     fn map_experiments<T: Send>(
         &self,
         map: impl Fn(usize, &ObservedExperiment) -> Result<T, Error> + Sync,
@@ -262,12 +269,12 @@ impl Residuals {
         }
     }
 
-    /// The unknowns with their values `x`.
+    /// The point of the unknowns with the values `x`.
     fn point<'a>(&'a self, x: &'a [f64]) -> ParameterPoint<'a> {
         ParameterPoint { unknowns: &self.unknowns, x }
     }
 
-    /// The residual of every prior at `x` with its derivative, and the index of its unknown.
+    /// The residual of every prior at `x` with its derivative by its unknown, and the index of the unknown.
     fn prior_residuals(&self, x: &[f64]) -> impl Iterator<Item = (usize, Dual64)> {
         let seeded = self.unknowns.iter().zip(x).enumerate();
         seeded.filter_map(|(i, (unknown, x))| {
@@ -275,7 +282,7 @@ impl Residuals {
         })
     }
 
-    /// The evaluation at `x` by simulations of all experiments.
+    /// The evaluation at `x` by simulations of all experiments, with derivatives if `with_jacobian`.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let parts = self.map_experiments(|k, _| {
             self.part(k, x, &self.run(k, x, with_jacobian, &mut |_, _| {})?, with_jacobian)
@@ -283,14 +290,15 @@ impl Residuals {
         Ok(self.assembled(x, parts, with_jacobian))
     }
 
-    /// With the evaluation at `x` that follows from simulations with derivatives there, which are not made again.
+    /// The residuals with the evaluation at `x` that follows from `runs`, simulations with derivatives there, which are not
+    /// repeated.
     pub(crate) fn with_runs(self, x: &[f64], runs: &[ExperimentRun]) -> Result<Self, Error> {
         let parts = self.map_experiments(|k, _| self.part(k, x, &runs[k], true))?;
         let known = self.assembled(x, parts, true);
         Ok(self.with_evaluation(known))
     }
 
-    /// The residuals of experiment `k` from its simulation at `x`.
+    /// The residuals of experiment `k` from its simulation `run` at `x`, with derivatives if `with_jacobian`.
     fn part(
         &self,
         k: usize,
@@ -304,7 +312,8 @@ impl Residuals {
         Ok(ExperimentResiduals { residuals, jacobian, halved })
     }
 
-    /// The evaluation at `x`: residuals in the order of the experiments, then those of the priors.
+    /// The evaluation at `x` from those of the experiments (`parts`): residuals and rows in the order of the experiments,
+    /// then those of the priors.
     fn assembled(
         &self,
         x: &[f64],
@@ -331,8 +340,8 @@ impl Residuals {
         Evaluation { x: x.to_vec(), residuals, jacobian, halved }
     }
 
-    /// The gradient of half the sum of squares at `x` by the adjoint of the motions; none where the Jacobian is already
-    /// known or costs less.
+    /// The gradient of half the sum of squares at `x`, on the unknowns' scales, by the adjoint of the motions; `None` where
+    /// the Jacobian is already known or costs less.
     fn adjoint_gradient(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();
@@ -370,6 +379,7 @@ impl Residuals {
 impl Operator for Residuals {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
+    /// The residuals at `x` for argmin's solvers.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         Ok(self.residuals(x)?)
     }
@@ -378,6 +388,7 @@ impl Operator for Residuals {
 impl Jacobian for Residuals {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
+    /// The rows of the Jacobian at `x` for argmin's solvers.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.jacobian_at(x)?)
     }
@@ -386,6 +397,7 @@ impl Jacobian for Residuals {
 impl CostFunction for Residuals {
     type Param = Vec<f64>;
     type Output = f64;
+    /// Half the sum of squares of the residuals at `x`, the objective of argmin's solvers.
     fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
         Ok(half_sum_of_squares(&self.residuals(x)?))
     }
@@ -394,6 +406,7 @@ impl CostFunction for Residuals {
 impl Gradient for Residuals {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
+    /// The gradient of the objective at `x` for argmin's solvers: by the adjoint, or else `J' r`.
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);

@@ -1,4 +1,7 @@
 //! Counter of the work of a fit: time steps times segments, summed over all simulations.
+//!
+//! The search and all residuals of a fit share one [`WorkCounter`] across threads. Over the work of one full simulation it is
+//! the cost in simulations that reports and the progress display.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -1,4 +1,10 @@
-//! Tables of the uncertainty budget of an estimate and of its sensitivities to inputs.
+//! Text tables of the uncertainty budget of an estimate and of its sensitivities to inputs, for the summary of a fit or a
+//! design.
+//!
+//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, sensitivity, contribution, share). The budget is
+//! listed only if an input has a stated uncertainty, with the combined standard uncertainty and the coverage factor (GUM),
+//! and a line of the Monte Carlo check. Sensitivities are the change of each estimate for +1 % of an input, the [`NAMED`]
+//! largest per parameter. Output: the summary with these tables.
 
 use crate::fit::report::digits;
 use crate::fit::report::quoted::QuotedEstimate;
@@ -9,14 +15,16 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 
 /// Number of listed inputs of each parameter: those with the largest sensitivities.
 const NAMED: usize = 3;
-/// Significant digits of uncertainties.
+/// Significant digits of displayed uncertainties.
 const DIGITS: usize = 2;
 /// Significant digits of the values of inputs.
 const VALUE_DIGITS: usize = 4;
 
-/// Adds the budget of an estimate if an input has a stated uncertainty, and its Monte Carlo check.
+/// The `summary` with the budget of an estimate, if an input has a stated uncertainty, and with its Monte Carlo check, if
+/// there is one.
 pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
+    // Without a stated input uncertainty the budget has only the noise, which the table of estimates has already.
     if let (Some(combined), Some(factor), true) =
         (e.combined_std, e.coverage_factor, QuotedEstimate::new(e).is_expanded)
     {
@@ -32,6 +40,7 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
             TextColumn::left("contribution"),
             TextColumn::right("share"),
         ]);
+        // Sources other than inputs have no standard uncertainty of their own: their cell is empty.
         for line in &e.budget {
             table.row([
                 line.source.clone(),
@@ -43,6 +52,7 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
         }
         summary = summary.table(title, table);
     }
+    // The Monte Carlo interval checks the linear propagation of the budget.
     if let Some(found) = &e.monte_carlo {
         let [std, linear] = [found.std, found.linear_std].map(|x| quantity(x, unit, DIGITS));
         let [low, high] = found.interval95.map(|x| digits(x, found.std));
@@ -56,7 +66,8 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// Adds a table of the changes of the estimates for +1 % of the inputs with the largest sensitivities.
+/// The `summary` with a table of the changes of the estimates for +1 % of the inputs with the largest sensitivities;
+/// unchanged without any.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
     let mut rows = estimates.iter().flat_map(|e| {
         let named = e.input_sensitivities.iter().take(NAMED);
@@ -86,7 +97,7 @@ pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) 
     summary.table(title, table)
 }
 
-/// A relative sensitivity in two decimals; zero has no sign.
+/// A relative sensitivity as text with sign and two decimals; zero has no sign.
 fn two_decimals(sensitivity: f64) -> String {
     match format!("{sensitivity:+.2}") {
         text if ["+0.00", "-0.00"].contains(&&text[..]) => "0.00".into(),
@@ -94,7 +105,7 @@ fn two_decimals(sensitivity: f64) -> String {
     }
 }
 
-/// The change of an estimate in per cent, or in the unit of the parameter if that may be zero.
+/// The change of an estimate for +1 % of an input as text: in per cent, or in the unit of the parameter if that may be zero.
 fn change(input: &InputSensitivity, e: &Estimate) -> String {
     match input.relative {
         Some(relative) => format!("{:+.2} %", 100.0 * relative),

@@ -1,4 +1,9 @@
-//! The summary of a fit as text: the grade, the estimates, the warnings, then details by topic.
+//! The report of a fit as text for a terminal: the grade, the estimates with intervals, the warnings, then details by topic.
+//!
+//! Input: a [`FitReport`]. Output: a [`Summary`], with values in the units of the data files. First are the status with the
+//! code of the grade, the validation error, the table of estimates, the content of the intervals, and the warnings, most
+//! severe first. Then follow uncertainty details, omitted effects, numerics, left-out rows, robust losses and predictions.
+//! Residuals with the noise, the search and the cost are last.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::quoted::quoted_estimates;
@@ -9,9 +14,9 @@ use crate::summary::quantity::{duration, number, quantity};
 use crate::summary::{Summary, Tone};
 use std::fmt::{self, Formatter};
 
-/// Largest number of listed combinations of mesh, step and scheme.
+/// Largest number of listed combinations of mesh, step and scheme, one per group of equal experiments.
 const NAMED_RESOLUTIONS: usize = 3;
-/// Significant digits of residuals and noise.
+/// Significant digits of displayed residuals and noise.
 const DIGITS: usize = 4;
 
 impl fmt::Display for FitReport {
@@ -22,7 +27,7 @@ impl fmt::Display for FitReport {
 }
 
 impl Grade {
-    /// The severity of the grade.
+    /// The severity of the grade, from which the color of the status follows.
     pub(crate) fn tone(self) -> Tone {
         match self {
             Self::Trustworthy => Tone::Good,
@@ -33,7 +38,7 @@ impl Grade {
 }
 
 impl FitReport {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal, in the order of the module header.
     pub fn summary(&self) -> Summary {
         let status = match self.grade {
             Grade::Trustworthy => "converged, no problem detected".to_string(),
@@ -72,7 +77,7 @@ impl FitReport {
         texts
     }
 
-    /// Adds the numerics, left-out rows, robust losses, and errors of validation data and of recordings.
+    /// The `summary` with the numerics, left-out rows, robust losses, and errors of validation data and of recordings.
     fn add_data(&self, mut summary: Summary) -> Summary {
         let chosen = self.resolution_texts().into_iter().take(NAMED_RESOLUTIONS);
         summary = summary.facts("Numerics", chosen);
@@ -99,7 +104,7 @@ impl FitReport {
         }
     }
 
-    /// Adds the residuals with the noise, the search and the work.
+    /// The `summary` with the RMS residual, the noise of each measurement, the search and the work in full simulations.
     fn add_cost(&self, mut summary: Summary) -> Summary {
         let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> =
@@ -128,13 +133,14 @@ impl FitReport {
         summary.fact("Cost", cost)
     }
 
-    /// A value with its unit, both those of the data files, with this number of significant digits.
+    /// A value as text with this number of significant `digits`, converted to the unit of the data files (Hz for rad/s).
     pub(super) fn data_quantity(&self, value: f64, unit: &str, digits: usize) -> String {
         let (value, unit) = self.in_data_unit(value, unit);
         quantity(value, unit, digits)
     }
 
     /// The noise estimated from differences of the samples: its range over all coordinates, or the reason why there is none.
+    /// `None` without recorded motions.
     fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;

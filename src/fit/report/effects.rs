@@ -1,4 +1,9 @@
-//! Effects that the model omits: those that the residuals suggest, and the biases of those that the data do not exclude.
+//! Text of the effects that the model omits: those that the residuals suggest, and the biases of those that the data do not
+//! exclude.
+//!
+//! Input: score tests and undetected biases of a fit report (or a design). Output: the summary with a line for each likely
+//! omitted effect, and a table with a row per undetected effect: its plausible size, the bias of each parameter above a
+//! standard error, and a test that would reveal it.
 
 use crate::code::Code;
 use crate::fit::report::FitReport;
@@ -8,10 +13,10 @@ use crate::fit::uncertainty::discrepancy::findings::{
 use crate::summary::quantity::{number, quantity};
 use crate::summary::{Summary, SummaryTable, TextColumn};
 
-/// Significant digits of sizes.
+/// Significant digits of displayed sizes and biases.
 const DIGITS: usize = 2;
 
-/// Adds the likely omitted effects and the table of undetected biases of a fit.
+/// The `summary` with the likely omitted effects by score tests, and the table of undetected biases of a fit.
 pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summary {
     let likely = likely_omitted_effects(&report.score_tests).into_iter();
     let summary = summary
@@ -19,7 +24,7 @@ pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summa
     add_undetected_bias(summary, &report.undetected_bias)
 }
 
-/// Adds the table of the effects with the largest biases above a standard error.
+/// The `summary` with the table of the effects with the largest biases above a standard error, each with its size and a test.
 pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
     let is_alone = all.windows(2).all(|pair| pair[0].parameter == pair[1].parameter);
     let mut table = SummaryTable::new([
@@ -28,6 +33,7 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
         TextColumn::right("bias"),
         TextColumn::wrapped("test"),
     ]);
+    // One row per biased parameter; the biases of one effect are consecutive.
     for own in largest_biases(all) {
         for (k, bias) in own.iter().enumerate() {
             let effect = format!("{}, {}", bias.effect, signed(bias.size, &bias.unit, bias));
@@ -48,8 +54,8 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 
-/// The size of an effect, or `+-` its magnitude if the data do not determine it. A size without unit is a relative change of an
-/// input, in per cent.
+/// The size `value` of an effect in its `unit` as text, or `+-` its magnitude if the data do not determine it. A size without
+/// unit is a relative change of an input, in per cent.
 fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     let size = |value: f64| match unit {
         "" => number(100.0 * value, DIGITS) + " %",

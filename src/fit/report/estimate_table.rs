@@ -1,4 +1,9 @@
-//! The table of the estimates with their quoted intervals, and the contents of these intervals as text.
+//! The table of the estimates with their quoted intervals, and a sentence on the errors that these intervals contain.
+//!
+//! Input: rows from `quoted_estimates`, or a [`FitReport`]. Each row has the estimate with digits according to its error, the
+//! error in per cent (of a parameter that may be zero in its unit), and the 95 % interval. In place of the interval stands a
+//! one-sided bound or `not identifiable`. The sentence states the contained errors: noise, differences between experiments,
+//! discretization error, stated input uncertainties. The largest undetected biases, which are not contained, follow.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};
@@ -8,7 +13,8 @@ use crate::fit::uncertainty::warning_list::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 
-/// The table of estimates, standard errors, intervals and units. `value_heading` is the heading of the estimates.
+/// The table of estimates, errors, intervals and units, one row per parameter or part of one. `value_heading` is the heading
+/// of the estimates.
 pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> SummaryTable {
     let mut table = SummaryTable::new([
         TextColumn::left("parameter"),
@@ -31,12 +37,13 @@ pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> Su
     table
 }
 
-/// Whether the reported interval is that of the differences between experiments.
+/// Whether the reported interval of an estimate is that of the differences between experiments (cluster jackknife).
 pub(crate) fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
-/// The errors that the intervals contain, and the largest undetected biases, which they do not; none without intervals.
+/// A sentence with the errors that the intervals contain, and the largest undetected biases, which they do not; `None`
+/// without intervals.
 pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
     // Undetected biases may exceed the interval, and are reported beside it.
@@ -78,7 +85,7 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest undetected bias of every parameter that exceeds its interval, as text; none without any.
+/// The largest undetected bias of every parameter that exceeds its interval, as text; `None` without any.
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
@@ -97,7 +104,7 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The cells of estimate, standard error and interval.
+/// The table cells of estimate, standard error and interval of a row.
 fn cells(row: &QuotedEstimate) -> [String; 3] {
     match (row.interval, row.value, row.std) {
         (Some(QuotedInterval::AtLeast(bound)), ..) => {
@@ -116,7 +123,7 @@ fn cells(row: &QuotedEstimate) -> [String; 3] {
     }
 }
 
-/// A relative error in per cent, or else the error in its unit.
+/// A `relative` error in per cent with two digits, or else the `error` in its unit.
 fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     match relative {
         Some(relative) => number(100.0 * relative, 2) + " %",

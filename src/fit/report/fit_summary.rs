@@ -1,4 +1,7 @@
-//! Summaries of fits for the comparison of several fits: grade, estimates and codes of warnings.
+//! Summaries of fits for the comparison of several fits (campaigns, several fit files on one page).
+//!
+//! [`FitSummary`] is made of a [`FitReport`], or of the error of a fit without a result. It has a name, the keys that differ
+//! from the fit file, the grade, the estimates, the codes of the warnings and the address of the fit's page.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -25,7 +28,7 @@ pub struct FitSummary {
 }
 
 impl FitSummary {
-    /// The summary of a report.
+    /// The summary of a report under a `name`, without changed keys and page.
     pub fn new(name: impl Into<String>, report: &FitReport) -> Self {
         let codes = report.warning_codes.iter().map(ToString::to_string).collect();
         Self {
@@ -41,12 +44,12 @@ impl FitSummary {
         Self { name: name.into(), ..self }
     }
 
-    /// The summary with the address of the page of the fit.
+    /// The summary with the relative address of the page of the fit.
     pub fn with_page(self, page: String) -> Self {
         Self { page: Some(page), ..self }
     }
 
-    /// The summary of a fit without a result, with its error.
+    /// The summary of a fit without a result; its status is the error.
     pub fn without_result(name: impl Into<String>, error: impl Into<String>) -> Self {
         Self {
             name: name.into(),

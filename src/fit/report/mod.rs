@@ -1,4 +1,9 @@
 //! The report of a fit: its result as data, as JSON and as text.
+//!
+//! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to the
+//! JSON of `rodfit fit --json`; `display` and the files beside it make the text for a terminal, `plot_data`, `replay` and
+//! `recorded_motion` the data of the page's plots, `fit_summary` the comparison of several fits. `renamed_keys` converts
+//! stored reports of version 0.1.
 
 pub(crate) mod budget;
 mod display;
@@ -145,7 +150,8 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The report of the outcome of a fit that began at `since`. `experiments` include the validation data.
+    /// The report of the `outcome` of a fit that began at `since`. `experiments` include the validation data, those of
+    /// `search` do not.
     pub(crate) fn new(
         outcome: FitOutcome,
         search: &Search,
@@ -154,8 +160,10 @@ impl FitReport {
     ) -> Self {
         let FitOutcome { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
             outcome;
+        // Unfinished searches have no covariance: the lists have the right shape without values.
         let (correlation, singular_values, findings) =
             covariance_parts(assessment.covariance, search.unknowns.len());
+        // Warnings are already ordered by severity.
         let ReportedWarnings { texts: warnings, codes: warning_codes } = conclusion.warnings;
         Self {
             converged,
@@ -193,7 +201,7 @@ impl FitReport {
         }
     }
 
-    /// A value in the unit of the data files, with that unit: frequencies in Hz if all were given in Hz.
+    /// A value and its unit, converted to the unit of the data files: from rad/s to Hz if all frequencies were given in Hz.
     pub(crate) fn in_data_unit<'a>(&self, value: f64, unit: &'a str) -> (f64, &'a str) {
         // Reports use Hz only if no measurement was given in rad/s.
         let is_frequency = unit == "rad/s";
@@ -204,12 +212,12 @@ impl FitReport {
         }
     }
 
-    /// The identified parameters with their values, for [`Problem::with`](crate::Problem::with).
+    /// The identified parameters with their values, in their units, for [`Problem::with`](crate::Problem::with).
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// The identified parameters of one experiment with their values.
+    /// The identified parameters of one experiment with their values, in their units.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
         let own = self.parameters.iter().filter(|e| match e.experiments.is_empty() {
@@ -246,7 +254,7 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Grade and estimates in one line, for a list of several fits.
+    /// Code of the grade and estimates with errors in one line, for a list of several fits.
     pub fn in_a_line(&self) -> String {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
@@ -273,8 +281,8 @@ impl FitReport {
     }
 }
 
-/// Correlations, singular values and unidentifiable directions of a covariance of `n` parameters. Without one the correlations
-/// are unknown.
+/// Correlations, singular values and unidentifiable directions of a covariance of `n` parameters. Without one the
+/// correlations are `None`, the other lists empty.
 pub(crate) fn covariance_parts(
     covariance: Option<Covariance>,
     n: usize,
@@ -298,7 +306,8 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
 }
 
-/// A value with two significant digits more than its error requires, at most those of a double.
+/// A value as text in exponential form, with digits down to at least the second significant one of its `error`, at most 15
+/// after the point.
 pub(crate) fn digits(value: f64, error: f64) -> String {
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
     let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };

@@ -1,4 +1,9 @@
-//! Outcomes of a fit: assessed, stopped by the user, or rejected without a search.
+//! Outcomes of a fit, from which its report is made: an assessed optimum, a search stopped by the user, or data rejected
+//! without a search.
+//!
+//! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the local
+//! minima and, on demand, the data of plots. Estimates have errors only after an assessment: of a stopped search they are the
+//! best values so far, of rejected data there are none.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -18,7 +23,7 @@ use crate::fit::uncertainty::noise::residual_noise::residual_rms;
 use crate::fit::uncertainty::resampling::cluster_jackknife::compares_experiments;
 use crate::fit::uncertainty::warning_list::{ReportedWarnings, Severity};
 
-/// The content of a report.
+/// The content of a report: how the fit ended, and its results.
 pub(crate) struct FitOutcome {
     pub converged: bool,
     pub interrupted: bool,
@@ -29,8 +34,8 @@ pub(crate) struct FitOutcome {
 }
 
 impl FitOutcome {
-    /// The outcome of an assessed optimum. `experiments` include the validation data; `keeps_plots` is whether the report has
-    /// data of plots.
+    /// The outcome of an assessed optimum, with its grade and warnings. `experiments` include the validation data;
+    /// `keeps_plots`: with data of plots.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,
@@ -50,6 +55,7 @@ impl FitOutcome {
             }
             plots
         });
+        // The stop flag may be set after convergence: the analyses may then be incomplete.
         let interrupted = search.is_stopped();
         let identified = assessment.estimates.iter().all(|e| e.identifiable);
         let end = FitEnd {
@@ -60,6 +66,7 @@ impl FitOutcome {
             compares_experiments: compares_experiments(&assessment.estimates),
         };
         let findings = assessment.covariance.as_ref().map_or(&[][..], |c| &c.findings);
+        // Values along an undetermined combination are arbitrary and are left out of the summary.
         let local_minima = search.local_minima(Some(optimum));
         Self {
             converged: optimum.converged,
@@ -71,10 +78,11 @@ impl FitOutcome {
         }
     }
 
-    /// The outcome of a search that the user stopped: the best values so far, without errors. It is an error if nothing was
-    /// simulated yet.
+    /// The outcome of a search that the user stopped: the best values so far, without errors. [`Error::Interrupted`] if
+    /// nothing was simulated yet.
     pub fn unfinished(search: &Search, keeps_plots: bool) -> Result<Self, Error> {
         let best = search.journal.best().ok_or(Error::Interrupted)?;
+        // Only residuals of the whole records can be shown against all data.
         let (stage, is_whole) = (best.stage, best.stage == SearchStage::Full);
         let optimum = Optimum {
             x: best.x,
@@ -112,7 +120,8 @@ impl FitOutcome {
         })
     }
 
-    /// The outcome of recordings that cannot be fitted for a `reason`. The residuals are the whole observed motion.
+    /// The outcome of recordings that cannot be fitted for a `reason`, as without motion. The residuals are the whole
+    /// observed motion.
     pub fn unsearched(search: &Search, reason: &str, keeps_plots: bool) -> Self {
         let sizes: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
         let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));

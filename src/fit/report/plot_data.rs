@@ -1,6 +1,9 @@
-//! Data of the plots of a fit, for the page of `rodfit fit --report` or for other programs.
+//! Data of the plots of a fit, for the page of `rodfit fit --report` or for other programs: data types and their JSON.
 //!
-//! They are kept by [`Fit::keep_plot_data`](super::Fit::keep_plot_data), at the cost of one simulation.
+//! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod ([`RodShape`]). Of
+//! the search it has the ranges, the convergence history, the scan and profile likelihoods. Comparisons with recordings that
+//! drive the ends and the settings of the simulations complete it. It is kept by
+//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data), at the cost of one simulation; `report::replay` computes it.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;

@@ -1,10 +1,13 @@
-//! Estimates with their quoted intervals, for the tables of the terminal and the pages. The quoted interval is the expanded
-//! one if inputs have stated uncertainties, else the statistical one.
+//! Rows of the table of estimates with their quoted intervals, for the terminal and the pages.
+//!
+//! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one (GUM) if
+//! inputs have stated uncertainties, then followed by a row with the statistical one; else the statistical one; or a
+//! one-sided bound. Output: [`QuotedEstimate`] rows with value, standard error and interval in the unit of the parameter.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;
 
-/// A 95 % interval.
+/// A 95 % interval or one-sided bound, in the unit of the parameter.
 #[derive(Clone, Copy)]
 pub(crate) enum QuotedInterval {
     Between([f64; 2]),
@@ -31,7 +34,7 @@ pub(crate) struct QuotedEstimate {
 }
 
 impl QuotedEstimate {
-    /// The estimate with its quoted interval.
+    /// The estimate with its quoted interval: expanded if a budget line has a stated uncertainty, else statistical.
     pub fn new(e: &Estimate) -> Self {
         let has_inputs = e.budget.iter().any(|line| line.std.is_some());
         match e.expanded95.zip(e.combined_std).filter(|_| has_inputs) {
@@ -42,7 +45,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// The estimate with this standard error and the ends of its interval, unless the interval is one-sided.
+    /// The estimate with this standard error `std` and the `ends` of its interval; one-sided bounds of the estimate replace
+    /// the interval.
     fn with_interval(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
         let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
         // A bound replaces the interval of a parameter that the data bound from one side only.
@@ -63,7 +67,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// A combination of parameters that are not identifiable by themselves; none of ratios to the density.
+    /// The row of a combination of parameters that are not identifiable by themselves; `None` for ratios to the density,
+    /// which have no interval.
     fn from_combination(group: &DeterminedGroup) -> Option<Self> {
         Some(Self {
             label: group.name.clone(),
@@ -77,7 +82,8 @@ impl QuotedEstimate {
         })
     }
 
-    /// The number by which the page chooses the unit of the row: the bound or the estimate.
+    /// The number by which the page chooses the unit of the row: the lower bound, the estimate if it is not zero, or the
+    /// upper bound.
     #[cfg(feature = "page")]
     pub fn size(&self) -> f64 {
         match (self.interval, self.value.filter(|value| *value != 0.0)) {
@@ -112,7 +118,7 @@ pub(crate) fn quoted_estimates(
     rows
 }
 
-/// The heading of the standard errors on a terminal: that of the guide to uncertainty (GUM) if inputs are uncertain.
+/// The column heading of the errors on a terminal: that of the guide to uncertainty (GUM) if any interval is expanded.
 pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "std. uncertainty",
@@ -120,7 +126,7 @@ pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     }
 }
 
-/// The heading of the intervals.
+/// The column heading of the intervals, which states if any interval is expanded.
 pub(crate) fn interval_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "95 % interval (expanded)",

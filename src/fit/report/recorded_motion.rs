@@ -1,5 +1,9 @@
-//! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData): shapes at a dozen
-//! times, mean errors of free runs by their duration, and mean errors of the free markers by their speed.
+//! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData).
+//!
+//! Input: experiments with recorded ends, at a point of the unknowns. Each is simulated from its first frames on without
+//! further data of the free markers (free run), over the whole recording and in windows of [`DURATIONS`]. Output:
+//! [`RecordingPlots`] with the mean error (distance per coordinate, m) by duration of the free run and by speed of the free
+//! markers. It also has the simulated and recorded rod at [`SNAPSHOTS`] times. Fitted and validation recordings are separate.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -13,20 +17,20 @@ use crate::scene::{Point, Track};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Largest number of nodes times steps of which the positions are recorded. In longer simulations they are recorded of
-/// nodes with markers only.
+/// Largest number of nodes times steps of which all positions are recorded, for the memory. In longer simulations only those
+/// of nodes with markers are.
 const MOST_POSITIONS: usize = 2_000_000;
-/// Number of snapshots of a recording.
+/// Number of snapshots of a recording, evenly spaced in time.
 const SNAPSHOTS: usize = 12;
-/// Durations of free runs, s.
+/// Durations of free runs, s, for which errors are reported, up to that of the recording.
 const DURATIONS: [f64; 9] = [0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 25.0, 50.0];
-/// Tolerance of the duration of a whole recording, as a fraction.
+/// Tolerance within which a duration is that of the whole recording, as a fraction.
 const DURATION_TOLERANCE: f64 = 0.02;
-/// Largest number of windows of one duration in a recording.
+/// Largest number of windows of one duration in a recording. Each costs a simulation.
 const WINDOWS: usize = 8;
-/// About the number of ranges of speeds.
+/// Approximate number of ranges of speeds.
 const SPEED_RANGES: f64 = 8.0;
-/// Fraction of all samples that are slower than the start of the last range.
+/// Fraction of all samples that are slower than the start of the open last range.
 const SLOWER: f64 = 0.99;
 
 /// Comparison of simulations with recordings that drive the ends.
@@ -113,14 +117,14 @@ pub struct RecordedSnapshot {
     pub error: f64,
 }
 
-/// Comparison of one recording.
+/// Comparison of one recording: its motion, its free runs in windows, and the errors of its free markers.
 struct RecordingComparison {
     motion: RecordedMotion,
     windows: Vec<FreeRunWindow>,
     speeds: Vec<SampleError>,
 }
 
-/// A free run in a window of a recording.
+/// The result of a free run in one window of a recording.
 struct FreeRunWindow {
     /// Duration, s.
     duration: f64,
@@ -128,7 +132,7 @@ struct FreeRunWindow {
     error: Option<f64>,
 }
 
-/// A free marker in one frame.
+/// Speed and error of a free marker in one frame.
 struct SampleError {
     /// Recorded speed, m/s.
     speed: f64,
@@ -136,7 +140,7 @@ struct SampleError {
     error: f64,
 }
 
-/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; none
+/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; `None`
 /// without such experiments. Those that cannot be simulated are left out; the report has their errors.
 pub(crate) fn recording_plots(
     experiments: &[Experiment],
@@ -153,17 +157,19 @@ pub(crate) fn recording_plots(
     Some(RecordingPlots { windows, speeds, motions: all.into_iter().map(|o| o.motion).collect() })
 }
 
-/// The comparison of one recording: over its whole duration, and in windows of shorter durations.
+/// The comparison of one recording at `x`: over its whole duration, and in windows of shorter durations.
 fn compare_recording(
     experiment: &Experiment,
     search: &Search,
     x: &[f64],
 ) -> Result<RecordingComparison, Error> {
     let problem = search.problem_at(x, experiment)?;
+    // Positions of all nodes at all steps may exceed the memory.
     let has_all_nodes = problem.nodes() * problem.time()?.steps() <= MOST_POSITIONS;
     let free_run = FreeRun::new(&problem, has_all_nodes, search)?;
     let mean_error = free_run.mean_error();
     let mut windows = Vec::new();
+    // A window of about the whole recording is the free run itself, which is not simulated again.
     let longest = free_run.end * (1.0 + DURATION_TOLERANCE);
     for duration in DURATIONS.into_iter().filter(|duration| *duration <= longest) {
         let errors = match duration >= free_run.end * (1.0 - DURATION_TOLERANCE) {
@@ -172,6 +178,7 @@ fn compare_recording(
         };
         windows.extend(errors.into_iter().map(|error| FreeRunWindow { duration, error }));
     }
+    // A recording is validation data only if all its measurements are.
     let motion = RecordedMotion {
         experiment: experiment.name.clone(),
         held_out: experiment.measurements.iter().all(|m| m.held_out()),
@@ -181,7 +188,7 @@ fn compare_recording(
     Ok(RecordingComparison { motion, windows, speeds: sample_errors(&problem, &free_run) })
 }
 
-/// The mean errors, m, of free runs in windows of a `duration`, s; none of a failed run. Each run starts from the first
+/// The mean errors, m, of free runs in windows of a `duration`, s; `None` for a failed run. Each run starts from the first
 /// frames of its window. Windows with a missing marker or a glitch in these frames are left out.
 fn errors_in_windows(
     problem: &Problem,
@@ -193,10 +200,12 @@ fn errors_in_windows(
     let end_of =
         |first: usize| times.partition_point(|t| *t <= times[first] + duration * (1.0 + 1e-9));
     let last = times.partition_point(|t| *t <= track.end() - duration * (1.0 - 1e-9)).max(1) - 1;
+    // Windows are spread over the recording, without overlap as far as their number is small.
     let count = ((track.end() / duration + 1e-9) as usize).clamp(1, WINDOWS);
     let mut errors = Vec::new();
     for k in 0..count {
         let first = last * k / (count - 1).max(1);
+        // The first frames give positions and velocities at the start of the run.
         let has_start = |m: &Marker| {
             let mut frames = first..first + START_FRAMES;
             frames.all(|frame| m.seen[frame].is_some() && !track.is_spoiled(m, frame))
@@ -217,7 +226,7 @@ fn errors_in_windows(
     errors
 }
 
-/// The rod and the markers at evenly spaced frames of the predicted time.
+/// The rod, the markers and the mean error at [`SNAPSHOTS`] evenly spaced frames of a free run.
 fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     let FreeRun { track, run, end, .. } = free_run;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
@@ -244,7 +253,7 @@ fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     chosen.iter().filter(|frame| **frame < frames).map(snapshot).collect()
 }
 
-/// Speed, from the frames before and after, and error of every free marker in every frame without a glitch.
+/// Speed, m/s, from the frames before and after, and error, m, of every free marker in every frame without a glitch.
 fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     let (track, supports) = (&free_run.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
@@ -263,13 +272,14 @@ fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     compared.filter_map(with_speed).collect()
 }
 
-/// The mean of errors with their number; none of no errors.
+/// The mean of errors with their number; `None` for no errors.
 fn mean(errors: impl Iterator<Item = f64>) -> Option<MeanError> {
     let (sum, count) = errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
     (count > 0).then(|| MeanError { mean: sum / count as f64, count })
 }
 
-/// Mean errors of all free runs by their duration, of fitted and of validation recordings.
+/// Mean errors of all free runs by their duration, of fitted and of validation recordings; durations without a run are left
+/// out.
 fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     let of_duration = |length: f64| {
         let own = |held_out: bool| {
@@ -285,7 +295,8 @@ fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     DURATIONS.map(of_duration).into_iter().filter(has_runs).collect()
 }
 
-/// Mean errors of the free markers by ranges of their speed, of fitted and of validation recordings.
+/// Mean errors of the free markers in about [`SPEED_RANGES`] ranges of their speed, of fitted and of validation recordings;
+/// empty without motion.
 fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|s| s.speed).collect();
     sorted.sort_by(f64::total_cmp);

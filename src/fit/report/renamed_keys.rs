@@ -18,7 +18,7 @@ pub struct RenamedKey {
     pub current: &'static str,
 }
 
-/// A renamed key, for the table below.
+/// A renamed key, for the table [`RENAMED_KEYS`].
 const fn key(within: &'static str, former: &'static str, current: &'static str) -> RenamedKey {
     RenamedKey { within, former, current }
 }
@@ -70,7 +70,7 @@ pub fn with_current_names(report: &mut Value) {
     rename(report, "");
 }
 
-/// Replaces former keys and codes in a value whose key is `within`, and in all values that it contains.
+/// Replaces former keys and codes in a `value` whose key in its container is `within`, and in all values that it contains.
 fn rename(value: &mut Value, within: &str) {
     match value {
         Value::Object(object) => {
@@ -96,7 +96,8 @@ fn rename(value: &mut Value, within: &str) {
     }
 }
 
-/// A message that ends with a former code in brackets, or a former code alone, with the current code; none of other texts.
+/// A message that ends with a former code in brackets, or, if `is_code`, a former code alone, with the current code; `None`
+/// for other texts.
 fn with_current_code(text: &str, is_code: bool) -> Option<String> {
     let (message, name) = match is_code {
         true => ("", text),

@@ -1,4 +1,9 @@
 //! The part of the [data of plots](super::PlotData) from the residuals of an optimum and from one simulation at it.
+//!
+//! Input: a search, its optimum, and the reported noise of each measurement. [`static_plots`] needs no simulation: search
+//! ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus residual) in the unit
+//! of the data file. [`add_motion`] simulates once at the optimum and adds the model's curves between the data ([`CURVE`]
+//! intervals) and shapes of the rod ([`SHAPES`]), in recorded coordinates.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -18,13 +23,13 @@ use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::SchemeParameter;
 
-/// Number of shapes of a moving rod.
+/// Number of shapes of a moving rod, evenly spaced in time.
 const SHAPES: usize = 12;
 /// Number of intervals of the curve of a simulated coordinate over time.
 const CURVE: usize = 400;
 
-/// The data of plots without a simulation: search ranges, history, settings, and the series at the `optimum`, if there is one.
-/// `sigma` is the reported noise of each measurement, in its unit.
+/// The data of plots without a simulation: search ranges, history, settings, and the series at the `optimum`, if there is
+/// one. `sigma` is the reported noise of each measurement, in its unit.
 pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
     let range = |unknown: &Unknown| SearchRange {
         name: unknown.parameter,
@@ -42,8 +47,9 @@ pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[
     }
 }
 
-/// The settings of the simulation of an experiment.
+/// The settings of the simulation of an experiment: scene, model, scheme, step, mesh and measurements.
 fn settings(experiment: &Experiment) -> SimulationSettings {
+    // Settings are shown on the page with the number of values of each measurement.
     let measured = |measurement: &Measurement| Measured {
         label: experiment.label(measurement),
         points: measurement.points(),
@@ -53,6 +59,7 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
     let problem = &experiment.problem;
     let (model, reason) = problem.model();
     let moves = experiment.moves();
+    // Experiments at rest have no scheme and no step, even if their scene has.
     let time = problem.scene().time.as_ref().filter(|_| moves);
     SimulationSettings {
         experiment: experiment.name.clone(),
@@ -75,7 +82,8 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
     }
 }
 
-/// Data and model of all measurements, coordinate by coordinate. `sigma` is the reported noise of each measurement.
+/// Data and model of all measurements, coordinate by coordinate. `sigma` is the reported noise of each measurement, in its
+/// unit.
 fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     let mut all = Vec::new();
     for (own, sigma) in fitted.measured().zip(sigma) {
@@ -87,8 +95,8 @@ fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     all
 }
 
-/// Data and model of a measurement, coordinate by coordinate. The model is computed from the `residuals`, which are in units
-/// of `residual_sigma`; `sigma` is the reported noise.
+/// Data and model of a measurement, coordinate by coordinate, in the unit of its file. The model is computed from the
+/// `residuals`, which are in units of `residual_sigma`; `sigma` is the reported noise.
 pub(crate) fn measurement_series(
     problem: &Problem,
     measurement: &Measurement,
@@ -97,6 +105,7 @@ pub(crate) fn measurement_series(
     sigma: f64,
 ) -> Vec<Series> {
     let observed = measurement.values_in_order();
+    // No simulation is needed: the simulated value is the observed one plus its residual.
     let sigmas = measurement.sigmas(residual_sigma);
     let unit = measurement.data_unit();
     let series = |coordinate: Coordinate| {
@@ -165,10 +174,11 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
     Ok(())
 }
 
-/// Curves of x, y and z: pairs of abscissa and value.
+/// Curves of x, y and z: pairs of abscissa (s or m) and value, m.
 type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
-/// The simulated coordinates of a recorded point over the clock of its recording.
+/// The simulated coordinates of a recorded point, m, over the clock of its recording, s, between its first and last sample;
+/// empty without a motion.
 fn motion_curves(
     own: &PointMotion,
     run: &ExperimentRun,
@@ -189,7 +199,7 @@ fn motion_curves(
     Ok(curves)
 }
 
-/// The recorded shape of the rod in equilibrium; none if no measurement requires it.
+/// The shape of the rod in equilibrium in recorded coordinates; `None` if no measurement requires it.
 fn equilibrium_shape(
     experiment: &Experiment,
     run: &ExperimentRun,

@@ -1,5 +1,8 @@
-//! Details of the uncertainty of the estimates: discretization errors, intervals by other methods, correlations, budgets and
-//! input sensitivities.
+//! Text of the uncertainty of the estimates, beyond the table of estimates.
+//!
+//! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and remaining
+//! error). Intervals by other methods follow: observed information, differences between experiments, profile likelihood,
+//! bootstrap. The strongest correlations, ratios to the density, uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::{FitReport, budget, digits};
@@ -10,12 +13,13 @@ use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;
 
-/// Standard error between experiments, over that of the residuals, above which experiments differ visibly.
+/// Ratio of the standard error between experiments to that of the residuals above which the experiments differ by more than
+/// noise. A smaller ratio reports chance differences of few experiments.
 const DIFFERENCE: f64 = 2.0;
 /// Number of listed correlations, the strongest first.
 const CORRELATIONS: usize = 6;
 
-/// Adds discretization errors, intervals by other methods, correlations, budgets and input sensitivities.
+/// The `summary` with discretization errors, intervals by other methods, correlations, budgets and input sensitivities.
 pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
     summary = report.parameters.iter().fold(summary, add_intervals);
@@ -30,7 +34,7 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     budget::add_input_sensitivities(summary, &report.parameters)
 }
 
-/// The discretization error of every parameter.
+/// The discretization error of every parameter as text: its correction, and the remaining error in per cent or in the unit.
 fn discretization(report: &FitReport) -> Vec<String> {
     let mut texts = Vec::new();
     for (e, error) in report.parameters.iter().zip(&report.discretization_error) {
@@ -57,7 +61,7 @@ fn discretization(report: &FitReport) -> Vec<String> {
     texts
 }
 
-/// Intervals of an estimate by other methods.
+/// The `summary` with the intervals of an estimate by other methods, as far as they were computed.
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
@@ -65,10 +69,12 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         let [size, low, high] = [error, low, high].map(|x| digits(x, error));
         format!("{label} +- {size} {unit}, 95 % [{low}, {high}]")
     };
+    // Its deviation from the reported error shows how far the model is from linear.
     if let Some(observed) = e.observed_std_error {
         let text = format!("{label} +- {} {unit}", digits(observed, error));
         summary = summary.fact("Observed information", text);
     }
+    // The wider one of both intervals is reported in the table of estimates; the other one is shown for comparison.
     if let Some(across) = &e.cluster_jackknife {
         let of = |error: f64, [low, high]: [f64; 2]| {
             let [size, low, high] = [error, low, high].map(|x| digits(x, error));
@@ -89,6 +95,7 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         };
         summary = summary.fact("Interval", text);
     }
+    // An end that the profile does not reach is open.
     if let Some(ends) = e.profile95 {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
         let text = format!("{label} 95 % [{}, {}]", end(ends[0]), end(ends[1]));
@@ -100,7 +107,7 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// The strongest correlations between the estimates.
+/// The strongest correlations between the estimates as text, at most [`CORRELATIONS`].
 fn correlations(report: &FitReport) -> Vec<String> {
     let n = report.parameters.len();
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();

@@ -1,4 +1,9 @@
 //! Coarse models of the experiments: few edges and large time steps, for the many simulations of a scan.
+//!
+//! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges,
+//! [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most [`COARSE_TURN`]
+//! ([`COARSE_CORRECTED_TURN`] for corrected elements). The step is a fraction of the first period, with the numerical damping
+//! of the scene. Output: [`CoarseModel`], whose points are converted to the full model by the ratio of the free lengths.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -7,24 +12,25 @@ use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::{Clamp, Discretization, Parameter, Scheme, Support};
 
-/// Fewest edges of a coarse model.
+/// Smallest number of edges of a coarse model. Fewer are faster, but shift the minimum from that of the full model.
 const COARSE_SEGMENTS: usize = 12;
 /// Largest turning angle per edge of a curved rod, rad. A coarser polygon is too stiff for the modulus to be within the basin
 /// of the minimum.
 const COARSE_TURN: f64 = 0.2;
-/// The same for elements that are [corrected](Discretization) for the curvature of a helix or an arc: the modulus has an
-/// error of 0.1 % with the correction, and of 30 % without.
+/// Like [`COARSE_TURN`], for elements that are [corrected](Discretization) for the curvature of a helix or an arc: the
+/// modulus has an error of 0.1 % with the correction, and of 30 % without.
 const COARSE_CORRECTED_TURN: f64 = 1.0;
-/// Edges for each mode up to the highest measured one.
+/// Smallest number of edges per mode, up to the highest measured one: twelve edges have 44 modes, higher ones need two each.
 const COARSE_PER_MODE: usize = 2;
 
-/// The experiments on coarse meshes and with large steps.
+/// The experiments of a search on coarse meshes and with large steps, with their measurements.
 pub(crate) struct CoarseModel {
     experiments: Vec<Experiment>,
 }
 
 impl CoarseModel {
-    /// The coarse models of a search with this number of steps in the first period of each experiment, `first`, s.
+    /// The coarse models of a search. `first` is the first period of each experiment, s, and `steps` the number of time steps
+    /// in it.
     pub fn new(search: &Search, first: &[f64], steps: f64) -> Result<Self, Error> {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
@@ -35,18 +41,19 @@ impl CoarseModel {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// The experiments of the search with their own meshes and steps.
+    /// The experiments of the search with their own meshes and steps, in the place of coarse models.
     pub fn from_full_model(search: &Search) -> Self {
         Self { experiments: search.experiments.to_vec() }
     }
 
-    /// A detached search of the coarse experiments.
+    /// A search of the coarse experiments with the settings of the `full` search, detached from its results.
     pub fn search<'a>(&'a self, full: &Search<'a>) -> Search<'a> {
         Search { experiments: &self.experiments, ..full.detached() }
     }
 
-    /// The point of the full model at the same frequencies as the point `x` of the coarse one. Walls at nodes make a rod half
-    /// an edge too short, which is more on the coarse mesh. Frequencies are proportional to `sqrt(E)/length^2`.
+    /// The point of the full model at the same frequencies as the point `x` of the coarse one, both on the unknowns' scales.
+    /// Walls at nodes make a rod half an edge too short, which is more on the coarse mesh. Frequencies are proportional to
+    /// `sqrt(E)/length^2`: `ln E` changes by four times the logarithm of the length ratio.
     pub fn to_full_model(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
         for (x, unknown) in x.iter_mut().zip(search.unknowns) {
             let mut both = search.experiments.iter().zip(&self.experiments);
@@ -61,14 +68,16 @@ impl CoarseModel {
         x
     }
 
-    /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`.
+    /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`: the inverse conversion, by
+    /// the opposite shift.
     pub fn reduced_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
         let full = self.to_full_model(search, x.clone());
         x.iter().zip(full).map(|(x, full)| 2.0 * x - full).collect()
     }
 }
 
-/// Free length of a rod with walls at nodes over its length: each wall takes half an edge.
+/// Free length of a rod over its length: with clamps at nodes each wall takes half an edge, with clamps in the middle of an
+/// edge it is 1.
 fn free_length_ratio(problem: &Problem) -> f64 {
     let supports = &problem.scene().supports;
     let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
@@ -78,7 +87,9 @@ fn free_length_ratio(problem: &Problem) -> f64 {
     }
 }
 
-/// The problem of an experiment on a coarse mesh with steps of about `step`, s.
+/// The problem of an experiment on a coarse mesh with steps of about `step`, s. Explicit schemes become the default implicit
+/// one. The mesh stays where it is coarse already or has nodes at recorded markers; the step stays if Newmark's beta is among
+/// the `unknowns`.
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();

@@ -1,22 +1,28 @@
-//! Damping parameters near zero. The search identifies their logarithm, which has no effect on the motion there.
+//! Damping parameters near zero. The search identifies their logarithm, which has no effect on the motion there: the
+//! objective is flat, and a descent stops.
+//!
+//! [`Search::with_raised_damping`] minimizes the quadratic model of the objective over the damping itself at the optimum.
+//! Where this minimum is more than [`LEAST_RISE`] times the optimum's value, the search starts again from it. Output: the
+//! better of both optima.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 
-/// Factor between the value of a damping at the minimum of the parabola and at the optimum above which the search starts
-/// again there.
+/// Smallest ratio of the damping at the minimum of the parabola to that at the optimum for a further descent. A smaller
+/// threshold costs more descents.
 const LEAST_RISE: f64 = 10.0;
 
-/// Whether an unknown is a damping or a drag, which may be zero.
+/// Whether an unknown is a damping, a drag or another parameter that may be zero.
 pub(crate) fn is_damping(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
 
 impl Search<'_> {
     /// The optimum from a start with larger damping, if that has a lower objective; else the same optimum. The start is the
-    /// minimum of the parabola of the objective over the damping itself, instead of its logarithm.
+    /// minimum of the parabola of the objective over each damping itself, instead of its logarithm (Gauss-Newton curvature
+    /// with the weights of the loss).
     pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();
@@ -27,11 +33,13 @@ impl Search<'_> {
                 gradient += row[j] * loss.influence(*r);
                 curvature += (loss.weight * row[j]).powi(2);
             }
+            // With x = ln d: d dF/dd = g and d^2 F'' = c. The minimum of the parabola is at d (1 - g/c).
             let factor = 1.0 - gradient / curvature;
             if factor.is_finite() && factor > LEAST_RISE {
                 start[j] += factor.ln();
             }
         }
+        // A start that fails or leads to a higher objective is no reason to change the optimum.
         if start != optimum.x
             && let Some(raised) = none_on_failure(self.polish(&start))?
             && raised.cost < optimum.cost

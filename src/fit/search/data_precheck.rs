@@ -1,10 +1,14 @@
-//! Plausibility checks of data and scene before the search, without a simulation: the start of the recording, the presence of
-//! motion, and its time scale under gravity.
+//! Plausibility checks of data and scene before the search, without a simulation.
 //!
-//! Where a rod at rest is released under its weight, the mean of a point's way down times the
-//! square of its circular frequency is about the acceleration of gravity, whatever the material of the rod:
-//! 1.55 of it at the tip of a cantilever, 1.30 in the middle between two walls. Wrong clocks and
-//! wrong scales change that number.
+//! Input: the fitted experiments. Checked are: recordings without motion; the distance of the first samples from the point's
+//! position in the scene ([`START_DISTANCE`] of the length); rest after the release (onset of motion); and the time scale of
+//! the motion under gravity ([`TIME_SCALE`]). Output: [`DataPrecheck`] with a fatal reason (no motion), or suspicions with
+//! likely causes and corrections. The report has the suspicions if the fit does not explain the data. A start too far away is
+//! an error.
+//!
+//! Time scale: consider a rod at rest that is released under its weight. The mean of a point's way down times the square of
+//! its circular frequency is about the acceleration of gravity, whatever the material of the rod: 1.55 of it at the tip of a
+//! cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales change that number.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -22,29 +26,52 @@ use crate::numerics::upper_median;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::{InitialState, Parameter, Point, Shape, Support};
 
-/// Distance of the first sample from the start in the scene, over the length of the rod: largest unsuspicious one, and largest
-/// possible one.
+/// Distances of the first sample from the start in the scene, over the length of the rod: above the first one a suspicion is
+/// reported, above the second one the recording is rejected.
 const START_DISTANCE: [f64; 2] = [0.05, 0.25];
-/// Distance from the first sample to a node that the recording may have followed instead, over the first start distance.
+/// Largest distance from the first sample to a node that the recording may have followed instead, over the first start
+/// distance. A larger one names a node that is not the tracked point.
 const NODE_DISTANCE: f64 = 0.5;
-/// Smallest cosine between the directions from the wall to both starts for a wrong scale.
+/// Distance of a first sample, in standard deviations of the noise, that noise explains. A larger number accepts starts that are
+/// farther away in noisy data.
+const START_NOISE: f64 = 6.0;
+/// Smallest spread of the way down whose time scale is checked, in standard deviations of the noise. A smaller one checks motions
+/// that noise dominates.
+const SWING_NOISE: f64 = 4.0;
+/// Smallest cosine of the angle between the directions from the wall to the start in the scene and the recorded start at
+/// which a wrong scale is the likely cause. A smaller one attributes wrong origins to the scale.
 const SAME_DIRECTION: f64 = 0.98;
-/// Range of the mean way down times the square of the circular frequency over gravity.
+/// Plausible range of the mean way down times the square of the circular frequency, over gravity (no unit). A wider range
+/// finds fewer wrong clocks and scales, a narrower one suspects correct ones.
 const TIME_SCALE: [f64; 2] = [0.3, 6.0];
 /// The typical value in that range, by which the warning computes the likely factors.
 const TYPICAL_TIME_SCALE: f64 = 1.4;
-/// Way of the slowest plausible fall over that of a free fall.
+/// Largest cosine of the angle between the straight rod and gravity at which the time scale is checked: a rod along gravity does
+/// not fall.
+const LARGEST_SLOPE: f64 = 0.9;
+/// Mean way up, over the spread of the way, above which the point moves against gravity. A smaller ratio suspects noisy or
+/// sideways motions.
+const UPWARD: f64 = 0.5;
+/// Distance from the mean, over the spread of the way, after which a return counts as a pass of the mean. A smaller one counts
+/// noise.
+const SWING: f64 = 0.3;
+/// Smallest fraction of the last quarter of the record in the whole way of a point that still falls. A smaller fraction
+/// includes points that have come to rest.
+const STILL_FALLING: f64 = 0.2;
+/// Smallest plausible way of a point that still falls at the end of the recording, over that of a free fall in the same time.
+/// A larger one suspects more recordings.
 const SLOWEST_FALL: f64 = 0.2;
-/// Largest motion that may be noise, over the length of the rod.
+/// Largest spread (standard deviation) of positions that may be noise without motion, over the length of the rod. Larger
+/// motions are fitted without the test.
 const STILL: f64 = 5e-3;
-/// Largest motion that may be noise, in given sigmas.
+/// Largest spread of positions that may be noise without motion, in given sigmas. Larger motions are fitted without the test.
 const STILL_SIGMAS: f64 = 1.5;
-/// Fewest samples for the tests of whether a small motion is noise.
+/// Smallest number of samples for the test of whether a small spread is white noise.
 const ENOUGH: usize = 30;
-/// Standard deviation of normal noise over the median of its absolute values.
+/// Standard deviation of normal noise over the median of its absolute values: 1.4826, rounded.
 const DEVIATION_OF_MEDIAN: f64 = 1.5;
 
-/// Result of the checks.
+/// Result of the checks before the search.
 #[derive(Default)]
 pub(crate) struct DataPrecheck {
     /// The reason why no search can succeed.
@@ -57,7 +84,7 @@ pub(crate) struct DataPrecheck {
     pub repeated_frames: Vec<RepeatedFrames>,
 }
 
-/// A likely error of the set-up.
+/// A likely error of the set-up, as the scale or the clock, with the code of its warning.
 pub(crate) struct Suspicion {
     pub code: Code,
     /// Finding, consequence and action.
@@ -65,7 +92,8 @@ pub(crate) struct Suspicion {
 }
 
 impl DataPrecheck {
-    /// Checks `fitted` experiments. An error is a recording that cannot be of this rod.
+    /// Checks the `fitted` experiments. Starts are not checked where an unknown of the camera or the clamp angle changes
+    /// them. An error for a recording that starts too far from the point in the scene to be of this rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {
@@ -98,7 +126,7 @@ impl DataPrecheck {
         Ok(precheck)
     }
 
-    /// The error of a failed search, after the suspicions that may be its cause.
+    /// The `error` of a failed search, with the suspicions that may be its cause before it.
     pub fn explain(&self, error: Error) -> Error {
         if self.suspicions.is_empty() {
             return error;
@@ -109,7 +137,8 @@ impl DataPrecheck {
 }
 
 impl Experiment {
-    /// Whether the rod of the scene is released and driven, while all recordings show a rod at rest.
+    /// Whether all recordings show a rod at rest, while the scene releases the rod from rest and gravity, loads, flow or
+    /// moving ends drive it.
     fn has_no_motion(&self) -> bool {
         let scene = self.problem.scene();
         // A rod that the scene keeps at rest, or starts with a velocity, may be recorded without motion.
@@ -125,7 +154,7 @@ impl Experiment {
         released && driven && !self.measurements.is_empty() && self.measurements.iter().all(still)
     }
 
-    /// The reason why recordings without motion cannot be fitted.
+    /// The reason why recordings without motion cannot be fitted, with the largest spread of the positions, m.
     fn no_motion_message(&self) -> String {
         let spread = self.measurements.iter().map(|m| m.size(&self.problem)).fold(0.0, f64::max);
         let label = self.measurements.first().map(|m| self.label(m)).unwrap_or_default();
@@ -139,15 +168,20 @@ impl Experiment {
 }
 
 impl PointMotion {
-    /// Whether the positions are constant but for white noise. `length` is that of the rod, m, and `sigma` the given noise, m.
+    /// Whether the positions are constant but for white noise: a spread up to [`STILL`] and [`STILL_SIGMAS`], and deviations
+    /// from the mean that pass the tests of white noise in every coordinate. `length` is that of the rod, m, and `sigma` the
+    /// given noise, m.
     fn is_still(&self, length: f64, sigma: Option<f64>) -> bool {
         let spread = self.spread();
+        // Exactly equal positions have no noise to test.
         if spread <= 1e-9 * length {
             return true;
         }
+        // A large spread is a motion, whatever the tests find.
         if spread > STILL * length || sigma.is_some_and(|sigma| spread > STILL_SIGMAS * sigma) {
             return false;
         }
+        // A small spread is noise if the deviations from the mean of each coordinate are white.
         (0..3).all(|c| {
             let observed = self.samples.iter().filter_map(|s| Some((s.time, s.position[c]?)));
             let (times, x): (Vec<f64>, Vec<f64>) = observed.unzip();
@@ -167,7 +201,8 @@ impl PointMotion {
         })
     }
 
-    /// Standard deviation of the noise of a coordinate, m, from the median second difference of the samples.
+    /// Standard deviation of the noise of a coordinate, m: the median of the absolute second differences of the samples over
+    /// sqrt(6), times [`DEVIATION_OF_MEDIAN`]; zero with fewer than three samples.
     fn noise(&self) -> f64 {
         let differences = self.samples.windows(3).flat_map(|w| {
             (0..3).filter_map(|c| {
@@ -179,12 +214,12 @@ impl PointMotion {
     }
 }
 
-/// The length of a vector.
+/// The Euclidean length of a vector, in its unit.
 fn norm(a: Vector<f64>) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The recording of a point of a rod that starts at rest.
+/// The recording of a point of a rod that starts at rest, with the point's position in the scene.
 struct Release<'a> {
     experiment: &'a Experiment,
     observation: &'a PointMotion,
@@ -198,7 +233,8 @@ struct Release<'a> {
 }
 
 impl<'a> Release<'a> {
-    /// The release in a measurement; none if it is no motion from rest.
+    /// The release in a `measurement`; `None` if it is no motion from rest or has no samples. An error for a point that is
+    /// not on the rod.
     fn new(
         experiment: &'a Experiment,
         measurement: &'a Measurement,
@@ -217,12 +253,14 @@ impl<'a> Release<'a> {
         Ok(Some(Self { experiment, observation, time_zero, view, start, noise }))
     }
 
-    /// The displacement from `position` to a sample, m; zero along coordinates that were not observed.
+    /// The displacement from `position`, m, to a sample, m; zero along coordinates that were not observed.
     fn displacement(position: Vector<f64>, sample: &Sample) -> Vector<f64> {
         std::array::from_fn(|c| sample.position[c].map_or(0.0, |x| x - position[c]))
     }
 
-    /// The warning that the recording began before the release of the rod: the point rests after the start of the motion.
+    /// The warning that the recording began before the release of the rod: the point rests after the start of the motion. The
+    /// onset is the change point of the recorded motion; `None` if it is not after zero or ends move. `label` names the
+    /// measurement.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
         // Ends that move may leave the point at rest for a while.
@@ -245,8 +283,9 @@ impl<'a> Release<'a> {
         })
     }
 
-    /// The warning that the recording starts away from the position of the point in the scene; an error if it starts too far
-    /// away to be of this rod.
+    /// The warning that the recording starts away from the position of the point in the scene; `None` if near. The distance
+    /// is that beyond the largest possible way since the release and [`START_NOISE`] standard deviations. An error if it is
+    /// too large for a recording of this rod.
     fn check_start_position(&self, label: &str) -> Result<Option<String>, Error> {
         let samples = &self.observation.samples;
         let length = self.experiment.problem.length();
@@ -255,7 +294,7 @@ impl<'a> Release<'a> {
         // Distance beyond the largest possible way since the start. One of the first three samples may be an outlier.
         let excess = |s: &Sample| {
             let distance = norm(Self::displacement(self.start, s));
-            distance - fastest * self.view.time(s.time) - 6.0 * self.noise
+            distance - fastest * self.view.time(s.time) - START_NOISE * self.noise
         };
         let first = samples.iter().filter(is_observed).take(3);
         let Some(nearest) = first.min_by(|a, b| excess(a).total_cmp(&excess(b))) else {
@@ -282,7 +321,8 @@ impl<'a> Release<'a> {
         Ok(Some(format!("{label}: {found}; {cause}")))
     }
 
-    /// The likely cause of a recorded start at `position`, m: the direction of y, another point, the scale, or the origin.
+    /// The likely cause, as text, of a recorded start at `position`, m: the direction of y, another point, the scale, or the
+    /// origin.
     fn likely_cause(&self, position: Vector<f64>) -> String {
         let problem = &self.experiment.problem;
         let (wall, length) = (problem.wall(), problem.length());
@@ -293,6 +333,7 @@ impl<'a> Release<'a> {
         if is_start(mirrored) {
             return "most likely y points down (y = \"down\")".into();
         }
+        // A wrong scale keeps the direction from the wall; its factor is the ratio of the distances.
         let (arm, recorded) = (sub(self.start, wall), sub(position, wall));
         let ratio = norm(recorded) / norm(arm);
         let cosine = dot(arm, recorded) / (norm(arm) * norm(recorded)).max(f64::MIN_POSITIVE);
@@ -310,6 +351,7 @@ impl<'a> Release<'a> {
         if cosine > SAME_DIRECTION {
             return format!("the scale is wrong by a factor of {ratio:.3}");
         }
+        // Without a better explanation a constant shift explains any start.
         let shift = sub(position, self.start);
         format!(
             "most likely the origin is wrong (by ({:.4}, {:.4}, {:.4}) m), or the point or the \
@@ -318,7 +360,9 @@ impl<'a> Release<'a> {
         )
     }
 
-    /// The warning that a straight rod under its weight moves up, or that its fall or its swings are too fast or too slow.
+    /// The warning that a straight rod under its weight moves up, or that its fall or its swings are too fast or too slow,
+    /// with consistent factors on time or length. `None` if plausible, or if other forces or the place of the point make the
+    /// time scale unpredictable.
     fn check_time_scale(&self, label: &str) -> Option<String> {
         let problem = &self.experiment.problem;
         let scene = problem.scene();
@@ -340,7 +384,7 @@ impl<'a> Release<'a> {
             || scene.loads.drag.is_some()
             || scene.supports.move_ends()
             || scene.initial.moves();
-        if g == 0.0 || !swings || other_drives || across.abs() > 0.9 {
+        if g == 0.0 || !swings || other_drives || across.abs() > LARGEST_SLOPE {
             return None;
         }
         // The way down from the first sample, of samples with all coordinates along gravity.
@@ -354,11 +398,11 @@ impl<'a> Release<'a> {
         let mean = way.iter().sum::<f64>() / way.len() as f64;
         let spread =
             (way.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / way.len() as f64).sqrt();
-        if spread < 4.0 * self.noise {
+        if spread < SWING_NOISE * self.noise {
             return None;
         }
         // A mean above the start by half the spread is a motion against gravity.
-        if -mean > 0.5 * spread {
+        if -mean > UPWARD * spread {
             return Some(format!(
                 "{label}: the point moves up from its start, against gravity. The y axis or gravity has the wrong \
                  sign. Set y = \"down\" for image coordinates, or change loads.gravity"
@@ -368,7 +412,7 @@ impl<'a> Release<'a> {
         let (mut side, mut passes) = (0.0, Vec::new());
         for (s, u) in whole.iter().zip(&way) {
             let away = u - mean;
-            if away.abs() > 0.3 * spread && away.signum() != side {
+            if away.abs() > SWING * spread && away.signum() != side {
                 if side != 0.0 {
                     passes.push(s.time);
                 }
@@ -380,7 +424,7 @@ impl<'a> Release<'a> {
             let since = whole.last()?.time - first.time;
             let (end, before) = (*way.last()?, way[way.len() * 3 / 4]);
             let part = end / (0.5 * g * since * since);
-            let still_falls = end > 0.0 && end - before > 0.2 * end;
+            let still_falls = end > 0.0 && end - before > STILL_FALLING * end;
             return (still_falls && part < SLOWEST_FALL).then(|| {
                 format!(
                     "{label}: the point has fallen {end:.2e} m after {since} s and still falls, {:.0} times \

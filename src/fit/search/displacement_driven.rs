@@ -1,14 +1,15 @@
-//! Fits of rods whose ends are prescribed by a recording (displacement driven).
+//! Search of fits of rods whose ends are prescribed by a recording (displacement driven).
 //!
-//! The recording forces the motion: no period can be missed, as in a free vibration. A fit whose unknowns all have a start
-//! therefore begins there with the whole recordings. Without a start, Young's modulus is scanned over decades, and all
-//! other unknowns start at their values in the scene.
+//! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be missed, as in
+//! a free vibration. A fit whose unknowns all have a start therefore begins there with the whole recordings. Without a start,
+//! Young's modulus is scanned over decades, up to [`DESCENTS`] minima of the scan are refined, and all other unknowns start
+//! at their values in the scene. Output: the optimum with the lowest objective, and its leverage weights in the search.
 //!
 //! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
-//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of the sum over
-//! the unknowns of its part of each unknown's effect on all values. Values whose leverage exceeds [`MAX_LEVERAGE`] medians
-//! have their noise increased to that leverage. The sum over the unknowns keeps local effects: a curvature of the rod at
-//! one place moves the markers there far more than the others without a whip.
+//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of the sum over the
+//! unknowns of its part of each unknown's squared effect on all values. Values whose leverage exceeds [`MAX_LEVERAGE`]
+//! medians have their noise increased to that leverage. The sum over the unknowns keeps local effects: a curvature of the rod
+//! at one place moves the markers there far more than the others without a whip.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Evaluation;
@@ -24,36 +25,39 @@ use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
 use statrs::statistics::{Data, Median};
 
-/// Largest leverage of a value with weight 1, over the median leverage.
+/// Largest leverage of a value with weight 1, over the median leverage. A smaller number down-weights more values.
 const MAX_LEVERAGE: f64 = 10.0;
-/// Root of the sum of squares of an unknown's derivatives, in units of the noise, below which it does not count for the
-/// leverage.
+/// Root of the sum of squares of an unknown's derivatives, in units of the noise, below which the unknown is left out of the
+/// leverage. With a smaller bound unknowns without effect on the data change the weights.
 const NO_EFFECT: f64 = 0.1;
-/// Number of times that the weights are computed: at the start, and after the fits with them.
+/// Largest number of times that the weights are computed: at the start, and after the fits with them.
 const WEIGHTINGS: usize = 3;
-/// Fits between two weightings: only their end matters, as the start of the next one.
+/// Tolerances of the fits between two weightings: only their end matters, as the start of the next one.
 const BETWEEN_WEIGHTINGS: Tolerances = Tolerances { step: 1e-10, noise: 0.1, iterations: 12 };
-/// Largest ratio of two weights that are taken to be the same, as a logarithm.
+/// Largest difference of the logarithms of two weights that are taken to be the same. At it the iteration of weights and fits
+/// ends.
 const SAME_WEIGHT: f64 = 0.2;
-/// Largest number of descents from a scan.
+/// Largest number of minima of a scan that are refined. Each costs a complete fit.
 const DESCENTS: usize = 2;
-/// Largest misfit of a start from a scan, over the lowest one.
+/// Largest misfit of a minimum of the scan that is refined, over the lowest one. A larger ratio refines worse minima, at the
+/// cost of a fit each.
 const COMPETITIVE: f64 = 1.5;
 
-/// An optimum with the leverage weights that it was found with.
+/// An optimum with the leverage weight of each of its residuals, with which it was found.
 struct WeightedOptimum {
     optimum: Optimum,
     weights: Vec<f64>,
 }
 
 impl Search<'_> {
-    /// Whether recordings prescribe the ends of all rods with a measured motion, and there is such a rod.
+    /// Whether there are rods with a measured motion and recordings prescribe the ends of all of them.
     pub fn is_displacement_driven(&self) -> bool {
         let mut moving = self.experiments.iter().filter(|e| e.moves()).peekable();
         moving.peek().is_some() && moving.all(|e| e.problem.scene().supports.path.is_some())
     }
 
-    /// The best optimum of all starts on the whole recordings. The search takes its leverage weights.
+    /// The best optimum of all starts on the whole recordings. Its leverage weights become those of the search. An error if
+    /// no start can be simulated.
     pub fn driven_optimum(&mut self) -> Result<Optimum, Error> {
         // Each start has its own leverage weights, so that costs are compared with common ones.
         let mut best: Option<WeightedOptimum> = None;
@@ -74,6 +78,7 @@ impl Search<'_> {
                 Err(error) => failure = Some(error),
             }
         }
+        // A failure is reported only if no start succeeded.
         let best = best.ok_or_else(|| match failure {
             Some(error) => Error::Fit(format!(
                 "the scene cannot be simulated at the start values: {error}. Give another start"
@@ -84,8 +89,8 @@ impl Search<'_> {
         Ok(best.optimum)
     }
 
-    /// The objective at an optimum with the smaller one of two weights of each value: those of this search and
-    /// `weights`. Two optima are comparable only with the same weights.
+    /// The objective at an optimum with the smaller of two weights of each value: those of this search and `weights`. Two
+    /// optima are comparable only with the same weights.
     fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
         let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0).min(self.leverage_weight(k));
         // Residuals of the priors have no leverage weights.
@@ -98,7 +103,8 @@ impl Search<'_> {
         cost
     }
 
-    /// The given start, or the lowest minima of a scan over Young's modulus.
+    /// The start points, on the unknowns' scales: the given one if all unknowns have a start; else the lowest minima of a
+    /// scan over Young's modulus, at most [`DESCENTS`] within [`COMPETITIVE`] of the lowest.
     fn driven_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
         // A start of all unknowns makes a scan unnecessary: the recording forces the motion.
         let given = |u: &Unknown| Some(u.to_scale(self.driven_start(u)?));
@@ -123,8 +129,8 @@ impl Search<'_> {
         Ok(competitive.take(DESCENTS).map(|c| c.x.clone()).collect())
     }
 
-    /// The start of an unknown, in its unit: the given one, the mean of the prior, or the value of the scene; none of Young's
-    /// modulus without a given start, which is scanned.
+    /// The start of an unknown, in its unit: the given one, the mean of the prior, or the value of the scene. `None` for
+    /// Young's modulus without a given start, which is scanned.
     pub(super) fn driven_start(&self, unknown: &Unknown) -> Option<f64> {
         let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
         if hint.is_some() || unknown.is_stiffness() {
@@ -133,15 +139,16 @@ impl Search<'_> {
         self.scene_value(unknown)
     }
 
-    /// The value of an unknown in the first scene that has it, in its unit; none where a search cannot start there, as at the
-    /// logarithm of zero.
+    /// The value of an unknown in the first scene that has it, in its unit. `None` where a search cannot start there, as at
+    /// the logarithm of zero.
     pub(super) fn scene_value(&self, unknown: &Unknown) -> Option<f64> {
         let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
         let value = unknown.parameter.of(own.problem.scene())?;
         (value > 0.0 || !unknown.parameter.is_positive()).then_some(value)
     }
 
-    /// Fits the whole recordings from a start, with the leverage weights of the optimum.
+    /// Fits the whole recordings from the start `x`, on the unknowns' scales, with the leverage weights of the optimum:
+    /// weights and optimum are computed in turn, [`WEIGHTINGS`] times at most.
     fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
@@ -165,13 +172,15 @@ impl Search<'_> {
             }
             self.leverage_weights = weights;
         }
+        // The final fit has the full tolerances, with the weights of the last iteration.
         let optimum = self.with_raised_damping(self.polish_from(start)?)?;
         self.add_minimum(&optimum);
         Ok(optimum)
     }
 }
 
-/// The leverage weight of every residual, by the rows of the Jacobian; empty where all are 1.
+/// The leverage weight of every residual, at most 1, from the rows of the Jacobian in units of the noise; empty where all are
+/// 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
     // The leverage of a row: its part of the squared norm of each column, summed over the columns.
     let mut squares = vec![0.0; rows.len()];

@@ -1,5 +1,9 @@
-//! The misfit of the coarse model over a grid of values: its minima, and lower bounds of the misfit of descents from its
-//! points.
+//! The misfit of the coarse model on a rectangular grid of values of the unknowns, as the scan computes it.
+//!
+//! [`ScanGrid`] has the misfit at all combinations of values. From it are computed: the misfit over one unknown, minimized
+//! over the others (`landscape`, for reports); the local minima, below all neighbors including diagonal ones (`minima`); and
+//! a lower bound of the misfit that a descent from a point can reach (`descent_bound`), by which the search omits hopeless
+//! starts. The bound is the point's misfit less the rises to its neighbors on both sides along every axis.
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -22,7 +26,7 @@ pub struct Landscape {
     pub misfit: Vec<f64>,
 }
 
-/// Misfits of the coarse model over all combinations of values.
+/// Misfits of the coarse model over all combinations of values (a tensor-product grid).
 #[derive(Clone, Debug)]
 pub(crate) struct ScanGrid {
     /// Values of each unknown on its scale, ascending.
@@ -31,7 +35,7 @@ pub(crate) struct ScanGrid {
     pub points: Vec<GridPoint>,
 }
 
-/// A point of the grid.
+/// A point of the grid with its misfit.
 #[derive(Clone, Debug)]
 pub(crate) struct GridPoint {
     /// The unknowns on their scales.
@@ -40,7 +44,7 @@ pub(crate) struct GridPoint {
     pub misfit: f64,
 }
 
-/// A minimum of the grid.
+/// A local minimum of the grid with the spacing of the grid around it.
 #[derive(Clone, Debug)]
 pub(crate) struct GridMinimum {
     /// The unknowns on their scales.
@@ -50,11 +54,11 @@ pub(crate) struct GridMinimum {
     pub spacing: Vec<f64>,
 }
 
-/// Fewest values of an unknown that show a basin.
+/// Smallest number of values of an unknown that show a basin: a minimum needs a higher value on both sides.
 const FEWEST_VALUES: usize = 3;
 
 impl ScanGrid {
-    /// The least misfit over each unknown that has several values.
+    /// For each unknown with at least three values: its values in its unit, and the smallest misfit of the grid at each.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         // One curve per scanned unknown: the misfit minimized over the grid of all others.
         let over = |(i, _): (usize, &Vec<f64>)| {
@@ -70,7 +74,8 @@ impl ScanGrid {
         axes.filter(|(_, axis)| axis.len() >= FEWEST_VALUES).map(over).collect()
     }
 
-    /// The values of an unknown on its scale, each with the least misfit over all values of the others.
+    /// The values of an unknown, given by its index, on its scale, each with the smallest misfit over all values of the
+    /// others.
     pub fn line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let least = |x: &f64| {
             let slice = self.points.iter().filter(|point| point.x[unknown] == *x);
@@ -80,7 +85,7 @@ impl ScanGrid {
         axis.map(|x| (*x, least(x))).collect()
     }
 
-    /// The index of a point's value on each axis.
+    /// The index on each axis of the point with this number in `points`, in which the last axis varies fastest.
     fn indices(&self, point: usize) -> Vec<usize> {
         let mut rest = point;
         let mut indices = vec![0; self.axes.len()];
@@ -96,7 +101,7 @@ impl ScanGrid {
         self.points[pairs.fold(0, |point, (i, axis)| point * axis.len() + i)].misfit
     }
 
-    /// Whether a point is below all its neighbors, diagonal ones included. Of equal ones it is the first.
+    /// Whether the point with this number is below all its neighbors, diagonal ones included. Of equal ones it is the first.
     fn is_lowest(&self, point: usize) -> bool {
         let (own, misfit) = (self.indices(point), self.points[point].misfit);
         self.neighbors(&own).iter().all(|other| {
@@ -105,7 +110,7 @@ impl ScanGrid {
         })
     }
 
-    /// Indices of all points one step away along one or several axes.
+    /// Indices on the axes of all points that differ by at most one step on each axis from the point with the indices `own`.
     fn neighbors(&self, own: &[usize]) -> Vec<Vec<usize>> {
         let mut all = vec![Vec::new()];
         for (i, axis) in own.iter().zip(&self.axes) {
@@ -147,7 +152,8 @@ impl ScanGrid {
         misfit - self.axes.iter().enumerate().map(rise).sum::<f64>()
     }
 
-    /// Inner points below all their neighbors, diagonal ones included, the lowest first. A point at an edge is on a slope.
+    /// Inner points below all their neighbors, diagonal ones included, the lowest first. A point at the edge of an axis is on
+    /// a slope, unless the axis has fewer than three values.
     pub fn minima(&self) -> Vec<GridMinimum> {
         let is_minimum = |point: usize| {
             let is_inner = |(i, axis): (&usize, &Vec<f64>)| {

@@ -1,4 +1,10 @@
-//! The journal of a search: the history of evaluated points, the best point, the scan and the minima.
+//! The journal of a search: a record, shared by its threads, of evaluated points, the best point, the last scan and the
+//! minima.
+//!
+//! Each evaluated point enters with its stage, residuals and work. The journal stores sums of squares by measurement
+//! ([`Squares`]), so that [`Journal::history`] returns all misfits in units of the final sigmas, though sigmas change during
+//! a search. The best point is the lowest of the last stage, on the largest part of the records. The convergence history, the
+//! scan and the local minima of the fit report come from here.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};
@@ -27,7 +33,7 @@ pub struct Iterate {
 }
 
 impl Iterate {
-    /// Root mean square residual, in units of the sigmas that the fit ended with.
+    /// Root mean square residual, in units of the sigmas that the fit ended with (no unit).
     pub fn rms(&self) -> f64 {
         (2.0 * self.misfit / self.residuals as f64).sqrt()
     }
@@ -47,7 +53,7 @@ pub(crate) enum SearchStage {
 }
 
 impl SearchStage {
-    /// The name in reports.
+    /// The name of the stage in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scan => "scan",
@@ -58,7 +64,7 @@ impl SearchStage {
     }
 }
 
-/// An evaluated point.
+/// An evaluated point of the search with its residuals, as it enters the journal.
 #[derive(Clone, Debug)]
 pub(crate) struct Visit {
     pub stage: SearchStage,
@@ -84,11 +90,11 @@ struct JournalEntry {
     squares: Squares,
 }
 
-/// The journal, shared by the threads of a search.
+/// The journal of evaluated points and minima, shared by the threads of a search through a lock.
 #[derive(Debug, Default)]
 pub(crate) struct Journal(Mutex<JournalRecords>);
 
-/// Content of the journal.
+/// Content of the journal: history, best point, last scan, minima.
 #[derive(Debug, Default)]
 struct JournalRecords {
     history: Vec<JournalEntry>,
@@ -110,7 +116,8 @@ impl Journal {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Records an evaluated point and the work so far, steps times segments.
+    /// Records an evaluated point and the `work` so far, steps times segments. The point becomes the best one if it is of a
+    /// later stage, uses more residuals in the same stage, or has a lower cost on the same residuals.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
@@ -132,7 +139,7 @@ impl Journal {
         }
     }
 
-    /// Records a scan in the place of the last one.
+    /// Records a scan; it replaces the last one.
     pub fn set_scan(&self, grid: ScanGrid) {
         self.records().grid = Some(grid);
     }
@@ -144,31 +151,32 @@ impl Journal {
         records.numerics
     }
 
-    /// Records the end of a fit of the full model.
+    /// Records the minimum where a fit of the full model ended.
     pub fn add_minimum(&self, minimum: Minimum) {
         self.records().minima.push(minimum);
     }
 
-    /// Replaces the minimum at `before` by the minimum to which it moved on another mesh or with other weights.
+    /// Replaces the minimum at `before` (a point on the unknowns' scales) by the `minimum` to which it moved on another mesh
+    /// or with other weights.
     pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
         let mut records = self.records();
         records.minima.retain(|other| distance(&other.x, before) > SAME);
         records.minima.push(minimum);
     }
 
-    /// The minima found so far.
+    /// The minima of the full model found so far.
     pub fn minima(&self) -> Vec<Minimum> {
         self.records().minima.clone()
     }
 
-    /// The values of an unknown in the scan, on its scale, each with the least misfit over all values of the others; empty
-    /// without a scan.
+    /// The values of an unknown, given by its index, in the scan, on its scale, each with the smallest misfit over all values
+    /// of the others; empty without a scan.
     pub fn scanned_line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let records = self.records();
         records.grid.as_ref().map_or(Vec::new(), |grid| grid.line(unknown))
     }
 
-    /// The values of an unknown in the scan, on its scale; empty without a scan.
+    /// The values of an unknown, given by its index, in the scan, on its scale; empty without a scan.
     pub fn scanned_values(&self, unknown: usize) -> Vec<f64> {
         let records = self.records();
         let axis = records.grid.as_ref().and_then(|grid| grid.axes.get(unknown));
@@ -183,7 +191,7 @@ impl Journal {
         records.sigmas = sigmas.to_vec();
     }
 
-    /// The best point of the last stage.
+    /// The best point of the last stage; `None` before the first evaluation, and after a change of the sigmas.
     pub fn best(&self) -> Option<Visit> {
         self.records().best.clone()
     }
@@ -204,12 +212,13 @@ impl Journal {
         history
     }
 
-    /// The scan over each unknown that has several values in it.
+    /// The scan as misfit over each unknown that has at least three values in it, minimized over the others.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
-    /// The local minima, of which `chosen` is the result. All objectives have the weights of `sigmas`.
+    /// The report of the local minima, of which `chosen` is the result. All objectives have the weights of `sigmas`, one per
+    /// measurement.
     pub fn local_minima(
         &self,
         unknowns: &[Unknown],

@@ -1,5 +1,10 @@
-//! The report of the local minima that a search found: the chosen one, other minima of the full model, and minima of the scan
-//! that were not refined.
+//! The report of the local minima that a search found.
+//!
+//! Input: the minima of the full model (ends of complete fits), the grid of the scan, and the chosen minimum. Minima within
+//! [`SAME`] of each other on the unknowns' scales are one; a minimum of the scan within [`SAME_BASIN`] grid spacings of a
+//! fitted one was refined to it. Output: [`LocalMinima`] with the chosen minimum, other minima of the full model by misfit,
+//! and unrefined minima of the scan (at most [`LISTED`]). Each has its values, its misfit and the ratio of that to the lowest
+//! one of the same model. A summary is text.
 
 use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;
@@ -7,12 +12,13 @@ use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 use serde::{Deserialize, Serialize};
 
-/// Largest number of listed minima of the scan. The count includes all.
+/// Largest number of listed minima of the scan. `LocalMinima::count` includes all.
 const LISTED: usize = 20;
-/// Largest distance from a minimum of the scan to a minimum of the full model that was reached from it, over the spacing of
-/// the grid.
+/// Largest distance, along each unknown, from a minimum of the scan to a minimum of the full model that was reached from it,
+/// over the spacing of the grid. A larger one merges separate minima, a smaller one counts a minimum twice.
 const SAME_BASIN: f64 = 1.5;
-/// Largest distance of two points on the unknowns' scales that are the same optimum.
+/// Largest distance of two points on the unknowns' scales that are the same optimum; 1 % of a positive parameter. A larger
+/// one merges separate minima, a smaller one lists one several times.
 pub(crate) const SAME: f64 = 1e-2;
 
 /// Local minima of the misfit that the search found.
@@ -62,7 +68,7 @@ pub enum MinimumSource {
 }
 
 impl LocalMinima {
-    /// The list for parameters that are not all identifiable: the summary does not list values, as these are arbitrary along the
+    /// The list for parameters that are not all identifiable: the summary has no values, as these are arbitrary along the
     /// combinations that the data do not determine.
     pub(crate) fn without_values(mut self) -> Self {
         if let Some((first, _)) = self.summary.split_once("; ") {
@@ -74,8 +80,9 @@ impl LocalMinima {
     }
 }
 
-/// The report of the `minima` of the full model and those of the scan, of which `chosen` is the result. All objectives have the
-/// weights of `sigmas`.
+/// The report of the `minima` of the full model and those of the scan's `grid`, of which `chosen` is the result. All
+/// objectives have the weights of `sigmas`, one per measurement. Lower minima on other meshes than the chosen one's are left
+/// out.
 pub(crate) fn local_minima(
     unknowns: &[Unknown],
     minima: &[Minimum],
@@ -140,7 +147,8 @@ pub(crate) fn local_minima(
 }
 
 /// The selection as text: the number of minima, the next one after the chosen one, and the best unrefined minimum of a scan
-/// of this number of `points`. Empty without a chosen minimum.
+/// of this number of `points`. `next_is_comparable`: the next one has the mesh of the chosen one. Empty without a chosen
+/// minimum.
 fn summary(
     unknowns: &[Unknown],
     fitted: &[LocalMinimum],
@@ -155,10 +163,12 @@ fn summary(
         });
         words.collect::<Vec<_>>().join(", ").replace(" ,", ",").trim_end().to_string()
     };
+    // An interrupted search has no selection to explain.
     let chosen = match fitted.first() {
         Some(first) if first.chosen => first,
         _ => return String::new(),
     };
+    // The number of points shows the extent of the scan.
     let mut words = match points {
         0 => "from the start given: ".to_string(),
         _ => format!("{points} points scanned: "),
@@ -167,11 +177,13 @@ fn summary(
         1 => "one local minimum found".to_string(),
         n => format!("{n} local minima found"),
     };
+    // The ratio of the misfits shows how clearly the data prefer the chosen minimum.
     if let Some(next) = fitted.get(1) {
         let ratio = times(next.misfit / chosen.misfit);
         let numerics = if next_is_comparable { "" } else { " on another mesh" };
         words += &format!("; the next, {}, has {ratio} times the misfit{numerics}", at(next));
     }
+    // Minima of the scan are compared with the lowest of the scan: the coarse model has another misfit.
     if let Some(next) = scanned.first() {
         let more = times(next.relative);
         words += &format!("; rejected: {} ({more} times the lowest misfit of the scan)", at(next));
@@ -182,7 +194,7 @@ fn summary(
     words
 }
 
-/// A value with four significant digits.
+/// A value as text with four significant digits, with an exponent outside of 0.01 to 10 000.
 fn four_digits(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),

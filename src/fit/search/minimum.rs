@@ -1,9 +1,11 @@
 //! Minima of the full model, with objectives that can be computed for any weights.
 //!
-//! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each minimum
-//! therefore has the number of its numerics, and its sums of squares in the units of the measurements.
+//! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each [`Minimum`] therefore
+//! has the number of its mesh and steps ("numerics"), and [`Squares`]: the sum of squared residuals of each measurement in
+//! its own unit. `Squares::misfit` returns half the sum of squares in units of any sigmas, times the ratio of robust losses
+//! to squares of the fit.
 
-/// Sums of squared residuals without the weights of the measurements.
+/// Sums of squared residuals of one point, without the weights of the measurements.
 #[derive(Clone, Debug)]
 pub(crate) struct Squares {
     /// Sum of squares of each measurement, in its unit squared.
@@ -15,8 +17,8 @@ pub(crate) struct Squares {
 }
 
 impl Squares {
-    /// The sums of plain residuals in units of `sigmas`: `counts` of each measurement, then those of the priors. `cost` is
-    /// half the sum of their losses.
+    /// The sums for the plain `residuals` of one point, in units of `sigmas`: `counts` values of each measurement in order,
+    /// then those of the priors. `cost` is half the sum of their losses.
     pub fn new(residuals: &[f64], counts: &[usize], sigmas: &[f64], cost: f64) -> Self {
         let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut rest = residuals;
@@ -31,7 +33,8 @@ impl Squares {
         Self { measurements, priors: square(rest), robust }
     }
 
-    /// Half the sum of the losses with the weights of `sigmas`. The ratio of robust losses to squares is that of the fit.
+    /// Half the sum of the losses, in units of `sigmas`, one per measurement. The ratio of robust losses to squares is that
+    /// of the fit.
     pub fn misfit(&self, sigmas: &[f64]) -> f64 {
         let pairs = self.measurements.iter().zip(sigmas);
         let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
@@ -58,7 +61,7 @@ impl Minimum {
         Self { x: x.to_vec(), squares, converged: true, numerics: 0 }
     }
 
-    /// With its objective multiplied by a factor.
+    /// The minimum with its objective multiplied by a factor.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.squares.robust *= factor;
         self

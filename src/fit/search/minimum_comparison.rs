@@ -1,8 +1,10 @@
 //! Comparison of the chosen minimum with other recorded minima, which may be lower on the final mesh.
 //!
 //! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and the
-//! weights. So the minima whose recorded objective is near that of the chosen one are fitted again, on the
-//! final mesh and with the final weights.
+//! weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`]
+//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`]. Output:
+//! [`MinimumComparison`] with a lower converged minimum, or a point with a clearly lower objective where the optimizer did
+//! not converge (a warning).
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -15,13 +17,13 @@ use crate::numerics::total_order;
 /// Largest recorded objective of a competing minimum of another mesh, over that of the chosen minimum. Another mesh changes
 /// an objective by some tens of per cent.
 const NEAR_OBJECTIVE: f64 = 1.5;
-/// Largest number of minima that are fitted again, the lowest first.
+/// Largest number of minima that are fitted again, the lowest first. Each costs a complete fit on the final mesh.
 const MOST_FOLLOWED: usize = 3;
 /// Twice the difference of two objectives, in units of the variance of the noise, that the noise explains: the
 /// threshold of a likelihood ratio at two standard deviations.
 const EXPLAINED_BY_NOISE: f64 = 4.0;
 
-/// Result of the comparison.
+/// Result of the comparison of the chosen minimum with others.
 pub(crate) struct MinimumComparison<'a> {
     /// The search, with an optimizer that ends where the objective hardly changes.
     pub search: Search<'a>,
@@ -32,19 +34,20 @@ pub(crate) struct MinimumComparison<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Records the end of a fit of the full model to the whole records.
+    /// Records an optimum, the end of a fit of the full model to the whole records, as a minimum in the journal.
     pub fn add_minimum(&self, optimum: &Optimum) {
         self.journal.add_minimum(self.minimum(optimum));
     }
 
-    /// The record of an optimum in the journal.
+    /// The record of an optimum for the journal, with sums of squares and the number of the mesh.
     pub fn minimum(&self, optimum: &Optimum) -> Minimum {
         let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
         let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
         Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
-    /// Fits the minima again that may be lower than `optimum`. `variance` is that of the noise of the residuals.
+    /// Fits the recorded minima again that may be lower than `optimum`. `variance` is that of the noise of the residuals, in
+    /// units of the sigmas squared. The lowest converged one is returned, if it is lower.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,
@@ -78,7 +81,8 @@ impl<'a> Search<'a> {
     }
 
     /// Records the optimum `found` from the minimum at `before`, which is expected at `expected` on the mesh of this search.
-    /// Near the expected point it replaces that minimum; elsewhere it is another one.
+    /// Within half of the expected shift (or [`SAME`]) of the expected point it replaces that minimum; elsewhere it is
+    /// another one.
     pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
         let moved = SAME.max(0.5 * distance(before, expected));
         match distance(&found.x, expected) <= moved {
@@ -87,7 +91,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The recorded minima whose objective is near or below that of `optimum`, the lowest first.
+    /// The recorded minima, other than `optimum`, whose objective is near or below its own, the lowest first, at most
+    /// [`MOST_FOLLOWED`].
     fn competing_minima(&self, optimum: &Optimum) -> Vec<Minimum> {
         let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
         let mut minima = self.journal.minima();
@@ -108,7 +113,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The warning that the objective is lower at `x`, where the optimizer did not converge.
+/// The warning text that the objective is lower at the point `x`, on the unknowns' scales, where the optimizer did not
+/// converge.
 pub(crate) fn unreached_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
     let value = |(unknown, value): (&Unknown, f64)| {
         format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()

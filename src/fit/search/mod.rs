@@ -1,8 +1,11 @@
-//! The search for the optimum: from a scan of a coarse model over descents from its minima to the Levenberg-Marquardt
-//! method on the full model.
+//! The search for the optimum of a fit.
 //!
-//! [`Search`] is the state that all stages share: the experiments with their weights, the unknowns, the counter of the work
-//! and the journal of evaluated points.
+//! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas) of their
+//! measurements, the unknowns, the counter of the work and the journal of evaluated points. Stages: a scan of a coarse model
+//! over a grid of values (`scan`, `grid`, `coarse`); descents from its best points over growing parts of the records
+//! (`starts`); Levenberg-Marquardt fits of the full model to the whole records (`optimum`); estimation of sigmas that are not
+//! given (`weighted_search`); comparison with other minima on the final mesh (`minimum_comparison`). Rods with recorded ends
+//! have their own search (`displacement_driven`). Output: an optimum on the unknowns' scales.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -35,12 +38,13 @@ use std::sync::Arc;
 /// Receives the stage of a fit, and its work so far in full simulations.
 pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
-/// Least number of samples in the first horizon of a search.
+/// Smallest number of samples in the first horizon of a search. Fewer may not determine the unknowns.
 const FIRST_SAMPLES: usize = 8;
-/// Additional samples for each unknown.
+/// Additional samples in the first horizon for each unknown. More lengthen the first horizon, over which the misfit should
+/// have few minima.
 const FIRST_SAMPLES_PER_UNKNOWN: usize = 4;
 
-/// State of a search that all its stages share.
+/// State of a search that all its stages share: problem, weights, counters and journal.
 #[derive(Clone)]
 pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
@@ -71,7 +75,8 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search that begins, with the preliminary sigmas.
+    /// A search before its first evaluation, with the given sigmas or preliminary ones. `tolerance` is that of the minimum,
+    /// in standard errors.
     pub fn new(
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
@@ -111,7 +116,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The search continued with the same experiments on other meshes or in other steps.
+    /// The search continued with the same experiments on other meshes or with other steps, under a new number of mesh and steps.
+    /// Journal, work and weights stay.
     pub fn with_experiments<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
     where
         'a: 'b,
@@ -126,18 +132,18 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Work so far, in full simulations.
+    /// Work so far, in full simulations of all experiments on the present mesh.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
 
-    /// Ends of the records, s, one per experiment.
+    /// The end of the records of each experiment, s.
     pub fn durations(&self) -> Vec<f64> {
         self.experiments.iter().map(Experiment::duration).collect()
     }
 
-    /// About the first period of every experiment times `stretch`, s, and at least the time of enough samples to determine
-    /// the unknowns; zero without motion.
+    /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its records. At least
+    /// the time of enough samples to determine the unknowns, at most the duration; zero without motion.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
@@ -152,29 +158,30 @@ impl<'a> Search<'a> {
         self.experiments.iter().map(first).collect()
     }
 
-    /// Reports the stage and the work so far.
+    /// Reports the `stage` and the work so far, in full simulations, to the progress callback.
     pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
             progress(stage, self.simulations());
         }
     }
 
-    /// Whether the user stopped the fit.
+    /// Whether the stop flag of any experiment is set: the user stopped the fit.
     pub fn is_stopped(&self) -> bool {
         self.experiments.iter().any(|e| e.problem.is_stopped())
     }
 
-    /// Records an evaluated point.
+    /// Records an evaluated point in the journal, with the work so far.
     pub fn record_visit(&self, visit: Visit) {
         self.journal.visit(visit, self.work.total());
     }
 
-    /// The residuals of the whole records.
+    /// The residuals of the whole records, as functions of the unknowns, with the leverage weights.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
         Ok(self.residuals(&self.durations())?.with_leverage_weights(&self.leverage_weights))
     }
 
-    /// The residuals up to `horizons`, s, one per experiment.
+    /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns, without leverage
+    /// weights.
     pub fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
         let residuals =

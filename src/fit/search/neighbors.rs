@@ -1,9 +1,10 @@
 //! Starts near a minimum whose residuals are more than white noise.
 //!
-//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it, and
-//! the grid of the scan is too coarse for the minima. A fit then ends in a wrong minimum with residuals of about 1 % of
-//! the motion, which are correlated. So the objective of the full model is evaluated along
-//! each scanned unknown, more finely than by the scan. The minima on these lines are starts.
+//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it, and the grid
+//! of the scan is too coarse for the minima. A fit then ends in a wrong minimum with residuals of about 1 % of the motion,
+//! which are correlated. So the objective of a coarse model over [`PERIODS`] first periods is evaluated on lines through the
+//! optimum along each scanned unknown, with [`SPACING`], more finely than by the scan. Output: the minima on these lines
+//! other than the optimum's own, with at most [`HIGHEST`] times its objective, as starts, at most [`MOST_STARTS`].
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -24,21 +25,23 @@ const COARSE_STEPS: f64 = 24.0;
 /// Horizon of the objective, in first periods. Over longer horizons the minima along a stiffness are
 /// narrower than the spacing.
 pub(crate) const PERIODS: f64 = 4.0;
-/// Largest objective of a start over that of the minimum.
+/// Largest objective of a start over that of the minimum, both of the coarse model. A larger one adds starts that are less
+/// likely to end lower.
 const HIGHEST: f64 = 4.0;
-/// Largest number of lines.
+/// Largest number of unknowns along which lines are evaluated. Each line costs 17 simulations of the coarse model.
 const MOST_LINES: usize = 3;
-/// Largest number of starts.
+/// Largest number of starts. Each costs a fit of the full model.
 const MOST_STARTS: usize = 3;
 
-/// A point on a line with its objective.
+/// A point on a line, on the unknowns' scales of the full model, with its objective of the coarse model.
 struct LinePoint {
     x: Vec<f64>,
     objective: f64,
 }
 
 impl Search<'_> {
-    /// Starts near an optimum: minima of the objective along the scanned unknowns, the lowest first.
+    /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along the scanned unknowns, the lowest
+    /// first.
     pub fn neighboring_starts(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
@@ -50,6 +53,7 @@ impl Search<'_> {
             coarse = CoarseModel::from_full_model(self);
             own = self.coarse_objectives(&coarse, &horizons, vec![optimum.x.clone()])?;
         }
+        // Only positive parameters that are no damping have several minima of the objective along them.
         let mut starts: Vec<LinePoint> = Vec::new();
         let lines: Vec<usize> = (0..self.unknowns.len()).filter(|j| self.is_scanned(*j)).collect();
         let highest = HIGHEST * own[0].objective;
@@ -74,7 +78,7 @@ impl Search<'_> {
         Ok(starts.into_iter().map(|point| point.x).collect())
     }
 
-    /// Whether the scan had several values of an unknown, and the objective may have several minima along it: along a
+    /// Whether the scan had several values of unknown `j`, and the objective may have several minima along it: along a
     /// damping it has one.
     fn is_scanned(&self, j: usize) -> bool {
         let unknown = &self.unknowns[j];
@@ -83,7 +87,8 @@ impl Search<'_> {
             && self.journal.scanned_values(j).len() > 2
     }
 
-    /// Points within the bounds on a line through an optimum along unknown `j`, in ascending order.
+    /// Points within the bounds on the line through an optimum along unknown `j`, in ascending order: up to [`POINTS`] to
+    /// each side.
     fn line(&self, optimum: &Optimum, j: usize) -> Vec<Vec<f64>> {
         let [low, high] = self.unknowns[j].scaled_bounds();
         let values = (-POINTS..=POINTS).map(|k| optimum.x[j] + SPACING * f64::from(k));
@@ -96,8 +101,8 @@ impl Search<'_> {
         values.map(point).collect()
     }
 
-    /// The objective of a coarse model up to `horizons`, s, at some points of the full one; infinite where the simulation
-    /// fails.
+    /// The objective (half the sum of squares) of a coarse model up to `horizons`, s, at `points` of the full one; infinite
+    /// where the simulation fails.
     fn coarse_objectives(
         &self,
         coarse: &CoarseModel,

@@ -1,4 +1,10 @@
 //! Runs of the Levenberg-Marquardt optimizer, and the optimum at which a run ends.
+//!
+//! Input: residuals as functions of the unknowns, and a start on the unknowns' scales. A run ends by [`Tolerances`]: a small
+//! Gauss-Newton step, or a change of the model below a fraction of the residuals' standard deviation. Bounds and the length
+//! of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`] with the point, the cost, plain residuals
+//! and Jacobian (robust loss and leverage weights inverted), and the reason of the end. Each iterate enters the journal of
+//! the search.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -17,20 +23,21 @@ use std::sync::Arc;
 
 /// Largest step of a logarithm: a factor of a hundred. The linear model does not hold over larger factors.
 const LONGEST_LOG_STEP: f64 = 4.6;
-/// Size of the last step, in standard errors, below which it is taken without another simulation.
+/// Size of the last step, in standard errors, below which it is taken without another simulation. A larger one saves
+/// simulations and leaves a larger error of the linear model.
 const LAST_STEP: f64 = 0.05;
-/// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable is rough,
-/// whose parts slip on each other.
+/// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable whose
+/// parts slip on each other is rough.
 const PATIENCE: usize = 3;
-/// Relative step at which a fit of the full model to the whole records ends.
+/// Gauss-Newton step, on the unknowns' scales, at which a fit of the full model to the whole records ends.
 const FULL_STEP: f64 = 1e-10;
-/// Largest number of iterations of that fit.
+/// Largest number of iterations of a fit of the full model to the whole records.
 const FULL_ITERATIONS: u64 = 60;
-/// The message of a fit none of whose starts led to an optimum.
+/// Error message of a fit none of whose starts led to an optimum.
 pub(crate) const NO_START: &str =
     "no start value for the fit was found. Give a start or bounds for each parameter";
 
-/// Stopping criteria of the optimizer.
+/// Stopping criteria of a run of the optimizer.
 #[derive(Clone, Copy)]
 pub(crate) struct Tolerances {
     /// Largest Gauss-Newton step that ends it, on the scales of the unknowns.
@@ -41,7 +48,7 @@ pub(crate) struct Tolerances {
     pub iterations: u64,
 }
 
-/// The end of a run of the optimizer.
+/// The point where a run of the optimizer ended, with residuals and Jacobian there.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Optimum {
     /// The unknowns on their scales.
@@ -70,12 +77,13 @@ impl Optimum {
 }
 
 impl Search<'_> {
-    /// Fits the full model to the whole records from a start.
+    /// Fits the full model to the whole records from the point `start`, on the unknowns' scales.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
 
-    /// Fits the full model to the whole records from a start at which all experiments were simulated with derivatives.
+    /// Fits the full model to the whole records from the point `start`, at which `runs` are the simulations of all
+    /// experiments with derivatives.
     pub fn polish_from_runs(
         &self,
         start: &[f64],
@@ -98,7 +106,8 @@ impl Search<'_> {
         self.polish_from(start.into_evaluation())
     }
 
-    /// Fits the full model to the whole records from a known evaluation, without simulating it again.
+    /// Fits the full model to the whole records from the evaluation `start` (point, residuals, Jacobian), without simulating
+    /// it again.
     pub fn polish_from(&self, start: Evaluation) -> Result<Optimum, Error> {
         let x = start.x.clone();
         self.finish(self.all_residuals()?.with_evaluation(start), &x)
@@ -114,8 +123,8 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// Minimizes half the sum of squares of `residuals` from a start. Iterates are recorded as of `stage`, or not at all
-    /// without one.
+    /// Minimizes half the sum of squares of `residuals` from the point `start`, within the unknowns' bounds. Iterates enter
+    /// the journal as of `stage`, or not at all without one. An error if the start cannot be simulated.
     pub fn optimize(
         &self,
         residuals: Residuals,
@@ -186,7 +195,7 @@ impl Search<'_> {
         })
     }
 
-    /// The local minima of the misfit, of which `chosen` is the result.
+    /// The report of the local minima that the search found, of which `chosen` is the result.
     pub fn local_minima(&self, chosen: Option<&Optimum>) -> LocalMinima {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
         self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
@@ -206,7 +215,7 @@ struct Observer {
 }
 
 impl Observer {
-    /// Records an iterate.
+    /// Records an iterate in the journal, with the robust loss of its residuals inverted.
     fn record(&self, state: &LeastSquaresState) {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
@@ -225,6 +234,7 @@ impl Observer {
 }
 
 impl Observe<LeastSquaresState> for Observer {
+    /// Records the start of the run.
     fn observe_init(
         &mut self,
         _: &str,
@@ -235,6 +245,7 @@ impl Observe<LeastSquaresState> for Observer {
         Ok(())
     }
 
+    /// Records an iterate, and reports iteration number, misfit and work so far (in full simulations).
     fn observe_iter(
         &mut self,
         state: &LeastSquaresState,

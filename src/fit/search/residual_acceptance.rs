@@ -1,4 +1,10 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
+//!
+//! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most [`UNEXPLAINED`] of the
+//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise by the tests of `misfit::residual_tests`. Plausible is at
+//! most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the rod's length. The search uses these
+//! predicates to stop or to continue with other starts. [`residual_tests()`] and [`is_noisy`] serve the warnings and the grade,
+//! also for AR(1) noise.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -9,19 +15,23 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::total_order;
 
-/// Largest RMS residual of rounding errors, over the length of the rod.
+/// Largest RMS residual that is ascribed to rounding errors of exact data, over the length of the rod (the scale of the
+/// measurement).
 const ROUNDING: f64 = 1e-8;
-/// Smallest RMS residual of a wrong minimum, over the RMS of the motion.
+/// Smallest RMS residual of a wrong minimum, over the RMS of the motion. Below it mesh and step may explain the residuals,
+/// above it hardly.
 const WRONG_MINIMUM: f64 = 0.5;
-/// Largest RMS residual of an acceptable fit, in given sigmas.
+/// Largest RMS residual of an acceptable fit, in given sigmas. A smaller number continues the search where the given sigma is
+/// too small.
 const ACCEPTABLE_SIGMAS: f64 = 3.0;
-/// Fewest values per coordinate with which the tests detect residuals other than noise.
+/// Smallest number of values per coordinate with which the tests detect residuals other than noise.
 const ENOUGH: usize = 30;
-/// Name of the coordinate along the normal of a center line.
+/// Name of the coordinate along the normal of a center line, for residuals of shapes with fitted arc lengths.
 pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
-    /// Whether the residuals of every measurement are at most a tenth of its motion, three sigma, or noise.
+    /// Whether the RMS residual of every measurement is at most a tenth of its motion or three given sigmas, or its residuals
+    /// are white noise.
     pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -43,7 +53,7 @@ impl Search<'_> {
         })
     }
 
-    /// RMS residual over the RMS of the motion, both in sigmas, of a misfit `cost` of the first `counts` values of each
+    /// RMS residual over the RMS of the motion, both in sigmas, for the objective `cost` of the first `counts` values of each
     /// measurement.
     pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
@@ -53,7 +63,7 @@ impl Search<'_> {
         (2.0 * cost / own.map(square).sum::<f64>()).sqrt()
     }
 
-    /// Whether the residuals of all measurements are rounding errors.
+    /// Whether the RMS residuals of all measurements are at the level of rounding errors.
     pub fn is_rounding(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         let mut measured = self.measured(optimum).zip(spreads);
@@ -62,7 +72,7 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the residuals are noise by all tests, or rounding errors.
+    /// Whether the residuals of all coordinates are white noise by all tests, or all are rounding errors.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let significance = self.significance_level();
         let mut tests =
@@ -70,14 +80,15 @@ impl Search<'_> {
         self.is_rounding(optimum) || tests.all(|tests| tests.is_noise())
     }
 
-    /// Level of significance of each coordinate, by the number of all measured coordinates.
+    /// Significance level of the tests of each coordinate, by the number of all measured coordinates (correction for multiple
+    /// tests).
     pub fn significance_level(&self) -> f64 {
         let coordinates = all(self.experiments).map(|(e, m)| m.coordinates(&e.problem).len());
         residual_tests::significance_level(coordinates.sum())
     }
 
-    /// Root mean square residual of each measurement, in its unit, with the weights of growing sensitivities. That of a robust
-    /// loss hardly depends on outliers.
+    /// Root mean square residual of each measurement, in its unit, with the weights of growing sensitivities. That of a
+    /// robust loss hardly depends on outliers.
     pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
         let weights = self.growth_weights();
         let spread = |MeasuredResiduals { measurement, sigma, residuals, rows, .. }| {
@@ -98,14 +109,14 @@ impl Search<'_> {
     }
 }
 
-/// Values in ascending order of their abscissas.
+/// Values of one coordinate in ascending order of their abscissas (times, s, or arc lengths, m).
 struct SortedValues {
     abscissas: Vec<f64>,
     values: Vec<f64>,
 }
 
 impl SortedValues {
-    /// From pairs of abscissa and value.
+    /// Sorts pairs of abscissa and value.
     fn new(mut pairs: Vec<[f64; 2]>) -> Self {
         pairs.sort_by_cached_key(|pair| total_order(pair[0]));
         let (abscissas, values) = pairs.into_iter().map(|[x, y]| (x, y)).unzip();
@@ -114,7 +125,7 @@ impl SortedValues {
 }
 
 /// Tests of the residuals of every coordinate of a measurement, at this level of `significance`. `correlation` returns the
-/// lag-1 correlation of the noise of an axis. Frequencies have no order, and no tests.
+/// lag-1 correlation of the noise of an axis (0: white). Empty for frequencies, which have no order.
 pub(crate) fn residual_tests(
     MeasuredResiduals { experiment, measurement, residuals, .. }: &MeasuredResiduals,
     correlation: impl Fn(&str) -> f64,
@@ -149,8 +160,8 @@ pub(crate) fn residual_tests(
     tests.collect()
 }
 
-/// Whether residuals with this root mean square are AR(1) or white noise by tests with enough values. `correlation` returns
-/// the lag-1 correlation of the noise of an axis.
+/// Whether the residuals of a measurement are white or AR(1) noise by tests with enough values. Their root mean square `rms`,
+/// in its unit, must be at most half of the motion. `correlation` returns the lag-1 correlation of the noise of an axis.
 pub(crate) fn is_noisy(
     own: &MeasuredResiduals,
     rms: f64,

@@ -1,8 +1,11 @@
-//! The scan: the misfit of the coarse model over a grid of values of the unknowns, fine enough for the basins of all relevant
-//! minima. Over the first period the misfit has few minima, with wide basins.
+//! The scan: the misfit of the coarse model over the first period at every point of a grid of values of the unknowns. Over
+//! the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
 //!
-//! Threads share the points. The results are processed in the order of the grid, so that neither the results nor the history
-//! depend on the number of threads.
+//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or the range of its
+//! kind of parameter, within the bounds. The grid has at most [`MOST_POINTS`] points. Output: [`Candidate`]s, all simulated
+//! points with misfit and a lower bound for a descent from them, and the grid in the journal. Threads share the points. The
+//! results are processed in the order of the grid, so that neither the results nor the history depend on the number of
+//! threads.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;
@@ -19,22 +22,28 @@ use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan where both are unknown: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
-/// Largest number of points of the scan. With more unknowns each has fewer values.
+/// Largest number of points of the scan, each of which costs a simulation of the coarse model. With more unknowns each has
+/// fewer values.
 const MOST_POINTS: usize = 6000;
-/// Number of points between two reports of progress.
+/// Number of points between two reports of progress and checks for an interruption. A smaller number reports more often, but
+/// leaves threads idle at the end of each batch.
 const BATCH: usize = 16;
-/// Number of points that a thread takes at a time.
+/// Number of points that a thread evaluates at a time. Points of a share have one set of residuals in common, which takes
+/// time to prepare.
 const SHARE: usize = 2;
-/// Range of the values about a hint of Young's modulus: factors to both sides.
+/// Range of the scanned values of Young's modulus about its start or prior mean, as factors to both sides. A wider range
+/// finds the minimum from a worse start, at the cost of more points.
 const MODULUS_RANGE: [f64; 2] = [1e-3, 1e3];
-/// Values per decade of Young's modulus in that range.
+/// Number of scanned values per decade of Young's modulus in that range. More values cost more simulations; fewer may miss
+/// the basin of the minimum.
 const MODULUS_PER_DECADE: f64 = 3.0;
-/// Range of the values about a hint of any other positive parameter: the factor to both sides.
+/// Range of the scanned values of any other positive parameter about its start or prior mean: the factor to both sides.
 const HINT_RANGE: f64 = 30.0;
-/// Values per decade in that range.
+/// Number of scanned values per decade in that range. More values cost more simulations; fewer may miss the basin of the
+/// minimum.
 const HINT_PER_DECADE: f64 = 1.4;
-/// Number of values of Young's modulus that count as one of another unknown when lists are thinned: the misfit has most
-/// minima over Young's modulus.
+/// Factor by which the list of Young's modulus may be longer than others before it is halved: the misfit has most minima over
+/// Young's modulus.
 const MODULUS_SHARE: usize = 8;
 
 /// A point on the unknowns' scales from which the coarse model may descend.
@@ -47,7 +56,7 @@ pub(crate) struct Candidate {
     pub bound: f64,
 }
 
-/// A point of the scan, evaluated by a thread.
+/// Result of the evaluation of one point of the scan by a thread.
 struct ScannedPoint {
     /// Misfit and plain residuals.
     found: Result<(f64, Vec<f64>), Error>,
@@ -57,8 +66,8 @@ struct ScannedPoint {
     is_full: bool,
 }
 
-/// Evaluates the coarse model at some points up to the horizons `first`, s. Where it fails at the given start, the full model
-/// is evaluated instead.
+/// Evaluates the model of the `coarse` search at `points` up to the horizons `first`, s. Where this fails at the given start,
+/// the `full` model is evaluated instead. One result per point.
 fn evaluate_points(
     coarse: &Search,
     full: &Search,
@@ -82,20 +91,21 @@ fn evaluate_points(
     Ok(points.iter().map(evaluate).collect())
 }
 
-/// The misfit at `x`, and the plain residuals.
+/// Half the sum of squares of the residuals at `x`, and the plain residuals.
 fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
     Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain_residuals(x)?))
 }
 
-/// Whether a point is at all given starts, and there is one.
+/// Whether the point `x`, on the unknowns' scales, is at all given starts, and there is one.
 fn is_start(unknowns: &[Unknown], x: &[f64]) -> bool {
     let starts = || unknowns.iter().zip(x).filter_map(|(u, x)| Some((u.to_scale(u.start?), x)));
     starts().next().is_some() && starts().all(|(start, x)| (start - x).abs() < 1e-9)
 }
 
 impl Search<'_> {
-    /// Evaluates the coarse model over the first periods `first`, s, at every combination of candidate values. With a
-    /// `refinement` above 1 there are additional values half-way. The candidates are all points that could be simulated.
+    /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values. With a
+    /// `refinement` above 1 there are additional values half-way. Returns all points that could be simulated; an error if
+    /// there is none.
     pub fn scan(
         &self,
         coarse: &CoarseModel,
@@ -149,7 +159,7 @@ impl Search<'_> {
         }
         let points = grid.points.iter().enumerate();
         let simulated = points.filter(|(_, point)| point.misfit < f64::INFINITY);
-        // Candidates: all simulated points, with the bound of what a descent from them may reach.
+        // Candidates: all simulated points, with the lower bound of the misfit for a descent from them.
         let candidate = |(i, point): (usize, &GridPoint)| Candidate {
             // Descents begin with the coarse model.
             x: match is_full[i] {
@@ -176,7 +186,8 @@ impl Search<'_> {
         }
     }
 
-    /// Candidate values of each unknown on its scale, and all their combinations; the values of the last unknown vary fastest.
+    /// Scanned values of each unknown on its scale, and all their combinations, of which the values of the last unknown vary
+    /// fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way.
     fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
@@ -222,8 +233,8 @@ impl Search<'_> {
         (axes, points)
     }
 
-    /// Values of an unknown in the scan, in its unit: a range in the first experiment that has it, or one value of an unknown of
-    /// driven rods other than Young's modulus. `first` are the first periods, s.
+    /// Values of an unknown in the scan, in its unit: a range in the first experiment that has it, or one value for an
+    /// unknown of driven rods other than Young's modulus. `first` are the first periods, s.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
         let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
         if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
@@ -244,7 +255,7 @@ impl Search<'_> {
         }
     }
 
-    /// The index of the unknown Young's modulus of the same rod as another unknown.
+    /// The index of the unknown Young's modulus of the same rod as another unknown; `None` if it is not identified.
     fn youngs_modulus_of_rod(&self, unknown: &Unknown) -> Option<usize> {
         self.unknowns.iter().position(|u| {
             u.parameter == Parameter::YoungsModulus
@@ -254,7 +265,7 @@ impl Search<'_> {
 }
 
 impl Unknown {
-    /// Whether it is Young's modulus, which determines the period of the motion and is scanned over decades.
+    /// Whether the unknown is Young's modulus, which determines the period of the motion and is scanned over decades.
     pub(super) fn is_stiffness(&self) -> bool {
         self.parameter == Parameter::YoungsModulus
     }

@@ -32,12 +32,12 @@ const MAX_PHASE_SENSITIVITY: f64 = 10.0;
 const MAX_LINEAR_GROWTH: f64 = 5.0;
 /// About a first period over the time in which a record reaches its first extreme.
 const PERIOD_OF_RISE: f64 = 2.0;
-/// Largest number of fits after which the weights are those of the optimum to which they lead.
+/// Largest number of fits by which weights and optimum are brought into agreement. Each costs a fit of the whole records.
 const MOST_WEIGHTINGS: usize = 4;
-/// Largest ratio of two weights that are taken to be the same.
+/// Largest ratio of two weights that are taken to be the same; at it the iteration of weights and fits ends.
 const SAME_WEIGHT: f64 = 1.2;
 
-/// Exponential growth of the sensitivities in the motion of an experiment.
+/// Exponential growth of the sensitivities in the motion of an experiment, with the weights of its values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SensitivityGrowth {
     /// Name of the experiment.
@@ -54,7 +54,7 @@ pub(crate) struct SensitivityGrowth {
     weights: Vec<TimedWeight>,
 }
 
-/// A weight that holds from a time on.
+/// A weight that holds from a time on until the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TimedWeight {
     /// s.
@@ -62,7 +62,7 @@ struct TimedWeight {
     weight: f64,
 }
 
-/// The sensitivities of one recorded position.
+/// The sensitivities of one recorded position to all unknowns.
 struct SampleSensitivity {
     /// s.
     time: f64,
@@ -131,7 +131,7 @@ impl SensitivityGrowth {
         Some(Self { experiment, onset, excess, later, values, weights })
     }
 
-    /// The warning: the growth with its onset, the `consequence` for later values, and the recommended action.
+    /// The text of a warning: the growth with its onset, the `consequence` for later values, and the recommended action.
     pub fn describe(&self, consequence: &str) -> String {
         let Self { experiment, onset, excess, .. } = self;
         let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
@@ -142,14 +142,15 @@ impl SensitivityGrowth {
         )
     }
 
-    /// The weight of a value at `time`, s.
+    /// The weight, 0 to 1, of a value at `time`, s.
     fn weight(&self, time: f64) -> f64 {
         let after = self.weights.partition_point(|w| w.time <= time);
         self.weights[after.saturating_sub(1)].weight
     }
 }
 
-/// The sensitivities of all recorded positions of an experiment, in the order of their times.
+/// The sensitivities of all recorded positions of an experiment, in the order of their times. `rows` are the derivatives of
+/// its residuals in units of `sigmas`, one per measurement.
 fn samples(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -160,11 +161,13 @@ fn samples(
     let mut samples = Vec::new();
     let mut rest = rows.iter();
     for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
+        // Rows are in the order of the measurements: each takes its own.
         let mut own = rest.by_ref().take(measurement.values());
         if let Some(observation) = measurement.motion() {
             let mut sigmas = measurement.sigmas(*sigma).into_iter();
             for sample in &observation.samples {
                 let mut squares = vec![0.0; unknowns.len()];
+                // A residual is in units of sigma: times sigma it is a displacement, of which the coordinates are combined.
                 for _ in sample.position.iter().flatten() {
                     let (Some(row), Some(sigma)) = (own.next(), sigmas.next()) else { break };
                     for (square, d) in squares.iter_mut().zip(row) {
@@ -183,7 +186,8 @@ fn samples(
     samples
 }
 
-/// The growth in every experiment; none where there is none. `rows` are the derivatives of all residuals.
+/// The growth of sensitivities in every experiment; `None` where there is none. `rows` are the derivatives of all residuals
+/// by the unknowns on their scales, in units of `sigmas`, one per measurement.
 pub(crate) fn growths(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -201,7 +205,7 @@ pub(crate) fn growths(
     experiments.iter().map(of).collect()
 }
 
-/// The leverage weight of every value of the experiments, in the order of the residuals; empty where nothing grows.
+/// The leverage weight of every value of the experiments, in the order of the residuals; empty where no sensitivities grow.
 pub(crate) fn growth_weights(
     experiments: &[Experiment],
     growths: &[Option<SensitivityGrowth>],
@@ -225,23 +229,24 @@ pub(crate) fn growth_weights(
 }
 
 impl Search<'_> {
-    /// The leverage weights of growing sensitivities; empty where there are none, or the weights are those of leverages.
+    /// The leverage weights of growing sensitivities; empty where there are none, and for driven rods, whose weights are
+    /// those of leverages.
     pub fn growth_weights(&self) -> &[f64] {
         if self.is_displacement_driven() { &[] } else { &self.leverage_weights }
     }
 
-    /// The weight of residual `k` by growing sensitivities.
+    /// The weight of the residual with index `k` by growing sensitivities; 1 without growth.
     pub fn growth_weight(&self, k: usize) -> f64 {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
 
-    /// For every unknown, the growth in time of its sensitivities at an optimum, if one is found.
+    /// For every experiment, the growth in time of its sensitivities at an optimum; `None` where there is none.
     pub fn growths(&self, optimum: &Optimum) -> Vec<Option<SensitivityGrowth>> {
         growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
     }
 
-    /// The optimum with the leverage weights of the growing sensitivities at it; the same optimum without growth. The search
-    /// takes the weights.
+    /// The optimum with the leverage weights of the growing sensitivities at it; the same optimum without growth. The weights
+    /// become those of the search.
     pub fn with_growth_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         // Motions between recorded ends have leverage weights by the size of their derivatives.
         if self.is_displacement_driven() {
@@ -263,7 +268,8 @@ impl Search<'_> {
     }
 }
 
-/// Whether the logarithms of no two weights differ by as much as `tolerance`. Weights where a list ends are 1.
+/// Whether no logarithms of two weights at the same place differ by as much as `tolerance`. Beyond the end of a list weights
+/// are 1.
 pub(crate) fn are_alike(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     let at = |weights: &[f64], i: usize| weights.get(i).copied().unwrap_or(1.0);
     (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < tolerance)

@@ -1,10 +1,11 @@
-//! The global search: starts of the optimizer without a given start, or where the given one may be far from the optimum.
+//! The global search of the optimum, without a given start, or where the given one may be far from the optimum.
 //!
-//! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration
-//! every few periods. Over the first period there is only one. So a coarse model is scanned over the
-//! first period. It descends from the best candidate and from those that may end lower, over a growing horizon. The full
-//! model follows, from the horizon at which the bias of the coarse model is still inside the basin. The
-//! remaining candidates descend only if the residuals of the optimum are more than noise.
+//! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods. Over the
+//! first period there is only one. So a coarse model is scanned over the first period. It descends from the best candidate
+//! and from those that may end lower, over a growing horizon. The full model follows, from the horizon at which the bias of
+//! the coarse model is still inside the basin. The remaining candidates descend only if the residuals of the optimum are more
+//! than noise; then finer scans follow ([`LEVELS`]), the given start, and starts near the minimum (`neighbors`). Output: the
+//! optimum with the lowest objective of all starts, or the last error.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -19,38 +20,44 @@ use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
 use rayon::prelude::*;
 
-/// Largest number of candidates of a scan that descend.
+/// Largest number of candidates of a scan that descend, on a grid that is not refined. More find more minima, at the cost of
+/// a descent each.
 const CANDIDATES: usize = 4;
-/// Smallest distance of two candidates on the scales of the unknowns.
+/// Smallest distance of two candidates on the scales of the unknowns: a factor of 2.5 of a positive parameter.
 const CANDIDATE_DISTANCE: f64 = 0.9;
-/// Largest distance of two points that are the same to the coarse model.
+/// Largest distance, on the scales of the unknowns, of two points that are the same to the coarse model.
 const SAME_COARSE: f64 = 1e-2;
-/// Largest misfit of a candidate over the best one, while the horizon of the coarse model grows.
+/// Largest misfit of a candidate over the best one, while the horizon of the coarse model grows. A larger ratio keeps more
+/// candidates, at the cost of a descent of each per horizon.
 const COMPETITIVE: f64 = 4.0;
-/// Number of candidates of the coarse model that start the full one.
+/// Number of candidates of the coarse model from which the full one starts. Each costs a fit of the full model.
 const FULL_STARTS: usize = 2;
 
 /// Time steps of the coarse model in the first period, in the scan, which determines only the basin.
 const SCAN_STEPS: f64 = 24.0;
-/// The same in descents of the coarse model.
+/// Time steps of the coarse model in the first period, in its descents. More leave less bias at the end of a descent, at a
+/// proportional cost.
 const COARSE_STEPS: f64 = 48.0;
 
-/// Least factor by which the horizon of the coarse model grows.
+/// Smallest factor by which the horizon of the coarse model grows from descent to descent. A larger factor takes fewer
+/// descents, but may leave the basin between two horizons.
 const LEAST_GROWTH: f64 = 2.0;
 /// Relative RMS residual up to which the horizon grows faster. The residuals of wrong unknowns grow in proportion to the
 /// horizon.
 const UNEXPLAINED_AT_HORIZON: f64 = 0.1;
 
-/// Largest distance from a start to an optimum to which it may have led, on the scales of the unknowns.
+/// Largest distance from a start to an optimum in the same basin, on the scales of the unknowns. A larger distance omits
+/// given starts that would lead to another optimum; a smaller one repeats fits.
 const BASIN: f64 = 0.3;
-/// Largest number of times that the search continues from a minimum to a lower one near it.
+/// Largest number of times that the search continues from a minimum to a lower one near it. Each costs lines of coarse
+/// simulations and up to three fits.
 const MOST_NEIGHBORHOODS: usize = 4;
-/// Work, in full simulations, after which no finer scan begins. Most optima are found within 50.
+/// Work, in full simulations, after which no finer scan and no further neighborhood begins. Most optima are found within 50.
 const MOST_WORK: f64 = 1000.0;
 
-/// Stopping criteria of the descents of the coarse model, whose optimum is only a start.
+/// Stopping criteria of the descents of the coarse model. They are loose, because its optimum is only a start.
 const COARSE_DESCENT: Tolerances = Tolerances { step: 1e-4, noise: 1e-2, iterations: 12 };
-/// Stopping criteria of the full model over a part of the records.
+/// Stopping criteria of the full model over a part of the records, whose optimum is the start over the next part.
 const GROWING_DESCENT: Tolerances = Tolerances { step: 1e-5, noise: 1e-2, iterations: 20 };
 
 /// Extent of a scan and of the descents from its candidates.
@@ -65,9 +72,9 @@ struct ScanLevel {
     growth: f64,
 }
 
-/// Levels in their order, until an optimum is acceptable. The coarse model identifies the modulus of a
-/// stiff rod to a few per cent, which is inside the basin of a record of 16 periods. A
-/// soft rod that whips needs the full model from the first period on.
+/// Levels of the search in their order, until an optimum is acceptable. The coarse model identifies the modulus of a stiff
+/// rod to a few per cent, which is inside the basin of a record of 16 periods. A soft rod that whips needs the full model
+/// from the first period on.
 const LEVELS: [ScanLevel; 4] = [
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 16.0, growth: 4.0 },
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 1.0, growth: 1.5 },
@@ -75,11 +82,11 @@ const LEVELS: [ScanLevel; 4] = [
     ScanLevel { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
 ];
 
-/// The whole records at once, from a start that may be right.
+/// Level of a fit of the whole records at once, from a start that may be right.
 const AT_ONCE: ScanLevel =
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: f64::MAX, growth: 4.0 };
 
-/// From a minimum over a few first periods near another minimum.
+/// Level of a fit from a start near another minimum, found over a few first periods.
 const NEIGHBOR: ScanLevel =
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: neighbors::PERIODS, growth: 2.0 };
 
@@ -97,7 +104,7 @@ struct CoarseScan {
     others: Vec<Candidate>,
 }
 
-/// The candidates of a scan that descend.
+/// Selection of the candidates of a scan from which the coarse model descends.
 #[derive(Clone, Copy, PartialEq)]
 enum Descents {
     /// The best one, and those that may end lower than it.
@@ -113,15 +120,16 @@ struct StartResults {
 }
 
 impl StartResults {
-    /// Whether there is a best optimum that satisfies the condition.
+    /// Whether there is a best optimum, and it satisfies the condition.
     fn has(&self, condition: impl Fn(&Optimum) -> bool) -> bool {
         self.best.as_ref().is_some_and(condition)
     }
 }
 
 impl Search<'_> {
-    /// The best optimum of all starts. Finer scans follow as long as the residuals are not acceptable, or the optimizer did not
-    /// converge, as where halved steps make the misfit discontinuous.
+    /// The best optimum of all starts. Finer scans follow as long as its residuals are not acceptable, or the optimizer did
+    /// not converge, as where halved steps make the misfit discontinuous. A search that stops at the first fit needs only
+    /// plausible residuals.
     pub fn global_optimum(&self) -> Result<Optimum, Error> {
         let is_acceptable = |b: &Optimum| {
             b.converged
@@ -192,7 +200,8 @@ impl Search<'_> {
         best.ok_or_else(|| failure.unwrap_or_else(|| Error::Fit(NO_START.into())))
     }
 
-    /// Fits the full model from a start, and adds the optimum or the failure to the results.
+    /// Fits the full model from the point `start`, and adds the optimum, if it is the best one, or the failure to `results`.
+    /// An error only if the user stopped the fit.
     fn try_start(
         &self,
         start: &[f64],
@@ -208,8 +217,9 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The given starts, with the values of the `best` optimum for the other unknowns. Without any given start it is the point
-    /// of the scene, if that has a lower cost than the best optimum. None if the best optimum is in the same basin.
+    /// The given starts, with the values of the `best` optimum for the other unknowns. Without any given start it is the
+    /// point of the scene, if that has a lower cost than the best optimum. `None` if the best optimum is in the same basin or
+    /// a value is missing.
     pub fn given_start(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
         let has_start = self.unknowns.iter().any(|unknown| unknown.start.is_some());
         let at = |(i, unknown): (usize, &Unknown)| {
@@ -230,7 +240,7 @@ impl Search<'_> {
         is_other.then_some(start)
     }
 
-    /// Scans the coarse model; the full one where the coarse one cannot be simulated anywhere.
+    /// Scans the coarse model at this level; the full one where the coarse one cannot be simulated anywhere.
     fn coarse_scan(&self, level: &ScanLevel) -> Result<CoarseScan, Error> {
         let ScanLevel { stretch, grid, .. } = *level;
         let first = self.first_periods(stretch);
@@ -244,7 +254,8 @@ impl Search<'_> {
         Ok(CoarseScan { stretch, grid, coarse, first, descended: Vec::new(), others })
     }
 
-    /// Starts of the full model: the best candidates after descents of the coarse model over growing horizons.
+    /// Starts of the full model, on the unknowns' scales: the best candidates of a `scan` after descents of the coarse model
+    /// over horizons that grow to the first one of the `level`. `descents` selects the candidates.
     fn starts(
         &self,
         scan: &mut CoarseScan,
@@ -295,7 +306,8 @@ impl Search<'_> {
         Ok(starts.map(|c| coarse.to_full_model(self, c.x)).collect())
     }
 
-    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads. A candidate whose fit fails stays.
+    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces each candidate by the
+    /// end of its fit. A candidate whose fit fails stays.
     fn descend(
         &self,
         coarse: &CoarseModel,
@@ -306,6 +318,7 @@ impl Search<'_> {
         let fit = |Candidate { x, .. }: &Candidate| {
             let search = model.detached();
             let residuals = search.residuals(horizons);
+            // Descents are not recorded one by one: only their ends enter the history.
             let end = residuals.and_then(|r| search.optimize(r, x, COARSE_DESCENT, None));
             (end, search.work.total())
         };
@@ -330,10 +343,12 @@ impl Search<'_> {
                 Err(_) => {}
             }
         }
+        // An interruption counts after all work is counted.
         if stopped { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    /// Fits the full model from `start`: over growing parts of the records, then over the whole records.
+    /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the `level`
+    /// on, then over the whole records. The end is recorded as a minimum.
     fn refine(&self, start: &[f64], level: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(level.stretch);
@@ -353,7 +368,7 @@ impl Search<'_> {
     }
 }
 
-/// The best scanned points that are not near a better one, at most `most`.
+/// The best scanned points that are no nearer than [`CANDIDATE_DISTANCE`] to a better one, at most `most`.
 fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     scanned.sort_by_cached_key(|x| total_order(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
@@ -366,7 +381,7 @@ fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidat
     candidates
 }
 
-/// Whether two points are the same to the coarse model.
+/// Whether two points on the unknowns' scales are the same to the coarse model.
 fn is_near(x: &[f64], y: &[f64]) -> bool {
     distance(x, y) < SAME_COARSE
 }

@@ -1,5 +1,9 @@
-//! The optimum with the weights that belong to it: sigmas that are not given are estimated from its residuals, by
-//! iteratively reweighted least squares.
+//! The optimum with the weights that belong to it: sigmas (standard deviations of measurements) that are not given are
+//! estimated from its residuals, by iteratively reweighted least squares.
+//!
+//! Input: a search with preliminary sigmas. At the global optimum each unknown sigma is set to the RMS residual of its
+//! measurement, corrected for the degrees of freedom. The fit is repeated from there until all sigmas change by less than
+//! [`SIGMA_TOLERANCE`]. Output: the optimum, with the sigmas and leverage weights in the search.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
@@ -7,15 +11,17 @@ use crate::fit::misfit::initial_sigmas::weights_depend_on_the_fit;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 
-/// Largest number of reweighted fits.
+/// Largest number of fits with new sigmas. Each costs a fit from the last optimum.
 const MOST_WEIGHTINGS: usize = 20;
-/// Relative change of all sigmas below which they have converged.
+/// Relative change of all sigmas below which they have converged. A change of 0.1 % of a sigma is far below its own
+/// uncertainty.
 const SIGMA_TOLERANCE: f64 = 1e-3;
-/// Smallest estimated sigma, over the length of the rod.
+/// Smallest estimated sigma of a measurement, over the length of the rod (its scale).
 const EXACT: f64 = 1e-12;
 
 impl Search<'_> {
-    /// The global optimum. The sigmas and leverage weights of the search become those of the optimum.
+    /// The global optimum, with the sigmas and leverage weights of the search set to those of the optimum. Without sigmas to
+    /// estimate the first optimum is the result.
     pub fn find_optimum(&mut self) -> Result<Optimum, Error> {
         self.journal.reweight(&self.sigmas);
         let optimum = match self.is_displacement_driven() {
@@ -43,8 +49,8 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// The sigma of every measurement, in its unit: the given one, or else an estimate from the residuals at an optimum,
-    /// corrected for the degrees of freedom.
+    /// The sigma of every measurement, in its unit: the given one, or else the RMS residual at an optimum, corrected for the
+    /// degrees of freedom that unknowns and fitted arc lengths take.
     pub fn estimated_sigmas(&self, optimum: &Optimum) -> Vec<f64> {
         let total = optimum.residuals.len() as f64;
         let freedom = (1.0 - self.unknowns.len() as f64 / total).max(1.0 / total);

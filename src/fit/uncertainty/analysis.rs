@@ -1,4 +1,8 @@
-//! Options of a fit for computations in addition to the estimate.
+//! Options of a fit for computations in addition to the estimate: the table `[analysis]` of a fit file, or `Fit::analyse`.
+//!
+//! [`Analysis`] has one field per computation: profile likelihood, bootstrap, observed information, discretization error,
+//! Monte Carlo, and sensitivity analysis. It also has the seed of the random numbers and the convergence criterion. By
+//! default only the linearized discretization error is on, and the sensitivity analysis where it is cheap.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -35,10 +39,12 @@ pub struct Analysis {
     pub tolerance: f64,
 }
 
-/// Default convergence criterion, in standard errors: a thousandth does not change a reported digit.
+/// Default convergence criterion: largest parameter step at the optimum, in standard errors. A thousandth does not change a
+/// reported digit.
 pub(crate) const TOLERANCE: f64 = 1e-3;
 
 impl Default for Analysis {
+    /// The linearized discretization error only, and sensitivities where they are cheap.
     fn default() -> Self {
         Self {
             profile: false,

@@ -1,4 +1,10 @@
 //! Assessment of an optimum: all analyses of a fit in their order, with their warnings.
+//!
+//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis, and
+//! returns a [`FitAssessment`] for the report. The order: sensitivities to inputs; residuals without the probable errors of
+//! known inputs and without discretization errors; estimates and intervals; discretization error, score tests and input
+//! sensitivities in parallel; tests of the residuals; requested intervals; uncertainty budgets; validity of the model;
+//! predictions of validation data. [`expected`] is the shorter assessment of a planned experiment, which has no data.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -54,32 +60,46 @@ use crate::fit::uncertainty::warnings::residuals::{
     doubtful_sigmas, excess_over_noise_scale, is_noise, test_residuals, unexplained_motion,
 };
 
-/// Estimates with their uncertainty, and all findings about an optimum.
+/// Result of an assessment: estimates with their uncertainty, and all findings about an optimum. Lists are empty where an
+/// analysis was not requested, not possible or failed.
 #[derive(Default)]
 pub(crate) struct FitAssessment {
+    /// One per unknown, in their order.
     pub estimates: Vec<Estimate>,
-    /// None without an optimum.
+    /// Gauss-Newton covariance; none without an optimum.
     pub covariance: Option<Covariance>,
+    /// Root mean square residual in m, without positions in rad/s, else in the unit of the first measurement.
     pub residual_rms: f64,
     /// Standard deviation of the noise of each measurement, in its unit.
     pub sigma: Vec<f64>,
+    /// Effects of robust losses, per measurement with one.
     pub losses: Vec<LossEffect>,
+    /// Discretization error of each parameter.
     pub discretization: Vec<DiscretizationError>,
+    /// Tests of the residuals of each coordinate for being noise.
     pub residual_tests: Vec<ResidualTests>,
+    /// Noise of each coordinate, estimated from differences of the samples.
     pub noise_scale: Vec<NoiseScale>,
+    /// Errors of predicted validation data.
     pub predictions: Vec<Prediction>,
+    /// Score tests of omitted effects, and undetected biases.
     pub discrepancy: ModelDiscrepancy,
+    /// Combinations of parameters that the data determine.
     pub determined_groups: Vec<DeterminedGroup>,
+    /// Free-run errors of recordings that drive the ends; none without such recordings.
     pub recordings: Option<RecordingErrors>,
+    /// Profile likelihoods, where requested.
     pub profiles: Vec<Profile>,
     pub warnings: Warnings,
 }
 
 /// Results of the stages before an assessment.
 pub(crate) struct AssessmentInputs<'a> {
+    /// Noise, covariance and bounds at the optimum.
     pub local: LocalAnalysis,
-    /// Bias by a mesh and a step that the program chose.
+    /// Bias by a mesh and a step that the program chose; none where it is not computed yet.
     pub bias: Option<DiscretizationBias>,
+    /// Warnings of the earlier stages, which the assessment continues.
     pub warnings: Warnings,
     /// Findings of the check before the search.
     pub suspicions: &'a [Suspicion],
@@ -87,8 +107,9 @@ pub(crate) struct AssessmentInputs<'a> {
     pub experiments: &'a [Experiment],
 }
 
-/// Computes the estimates of an optimum with their intervals and budgets, the tests of residuals and model, and all warnings.
-/// An analysis whose run fails is left out with a warning; without a covariance or after an interruption the result is an error.
+/// Assesses an optimum: estimates with intervals and budgets, tests of residuals and model, and all warnings. `chosen` is the
+/// bias by numerics of the program, `knowns` are the inputs with a standard uncertainty. An analysis whose run fails is left
+/// out with a warning. Errors: a covariance that cannot be computed, and an interruption.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -118,7 +139,8 @@ pub(crate) fn assess(
         None => linear_fit.identified.contains(&true).then(InputErrors::default),
     };
 
-    // Residuals without the most probable errors of known inputs; and, if they are no noise, without discretization errors.
+    // An error of a known input, or of a coarse mesh, is no fault of the model. So residuals are tested without the most
+    // probable errors of known inputs; and, if they are no noise, without discretization errors.
     let refined = RefinedResiduals::new(fitted, &local, &correction);
     let without_input_errors = |optimum: &Optimum, warnings: &mut Warnings| {
         let fitted = Fitted { search, optimum };
@@ -282,7 +304,9 @@ pub(crate) fn assess(
     })
 }
 
-/// Sensitivities to the known inputs, and to the unstated ones if `with_unstated`; a run that fails is a warning.
+/// Responses of the estimates to one standard uncertainty of the known inputs, and to +1 % of the unstated ones if
+/// `with_unstated`, from one run. None after an interruption, where no unknown is identified, or where the run fails. A
+/// failed run is a warning; it is repeated without the unstated inputs.
 fn sensitivities(
     fitted: Fitted,
     fit: &LinearFit,
@@ -317,7 +341,8 @@ fn sensitivities(
     (found.ok(), warnings)
 }
 
-/// Expected assessment of planned data, which have no residuals: without tests of them and discretization errors.
+/// Expected assessment of planned data: estimates, covariance, budget, undetected biases and warnings of an exact fit. Tests
+/// of the residuals and discretization errors are omitted, because planned data have no residuals.
 pub(crate) fn expected(
     fitted: Fitted,
     analysis: &Analysis,
@@ -355,7 +380,7 @@ pub(crate) fn expected(
 }
 
 /// Adds the requested intervals of other methods to the estimates: observed information, profile likelihood and bootstrap.
-/// Returns the profiles.
+/// `sigma` is the noise of each measurement, in its unit. Returns the profiles.
 fn add_requested_intervals(
     estimates: &mut [Estimate],
     fitted: Fitted,

@@ -1,4 +1,10 @@
-//! Estimate of a parameter in a report, with its uncertainty by all methods.
+//! Estimate of a parameter in a report: its value, and its uncertainty by every method.
+//!
+//! [`local_estimates`] creates one [`Estimate`] per unknown from the optimum and its local analysis. The value is corrected
+//! for the discretization bias of a mesh and step that the program chose. The 95 % interval is `x +- sqrt((k sd)^2 + e^2)` on
+//! the scale of the unknown, with the coverage factor `k`, the standard deviation `sd` and the remaining discretization error
+//! `e`. Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`] converts a shift of an
+//! unknown to a bias in its unit.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
@@ -99,12 +105,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The name, with the experiments if the parameter does not belong to all.
+    /// Name of the parameter, followed by its experiments in parentheses if it does not belong to all.
     pub fn label(&self) -> String {
         named(&self.name, &self.experiments)
     }
 
-    /// Estimate of an unknown without any uncertainty; not identifiable.
+    /// Estimate of an unknown with this value in its unit, without any uncertainty and marked as not identifiable.
     pub(crate) fn without_error(unknown: &Unknown, value: Option<f64>) -> Self {
         Self {
             name: unknown.parameter,
@@ -131,17 +137,18 @@ impl Estimate {
     }
 }
 
-/// Difference of an estimate to the true value.
+/// Bias of an estimate: its difference to the true value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParameterBias {
-    /// In the parameter's unit.
+    /// Estimate less true value, in the parameter's unit.
     pub change: f64,
-    /// As a fraction of the true value, of positive parameters.
+    /// The same as a fraction of the true value; none for parameters that may be negative.
     pub relative: Option<f64>,
 }
 
 impl ParameterBias {
-    /// Bias of an estimate `value` that differs from the true one by `shift` on the unknown's scale.
+    /// Bias of an estimate `value`, in its unit, that is `shift` too large on the unknown's scale (logarithm of a positive
+    /// parameter).
     pub fn new(unknown: &Unknown, value: f64, shift: f64) -> Self {
         match unknown.parameter.is_positive() {
             true => Self { change: -value * (-shift).exp_m1(), relative: Some(shift.exp_m1()) },
@@ -150,8 +157,9 @@ impl ParameterBias {
     }
 }
 
-/// Estimates of all unknowns by the local analysis of an optimum. Values are corrected for chosen numerics, and intervals
-/// contain the remaining discretization error.
+/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of
+/// chosen numerics, and 95 % intervals contain the remaining discretization error. Without convergence there is no error or
+/// interval. A one-sided bound replaces the interval; an unidentifiable unknown has no value.
 pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,
@@ -167,6 +175,7 @@ pub(crate) fn local_estimates(
         let deviation = deviation.filter(|_| optimum.converged);
         let corrected = unknown.from_scale(x);
         let [low, high] = unknown.parameter.limits();
+        // Half-width on the scale of the unknown: noise and remaining discretization error, as a root of the sum of squares.
         let half = |sd: f64| (correlations.coverage_factor(i) * sd).hypot(remaining);
         // The misfit is a parabola over a poorly determined damping itself, not over its logarithm.
         let ends = |sd: f64| match bounds[i] {
@@ -189,6 +198,7 @@ pub(crate) fn local_estimates(
                 let interval95 = Some([0.0, upper]);
                 Estimate { interval95, upper95: Some(upper), ..own(Some(shifted.max(0.0))) }
             }
+            // No upper limit is determined: the lower bound is the only result.
             Some(OneSidedBound { value, lower95: Some(lower), .. }) => {
                 Estimate { interval95, lower95: Some(lower), ..own(Some(value)) }
             }

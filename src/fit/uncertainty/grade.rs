@@ -1,4 +1,9 @@
-//! Grade of a result, and the verdict that explains it.
+//! Grade of a fit, and the status and verdict that explain it.
+//!
+//! [`Conclusion::new`] receives the end of the fit ([`FitEnd`]), the unidentifiable directions and all warnings. The grade is
+//! decided in this order: not converged, estimates without meaning, not identifiable, interrupted, else the severity of the
+//! worst warning ([`Grade::from_warnings`]). The status is one line on the end of the fit. The verdict is the reason of the
+//! grade, from the texts of the warnings, with the action against it. The report shows all of them.
 
 use crate::code::Code;
 use crate::fit::uncertainty::covariance::identifiability::{UnidentifiableDirection, summarize};
@@ -6,7 +11,7 @@ use crate::fit::uncertainty::warning_list::{ReportedWarnings, Severity, Warnings
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Verdict on residuals with a small effect only.
+/// Verdict on residuals with a small effect only: one that changes the estimates by less than a standard error.
 const MINOR: &str = "a part of the residuals has the shape of an effect that the scene omits. Alone it would change the estimates \
                      by less than their standard errors. Add it to the scene, or fit it (--extend)";
 
@@ -34,7 +39,7 @@ pub enum Grade {
 }
 
 impl Grade {
-    /// The code that explains it.
+    /// The code of the grade in reports; `docs/codes.md` explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Trustworthy => Code::Trustworthy,
@@ -47,12 +52,13 @@ impl Grade {
         }
     }
 
-    /// Whether the values can be used, with the warnings of the report.
+    /// Whether the values can be used, with the warnings of the report: grades up to [`Grade::ModelDoesNotExplain`].
     pub fn is_usable(self) -> bool {
         self <= Self::ModelDoesNotExplain
     }
 
-    /// Grade of a minimum that determines all parameters, by its most severe warning.
+    /// Grade of a minimum that determines all parameters, by the severity of its worst warning. Without warnings, or with
+    /// notes only, it is [`Grade::Trustworthy`].
     fn from_warnings(warnings: &Warnings) -> Self {
         match warnings.worst() {
             Some(Severity::Worthless) => Self::NotUsable,
@@ -71,7 +77,7 @@ impl Grade {
 }
 
 impl fmt::Display for Grade {
-    /// Writes the grade as text.
+    /// Writes the grade as text, such as `model inadequate`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Trustworthy => "no problem detected",
@@ -85,7 +91,7 @@ impl fmt::Display for Grade {
     }
 }
 
-/// State of a fit at its end.
+/// State of a fit at its end, before it is graded.
 pub(crate) struct FitEnd<'a> {
     /// Whether the optimum is a minimum.
     pub converged: bool,
@@ -99,7 +105,7 @@ pub(crate) struct FitEnd<'a> {
     pub compares_experiments: bool,
 }
 
-/// Grade of a result with the texts that explain it.
+/// Grade of a result with the texts that explain it, as the report has them.
 #[derive(Debug)]
 pub(crate) struct Conclusion {
     pub grade: Grade,
@@ -107,11 +113,13 @@ pub(crate) struct Conclusion {
     pub status: String,
     /// Reason of the grade.
     pub verdict: String,
+    /// Texts and codes of all warnings, sorted.
     pub warnings: ReportedWarnings,
 }
 
 impl Conclusion {
-    /// Grades a result with these unidentifiable directions (`findings`) and warnings.
+    /// Grades a result by its end, its unidentifiable directions (`findings`) and its warnings, and composes status and
+    /// verdict. The directions become notes where the result is unusable.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
         // A likely error of the set-up is named as the cause of a bad result.
@@ -163,7 +171,7 @@ impl Conclusion {
     }
 }
 
-/// Verdict on discretization errors beyond the intervals.
+/// Verdict on discretization errors beyond the intervals, with the misfit beside them if there is any.
 fn coarse_discretization(warnings: &Warnings) -> String {
     let misfit = match [Severity::Unexplained, Severity::Misfit].map(|s| warnings.first(s)) {
         [Some(_), _] => "large residuals. Also ",
@@ -176,7 +184,7 @@ fn coarse_discretization(warnings: &Warnings) -> String {
     )
 }
 
-/// Verdict on residuals that are autocorrelated noise or a missing effect.
+/// Verdict on residuals that are autocorrelated noise or a missing effect: minor effects, outliers, or either of the two.
 fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     if warnings.has_only_minor_misfits() {
         MINOR
@@ -190,8 +198,11 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     }
 }
 
-/// Verdict on an inadequate model or set-up, by the most severe warning.
+/// Verdict on an inadequate model or set-up, by the most severe warning: set-up error, bound or prior, large residuals,
+/// validity of the model, minor misfit, contradiction, or misfit. `compares_experiments` is whether intervals already contain
+/// the differences between experiments; otherwise the verdict on a misfit calls them too narrow.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
+    // A likely error of the set-up explains all else.
     if let Some(text) = warnings.first(Severity::Suspicion) {
         return format!("large residuals, most likely because of {text}");
     }
@@ -212,6 +223,7 @@ fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     if warnings.has_only_minor_misfits() {
         return MINOR.into();
     }
+    // Only warnings of contradictions remain.
     if warnings.first(Severity::Misfit).is_none() {
         return "the data contradict a bound, a prior or the validation data".into();
     }
@@ -228,6 +240,7 @@ fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
         "{finding}, so that estimates may be biased{narrow}. An effect is missing in the scene \
          (damping, drag, a compliant or tilted clamp, clock or camera), or sigma is too small"
     );
+    // Single bad recordings are named: the other experiments may be used without them.
     match &warnings.outlying_experiments()[..] {
         [] => text,
         [one] => format!("{one} stands out, most experiments are explained. {text}"),

@@ -1,14 +1,20 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
+//!
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may downgrade earlier ones:
+//! discretization errors explain a misfit. [`Warnings::into_report`] sorts them, the most severe first and minor ones last,
+//! and appends the code to each text. From [`SUMMARIZED`] warnings of one kind on, only the first is listed, with the number
+//! of the others by experiment.
 
 use crate::code::Code;
 use std::cmp::Reverse;
 
-/// Number of warnings of one kind from which on one line has the first of them and the number of the others.
+/// Number of warnings of one kind from which on one line has the first of them and the number of the others. Larger: longer
+/// lists.
 const SUMMARIZED: usize = 3;
-/// Experiments with their counts in a summary, those with the most warnings first.
+/// Number of experiments that a summary names with their counts, those with the most warnings first; the rest is counted.
 const NAMED: usize = 5;
 
-/// Severity of a warning, the most severe first.
+/// Severity of a warning, the most severe first; the worst one determines the grade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Severity {
     /// The estimates have no meaning.
@@ -33,15 +39,16 @@ pub(crate) enum Severity {
     Note,
 }
 
-/// The warnings of a result.
+/// The warnings of a result, in the order of their addition.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Warnings(Vec<Warning>);
 
 /// Warnings as a report lists them, the most severe first.
 #[derive(Debug, Default)]
 pub(crate) struct ReportedWarnings {
+    /// Texts, each with its code in brackets.
     pub texts: Vec<String>,
-    /// Code of each text.
+    /// Code of each text, in the same order.
     pub codes: Vec<Code>,
 }
 
@@ -51,14 +58,15 @@ struct Warning {
     severity: Severity,
     code: Code,
     text: String,
-    /// The experiment, of a warning that several observations may have.
+    /// Name of the experiment, of a kind of warning that several observations may have; empty: an observation without one.
+    /// None: a warning that is never summarized.
     experiment: Option<String>,
     /// Whether the finding changes the estimates by less than their standard errors.
     is_minor: bool,
 }
 
 impl Warning {
-    /// Whether both are warnings of one kind that several observations may have.
+    /// Whether both are of one kind that a summary can count: each with an experiment, same severity and same plural text.
     fn is_like(&self, other: &Self) -> bool {
         self.experiment.is_some()
             && other.experiment.is_some()
@@ -67,7 +75,7 @@ impl Warning {
     }
 }
 
-/// Plural text of warnings that several observations may have.
+/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning.
 fn plural(severity: Severity, code: Code) -> &'static str {
     match code {
         Code::OutlyingExperiment => "that stand out",
@@ -91,55 +99,58 @@ fn plural(severity: Severity, code: Code) -> &'static str {
 }
 
 impl Warnings {
-    /// Adds a warning.
+    /// Adds a warning that is listed by itself.
     pub fn add(&mut self, severity: Severity, code: Code, text: impl Into<String>) {
         let (text, experiment, is_minor) = (text.into(), None, false);
         self.0.push(Warning { severity, code, text, experiment, is_minor });
     }
 
-    /// Adds a warning of a finding that changes the estimates by less than their standard errors. It is listed last.
+    /// Adds a warning of a finding that changes the estimates by less than their standard errors. It is listed after all
+    /// others.
     pub fn add_minor(&mut self, severity: Severity, code: Code, text: String) {
         self.0.push(Warning { severity, code, text, experiment: None, is_minor: true });
     }
 
-    /// Adds a warning of an experiment that other observations may have as well; many of these are summarized.
+    /// Adds a warning of an `experiment` (empty: none) of a kind that other observations may have as well; many of these are
+    /// summarized.
     pub fn add_for(&mut self, experiment: &str, severity: Severity, code: Code, text: String) {
         let experiment = Some(experiment.into());
         self.0.push(Warning { severity, code, text, experiment, is_minor: false });
     }
 
-    /// Adds all warnings of another list.
+    /// Adds all warnings of another list at the end.
     pub fn append(&mut self, mut others: Self) {
         self.0.append(&mut others.0);
     }
 
-    /// Severity of the most severe warning.
+    /// Severity of the most severe warning; none of an empty list.
     pub fn worst(&self) -> Option<Severity> {
         self.0.iter().map(|w| w.severity).min()
     }
 
-    /// Text of the first warning of this severity.
+    /// Text of the first added warning of exactly this severity.
     pub fn first(&self, severity: Severity) -> Option<&str> {
         self.0.iter().find(|w| w.severity == severity).map(|w| &w.text[..])
     }
 
-    /// Code of the first warning of this severity.
+    /// Code of the first added warning of exactly this severity.
     pub fn first_code(&self, severity: Severity) -> Option<Code> {
         self.0.iter().find(|w| w.severity == severity).map(|w| w.code)
     }
 
-    /// Text of the first warning with one of these codes.
+    /// Text of the first added warning with one of these codes.
     pub fn first_of(&self, codes: &[Code]) -> Option<&str> {
         self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
     }
 
-    /// Whether the residuals are no noise, or may not be.
+    /// Whether the residuals are no noise, or may not be: warnings of unexplained motion, misfit or ambiguity.
     pub fn has_misfit(&self) -> bool {
         let misfits = [Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
         self.0.iter().any(|w| misfits.contains(&w.severity))
     }
 
-    /// Replaces warnings of misfit by a note on another cause of the residuals. Large residuals stay.
+    /// Replaces all warnings of misfit and ambiguity by one note with this code and text on another cause of the residuals.
+    /// Warnings of large residuals stay. Without any misfit nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
             self.0.retain(|w| ![Severity::Misfit, Severity::Ambiguous].contains(&w.severity));
@@ -147,7 +158,8 @@ impl Warnings {
         }
     }
 
-    /// Replaces the warnings of autocorrelated noise or a missing effect by a note.
+    /// Replaces the warnings of autocorrelated noise or a missing effect by one note with this code and text, if there are
+    /// any.
     pub fn downgrade_ambiguity(&mut self, code: Code, text: &str) {
         if self.first(Severity::Ambiguous).is_some() {
             self.0.retain(|w| w.severity != Severity::Ambiguous);
@@ -155,14 +167,14 @@ impl Warnings {
         }
     }
 
-    /// Whether there are warnings of misfit, all of them minor.
+    /// Whether there are warnings of misfit or ambiguity, all of them minor.
     pub fn has_only_minor_misfits(&self) -> bool {
         let severities = [Severity::Misfit, Severity::Ambiguous];
         let mut own = self.0.iter().filter(|w| severities.contains(&w.severity)).peekable();
         own.peek().is_some() && own.all(|w| w.is_minor)
     }
 
-    /// Names of the outlying experiments.
+    /// Names of the outlying experiments, those in succession once.
     pub fn outlying_experiments(&self) -> Vec<&str> {
         let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
         let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();
@@ -170,8 +182,8 @@ impl Warnings {
         names
     }
 
-    /// Texts with codes, the most severe first. Of many warnings of one kind the first is listed, with the number of the
-    /// others and their experiments.
+    /// Texts with codes: sorted by severity, minor ones last. Of [`SUMMARIZED`] or more warnings of one kind only the first
+    /// is listed, with the number of the others and their experiments.
     pub fn into_report(mut self) -> ReportedWarnings {
         self.0.sort_by_key(|w| (w.is_minor, w.severity));
         let mut report = ReportedWarnings::default();
@@ -194,7 +206,8 @@ impl Warnings {
     }
 }
 
-/// Text on the number of further warnings of one kind, and their experiments.
+/// Text on the further warnings of one kind, such as `4 more coordinates with outliers: 3 in a, 1 in b`. Up to [`NAMED`]
+/// experiments are named; without names of experiments only the number remains.
 fn summary(others: &[&Warning]) -> String {
     let mut experiments: Vec<(&str, usize)> = Vec::new();
     for name in others.iter().filter_map(|w| w.experiment.as_deref()).filter(|e| !e.is_empty()) {
@@ -219,7 +232,8 @@ fn summary(others: &[&Warning]) -> String {
     }
 }
 
-/// Text of a fraction in per cent: one digit below 0.01 %, two decimals up to 9.5 %, whole numbers above.
+/// Text of a fraction in per cent: one significant digit below 0.01 %, two decimals up to 9.5 %, whole numbers above, and
+/// `more than 1000 %` for larger ones and NaN.
 pub(crate) fn percent(fraction: f64) -> String {
     match 100.0 * fraction {
         p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),

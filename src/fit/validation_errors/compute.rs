@@ -1,4 +1,11 @@
-//! Simulations of the experiments with the values of their scenes, and the differences from the measurements.
+//! Computation of validation errors: every experiment is simulated with the values of its scene, and compared with its
+//! measurements, without a fit.
+//!
+//! Input: experiments. Mesh and step, where the scenes leave them open, are chosen by the accuracy of a simulation of the
+//! scene. For each measurement (all markers of a recording are one) the mean, median, largest and RMS absolute difference are
+//! computed, and the RMS over the measured change. Output: [`ValidationReport`] with these errors, a summary per unit, the
+//! errors of recordings with prescribed ends, the experiments that could not be simulated, warnings, and on demand data of
+//! plots.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -19,7 +26,7 @@ use crate::fit::validation_errors::report::{
 use crate::numerics::total_order;
 use rayon::prelude::*;
 
-/// Comparison of one experiment with its measurements.
+/// Comparison of one experiment with its measurements: errors, data of plots, and warnings with their codes.
 struct ExperimentComparison {
     /// The experiment on the mesh of the simulation.
     experiment: Experiment,
@@ -29,8 +36,8 @@ struct ExperimentComparison {
     codes: Vec<Code>,
 }
 
-/// Compares every experiment with its measurements; `keeps_plots` is whether the report has data of plots. The error is that
-/// of the first experiment if none can be simulated.
+/// Compares every experiment with its measurements, on several threads. `keeps_plots`: the report has data of plots. If no
+/// experiment can be simulated, the error of the first one; a part of failures is in the report.
 pub(super) fn compare_all(
     experiments: &[Experiment],
     keeps_plots: bool,
@@ -95,8 +102,8 @@ pub(super) fn compare_all(
     })
 }
 
-/// The experiment without constant coordinates, and with the mesh and the step of a simulation of its scene where the scene
-/// leaves these open.
+/// The experiment without constant coordinates. Where its scene leaves mesh and step open, they are chosen for the accuracy
+/// of the measured motion, modes or equilibrium.
 fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     let experiment = without_constant_axes(experiment);
     let problem = &experiment.problem;
@@ -107,7 +114,8 @@ fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     Ok(experiment.with_problem(problem.with_scene(accurate.scene().clone())?))
 }
 
-/// The comparison of one experiment: its residuals without unknowns.
+/// The comparison of one experiment on its mesh, from the residuals of a fit without unknowns. `keeps_plots`: with data of
+/// plots.
 fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentComparison, Error> {
     let search = Search::new(std::slice::from_ref(&experiment), &[], None, TOLERANCE)?;
     let residuals = search.all_residuals()?;
@@ -131,7 +139,7 @@ fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentCompar
     Ok(ExperimentComparison { errors, plots, warnings, codes, experiment })
 }
 
-/// The given sigma of every measurement, or its root mean square difference, in its unit.
+/// The given sigma of every measurement, or else the root mean square of its differences, in its unit, for the plots.
 fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
     let rms = |MeasuredResiduals { measurement, sigma, residuals, .. }| {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
@@ -141,7 +149,7 @@ fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
     search.measured(found).map(rms).collect()
 }
 
-/// Differences of one measurement, or of all markers of a recording.
+/// Differences of one measurement, or of all markers of a recording, in the unit of the data file.
 struct DifferenceGroup {
     observation: String,
     /// Unit of the data file.
@@ -154,7 +162,8 @@ struct DifferenceGroup {
     size: f64,
 }
 
-/// The errors of all measurements of an experiment; the markers of a recording are one measurement.
+/// The errors of all measurements of an experiment, converted to the units of the data files; the markers of a recording are
+/// one measurement.
 fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     // Consecutive markers of a recording form one group.
     let mut groups: Vec<DifferenceGroup> = Vec::new();
@@ -191,7 +200,8 @@ fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError>
 }
 
 impl DifferenceGroup {
-    /// Mean, median, largest and RMS absolute difference, and the RMS over the noise and over the motion.
+    /// Mean, median, largest and RMS absolute difference, and the RMS over the size of the measured effect. `experiment` is
+    /// the name of the experiment.
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
         absolute.sort_by(f64::total_cmp);
@@ -213,7 +223,7 @@ impl DifferenceGroup {
     }
 }
 
-/// Median of ascending values.
+/// Median of ascending values; zero of none.
 fn median(ascending: &[f64]) -> f64 {
     match ascending.len() {
         0 => 0.0,
@@ -221,7 +231,7 @@ fn median(ascending: &[f64]) -> f64 {
     }
 }
 
-/// The summary of the errors of all measurements in each unit.
+/// The summary of the mean errors of all measurements in each unit: their mean, median and largest one.
 fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
     // Errors in different units have summaries of their own.
     let mut units: Vec<&str> = Vec::new();

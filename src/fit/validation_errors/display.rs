@@ -1,11 +1,15 @@
-//! The summary of validation errors as text.
+//! The report of validation errors as text for a terminal.
+//!
+//! Input: a [`ValidationReport`]. Output: a [`Summary`] with the experiments that could not be simulated, the mean, median
+//! and largest error per unit, and a table of the errors of each measurement. Warnings, the errors of recordings with
+//! prescribed ends, and the wall time follow.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt::{self, Formatter};
 
-/// Significant digits of errors.
+/// Significant digits of displayed errors.
 const DIGITS: usize = 3;
 
 impl fmt::Display for ValidationReport {
@@ -18,6 +22,7 @@ impl fmt::Display for ValidationReport {
 impl ValidationReport {
     /// The result as text for a terminal.
     pub fn to_summary(&self) -> Summary {
+        // Failures come first: the errors below do not contain them.
         let status = "prediction with the values of the scene; no parameter was fitted";
         let mut summary = match self.failed.len() {
             0 => Summary::new(status, Tone::Neutral),
@@ -41,6 +46,7 @@ impl ValidationReport {
             ));
         }
         summary = summary.table("", self.error_table());
+        // The kind of values explains the units of the table.
         let values: usize = self.errors.iter().map(|e| e.values).sum();
         summary = summary.note(format!(
             "absolute differences of {values} values: coordinates of points, frequencies or readings"
@@ -52,7 +58,8 @@ impl ValidationReport {
         summary.fact("Cost", duration(self.wall_seconds))
     }
 
-    /// The table of the errors of all measurements.
+    /// The table of all measurements: mean, median, largest and RMS error with unit, and the RMS over noise and measured
+    /// change.
     fn error_table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::wrapped("measurement"),
@@ -78,7 +85,7 @@ impl ValidationReport {
 }
 
 impl MeasurementError {
-    /// The RMS error over the given noise and over the measured change, as text.
+    /// The RMS error over the given noise and over the measured change, as text; empty if neither is available.
     pub fn remarks(&self) -> String {
         let noise = self.sigma.map(|sigma| format!("{:.2} sigma", self.rms / sigma));
         let motion =

@@ -1,4 +1,9 @@
-//! Validation errors without a fit: the scenes are simulated with their own values and compared with all measurements.
+//! Validation errors without a fit: the scenes are simulated with their own values and compared with all measurements
+//! (`rodfit predict`).
+//!
+//! [`Fit::predict`] checks the data, compares every experiment (`compute`), and adds a warning if the file has parameters
+//! that are not fitted because all data are validation data. Output: a [`ValidationReport`] (`report`), whose text is in
+//! `display`.
 
 mod compute;
 mod display;

@@ -1,4 +1,8 @@
-//! The report of validation errors: the errors of each measurement, and their summary in each unit.
+//! The report of validation errors: data types and their JSON.
+//!
+//! [`ValidationReport`] has the errors of each measurement ([`MeasurementError`]: mean, median, largest and RMS absolute
+//! difference in the unit of the data) and their summary in each unit ([`ValidationSummary`]). It also lists the experiments
+//! that could not be simulated ([`FailedPrediction`]), warnings, and optional data of plots. `Fit::predict` computes it.
 
 use crate::code::Code;
 use crate::fit::report::plot_data::PlotData;
@@ -101,7 +105,7 @@ impl ValidationReport {
         self.failed.is_empty()
     }
 
-    /// The summaries in one line.
+    /// The mean errors in all units, as one line of text.
     pub fn in_a_line(&self) -> String {
         let one = |s: &ValidationSummary| format!("mean error {:.3e} {}", s.mean, s.unit);
         self.summary.iter().map(one).collect::<Vec<_>>().join("; ")

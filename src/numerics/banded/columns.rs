@@ -1,4 +1,8 @@
-//! Columns that are eliminated: those of a sum of a band matrix and masses from both ends, and those of a band matrix.
+//! Columns of band matrices in the order of their elimination: from both ends at once, or from the first row.
+//!
+//! [`WeightedSum`] is `scale diag(masses) + factor matrix`, the matrix of a time step, which is never formed. Its [`EndColumns`]
+//! provide the first columns from the top and, mirrored, from the bottom. A `BandMatrix` provides its own columns, for the rows
+//! in the middle. `Elimination` reads both as a [`ColumnSource`].
 
 use crate::numerics::banded::elimination::{BandColumn, ColumnSource};
 use crate::numerics::banded::{BandMatrix, array};
@@ -16,13 +20,13 @@ pub(super) struct WeightedSum<'a, D, const W: usize> {
 }
 
 impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
-    /// The entry of row and column `j`.
+    /// The diagonal entry of row and column `j`.
     #[inline(always)]
     pub fn diagonal(&self, j: usize) -> D {
         self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
     }
 
-    /// The first `n` columns from both ends.
+    /// The first `n` columns from the top and the last `n` from the bottom.
     #[inline(always)]
     pub fn end_columns(&self, n: usize) -> EndColumns<'a, D, W> {
         let BandMatrix { diagonal, below } = self.matrix;
@@ -52,7 +56,7 @@ pub(super) struct EndColumns<'a, D, const W: usize> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
-    /// Column `k` of the matrices.
+    /// Column `k` from the top and column `k` from the bottom, which is a row left of the diagonal, as two bands.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 2> {
         let up = self.down.len() - 1 - k;
@@ -72,7 +76,7 @@ impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
-    /// Column `k` of the matrices.
+    /// Column `k` of the matrix as one band.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 1> {
         let mut below = [[D::from(0.0)]; W];

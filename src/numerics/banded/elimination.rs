@@ -1,5 +1,8 @@
-//! Elimination `L D L^T` of `S` symmetric band matrices at once, column by column from the first row. The `S` matrices are
-//! independent; their numbers are adjacent, as lanes of vector instructions.
+//! Elimination `L D L^T` of `S` symmetric band matrices at once, column by column from the first row.
+//!
+//! The `S` matrices are independent; their numbers are adjacent, as lanes of vector instructions. [`Elimination`] holds the
+//! factors, the Schur complement's updates for the rows that follow, and the count of negative pivots. `Ldlt` uses `S = 2` for
+//! the two ends of a matrix and `S = 1` for its middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::products::{subtract_products, unrolled};
@@ -16,7 +19,7 @@ pub(super) struct BandColumn<D, const W: usize, const S: usize> {
 
 /// Source of the columns of `S` bands.
 pub(super) trait ColumnSource<D, const W: usize, const S: usize> {
-    /// Column `k` of the matrices.
+    /// Column `k` of each band.
     fn column(&self, k: usize) -> BandColumn<D, W, S>;
 }
 
@@ -45,7 +48,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     /// Whether a window and a column fit into 16 vector registers.
     pub const NARROW: bool = W <= 5;
 
-    /// Allocates `n` columns.
+    /// Allocates `n` columns of zeros, with padding.
     pub fn with_order(n: usize) -> Self {
         let zero = [D::from(0.0); S];
         Self {
@@ -55,7 +58,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         }
     }
 
-    /// Eliminates `n` columns of a matrix.
+    /// Eliminates the first `n` columns of `matrix` into these factors; `level` is the instruction set.
     ///
     /// # Errors
     /// The first pivot that is zero or not finite.
@@ -106,7 +109,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         if ones.iter().all(|sum| sum.is_finite()) { Ok(()) } else { Err(self.first_singular(n)) }
     }
 
-    /// The first of `n` pivots that is zero or not finite.
+    /// Position of the first of `n` pivots that is zero or not finite.
     #[cold]
     fn first_singular(&self, n: usize) -> SingularColumn {
         let singular = |inverse: &D| inverse.value() == 0.0 || !inverse.value().is_finite();
@@ -119,7 +122,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
             .unwrap_or(SingularColumn { column: n - 1, band: 0 })
     }
 
-    /// The contribution of the first `n` columns to column `n + C` of the Schur complement, `C < W`.
+    /// The contribution of the first `n` columns to column `n + C` of the Schur complement, `C < W`: to be added to the matrix.
     #[inline(always)]
     pub fn schur_update<V: PairLevel, const C: usize>(
         &self,
@@ -133,8 +136,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         sum
     }
 
-    /// Subtracts from column `k` the products with those of the `W` columns before it whose `distances` from the nearest one
-    /// are given.
+    /// Subtracts from `column` number `k` the products with those of the `W` columns before it (of `L` and `D`) whose
+    /// `distances` from the nearest one are given.
     #[inline(always)]
     fn subtract<V: PairLevel>(
         level: V,
@@ -155,7 +158,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         });
     }
 
-    /// Number of negative pivots among the first `n` of all bands.
+    /// Number of negative pivots among the first `n` of each band, all bands together.
     pub fn negative_pivots(&self, n: usize) -> usize {
         let mut negative = 0;
         for row in &self.pivots[W..W + n] {

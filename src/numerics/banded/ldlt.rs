@@ -1,4 +1,8 @@
-//! `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
+//! Factors `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
+//!
+//! [`Ldlt`] factors the rows and columns of a range: both ends by `Elimination` with two bands, then the Schur complement of
+//! `W` or `W + 1` rows in the middle. It solves for several right-hand sides in blocks and counts negative pivots. On x86-64
+//! with AVX2 and FMA, numbers without derivatives use vector instructions.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
@@ -39,7 +43,7 @@ impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_,
     }
 }
 
-/// A solution of linear systems, likewise.
+/// A solution of linear systems as work for a vector unit, in place in `x`.
 struct Solve<'a, V, D, E, const W: usize, const R: usize> {
     level: V,
     factors: &'a Ldlt<D, W>,
@@ -76,13 +80,13 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
-    /// Factors the rows and columns of `range`; allocates nothing.
+    /// Factors the rows and columns of `range`; allocates nothing. An error has the row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;
         self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it; an error has the row of a singular pivot.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -101,7 +105,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
+    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range; other rows become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
         x[..start].fill([E::from(0.0); R]);
@@ -118,7 +122,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Factors a matrix, with vector instructions for numbers without derivatives.
+    /// Factors a matrix, with vector instructions for numbers without derivatives if the processor has them.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         #[cfg(target_arch = "x86_64")]
         if let Some(level) = pulp::x86::V3::try_new()
@@ -129,7 +133,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.eliminate_inlined((), sum)
     }
 
-    /// Factors a matrix.
+    /// Factors a matrix with the instructions of `level`: both ends at once, the Schur complement of the rows between them, then
+    /// these rows. An error has the row of a pivot that is zero or not finite.
     #[inline(always)]
     fn eliminate_inlined<V: PairLevel>(
         &mut self,
@@ -153,6 +158,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
                 to[p] = if i + 1 + p < n { row[p] * factor } else { D::from(0.0) };
             }
         }
+        // Updates of the Schur complement: by the top in order, by the bottom mirrored.
         if m > 0 {
             unrolled!(C in 0 1 2 3 4 5 6 7 8 9, W: {
                 let BandColumn { diagonal, below } = ends.schur_update::<V, C>(level, m);
@@ -177,7 +183,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves for all right-hand sides, in blocks of as many as the registers hold.
+    /// Solves for all right-hand sides, in blocks of 4, 2 or 1, as many as the registers hold.
     #[inline(always)]
     fn solve_blocks<V: PairLevel, E: RightHandSide<D>, const R: usize>(
         &self,
@@ -204,7 +210,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         }
     }
 
-    /// Solves for `C` right-hand sides from index `first` on: forward from both ends, in the middle, and backward.
+    /// Solves in place for the `C` right-hand sides from index `first` on: forward substitution from both ends, solution in the
+    /// middle, backward substitution to both ends.
     #[inline(always)]
     fn solve_block<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -216,6 +223,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         let (top, rest) = x.split_at_mut(m);
         let (middle, bottom) = rest.split_at_mut(rest.len() - m);
         let n = middle.len();
+        // Forward substitution from both ends, whose updates reach the middle rows.
         let updates = self.ends.forward::<V, E, R, C>(level, EndRows { top, bottom }, first);
         for p in 0..W.min(n) {
             for r in 0..C {
@@ -230,6 +238,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             first,
             [[[E::from(0.0)]; C]; W],
         );
+        // Backward substitution begins in the middle and continues to both ends.
         let mut after = [[[E::from(0.0); 2]; C]; W];
         for p in 0..W.min(n) {
             for r in 0..C {

@@ -1,4 +1,6 @@
-//! The innermost loops of band matrices: products of numbers of `S` bands, by vector instructions for two of them.
+//! The innermost loops of band matrices: `a - x y` for numbers of `S` bands, by vector instructions for two bands.
+//!
+//! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for constant indices.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
@@ -18,13 +20,14 @@ macro_rules! unrolled {
 
 pub(super) use unrolled;
 
-/// The first and the last number as a pair.
+/// The real parts of the first and the last number.
 #[inline(always)]
 fn pair<D: Scalar, const S: usize>(x: &[D; S]) -> [f64; 2] {
     [x[0].value(), x[S - 1].value()]
 }
 
-/// Subtracts `x y` from `a`, for each of several numbers of `S` bands with the same `y`.
+/// Subtracts `x[k][s] y[s]` from `a[k][s]` for each `k` and each of `S` bands. Two bands of plain numbers use the vector
+/// instructions of `level`.
 #[inline(always)]
 pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, const S: usize>(
     level: V,
@@ -32,6 +35,7 @@ pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, co
     x: &[[E; S]],
     y: &[D; S],
 ) {
+    // Numbers with derivatives, and single bands, take the plain loop.
     if S != 2 || !E::PLAIN || !D::PLAIN {
         for k in 0..a.len() {
             for s in 0..S {
@@ -40,6 +44,7 @@ pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, co
         }
         return;
     }
+    // Two entries of two bands fill one register of four numbers.
     let y = pair(y);
     let (twos, rest) = a.as_chunks_mut::<2>();
     let (x_twos, x_rest) = x.as_chunks::<2>();
@@ -50,6 +55,7 @@ pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, co
             (a[s], b[s]) = (E::from(results[0][s]), E::from(results[1][s]));
         }
     }
+    // An odd last entry takes a register of two numbers.
     for k in 0..rest.len() {
         let result = level.less_product(pair(&rest[k]), pair(&x_rest[k]), y);
         for s in 0..S {

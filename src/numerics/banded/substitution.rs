@@ -1,7 +1,7 @@
-//! Triangular solves with the factors of an [`Elimination`].
+//! Triangular solves with the factors `L` and `D` of an [`Elimination`]: `L y = x` (forward) and `D L^T x = y` (backward).
 //!
 //! Row `k` of the solution is that of the right-hand side, less the products of the `W` rows before it with entries of `L`.
-//! These rows stay in registers.
+//! These rows stay in registers (the window). `Ldlt` solves with it from both ends of a matrix and in the middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::elimination::Elimination;
@@ -18,7 +18,7 @@ pub(super) struct EndRows<'a, E, const R: usize> {
     pub bottom: &'a mut [[E; R]],
 }
 
-/// Parts of the products of a row.
+/// Number of parts into which the products of a row are divided; each is short enough for a compiler to unroll.
 const PARTS: usize = 2;
 
 /// A row of `C` right-hand sides and `S` bands.
@@ -47,7 +47,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         contribution
     }
 
-    /// Solves `D L^T x = y` in place likewise. `after` has the solution in the `W` rows after the last.
+    /// Solves `D L^T x = y` in place, for `C` right-hand sides from index `first` on. `after` has the solution in the `W` rows
+    /// after the last.
     #[inline(always)]
     pub fn backward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -64,7 +65,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     }
 
     /// Solves `L y = x` from the first row to the last, or `D L^T x = y` from the last to the first. `window` has the `W`
-    /// rows of the solution before these, the nearest one last.
+    /// rows of the solution before these, the nearest one last; the result has the last `W` rows.
     #[inline(always)]
     fn substitute<V, E, const R: usize, const C: usize, const FORWARD: bool>(
         &self,
@@ -78,6 +79,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         E: RightHandSide<D>,
     {
         let n = x.top.len();
+        // Plain numbers are solved in blocks of W rows; the first rows make the remaining number a multiple of W.
         let single = if E::PLAIN { n % W } else { n };
         let (one, all) = (0..single, single..n);
         let window =
@@ -100,6 +102,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         V: PairLevel,
         E: RightHandSide<D>,
     {
+        // Blocks of factors and right-hand sides from both ends; the second band runs in reverse order.
         let (n, count) = (x.top.len(), rows.len() / B);
         let starts = if FORWARD { [rows.start, n - rows.end] } else { [n - rows.end, rows.start] };
         let own = &self.lower[W + starts[0]..].as_chunks::<B>().0[..count];
@@ -149,6 +152,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                 }
                 window[I] = row;
             });
+            // A single row moves the window; a block of W rows has replaced all of it.
             if B < W {
                 let row = window[0];
                 for p in 1..W {

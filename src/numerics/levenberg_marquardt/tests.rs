@@ -1,3 +1,8 @@
+//! Tests of the Levenberg-Marquardt solver: Rosenbrock's valley with a failing region and bounds, misfits with a corner (where
+//! steps do not achieve their predicted decrease), and an exponential decay with and without noise.
+//!
+//! They check minima to 1e-10 and the number of evaluations, with and without derivatives.
+
 use super::*;
 use argmin::core::Executor;
 
@@ -9,6 +14,7 @@ struct RosenbrockValley {
 impl Operator for RosenbrockValley {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
+    /// The two residuals; an error beyond the wall.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
         if x[0] > self.wall {
             return Err(argmin::argmin_error!(ConditionViolated, "beyond the wall"));
@@ -19,12 +25,14 @@ impl Operator for RosenbrockValley {
 impl Jacobian for RosenbrockValley {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
+    /// The Jacobian of the residuals.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         self.apply(x)?;
         Ok(vec![vec![-20.0 * x[0], 10.0], vec![-1.0, 0.0]])
     }
 }
 
+/// Minimum from a start within bounds, and whether the solver converged.
 fn solve(wall: f64, start: [f64; 2], bounds: [[f64; 2]; 2]) -> (Vec<f64>, bool) {
     let result = Executor::new(
         RosenbrockValley { wall },
@@ -38,6 +46,7 @@ fn solve(wall: f64, start: [f64; 2], bounds: [[f64; 2]; 2]) -> (Vec<f64>, bool) 
     (state.get_best_param().unwrap().clone(), converged)
 }
 
+/// Bounds far from the minimum.
 const WIDE: [[f64; 2]; 2] = [[-10.0, 10.0], [-10.0, 10.0]];
 
 #[test]
@@ -77,6 +86,7 @@ struct Corner {
 }
 
 impl Corner {
+    /// Residual `k` and its derivatives by both unknowns.
     fn residual(&self, k: usize, x: &[f64]) -> (f64, [f64; 2]) {
         // The noise is orthogonal to both columns on the near side.
         let (t, noise) = (0.1 * k as f64, if matches!(k % 4, 0 | 3) { 0.3 } else { -0.3 });
@@ -88,6 +98,7 @@ impl Corner {
 impl Operator for &Corner {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
+    /// The residuals; counts a run.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
         self.runs.set(self.runs.get() + 1);
         Ok((0..40).map(|k| self.residual(k, x).0).collect())
@@ -96,6 +107,7 @@ impl Operator for &Corner {
 impl Jacobian for &Corner {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
+    /// The Jacobian of the residuals.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         Ok((0..40).map(|k| self.residual(k, x).1.to_vec()).collect())
     }
@@ -152,6 +164,7 @@ impl Corners {
 impl Operator for &Corners {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
+    /// The residuals; counts a run.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
         self.corner.runs.set(self.corner.runs.get() + 1);
         let other = |k: usize| Corners::others(k, x).map(|[value, _]| value).sum::<f64>();
@@ -161,6 +174,7 @@ impl Operator for &Corners {
 impl Jacobian for &Corners {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
+    /// The Jacobian of the residuals; counts an evaluation with derivatives.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         self.with_derivatives.set(self.with_derivatives.get() + 1);
         let row = |k: usize| {
@@ -205,6 +219,7 @@ struct Decay {
 impl Operator for &Decay {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
+    /// The residuals; counts a run.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
         self.runs.set(self.runs.get() + 1);
         let residual = |k: usize| {
@@ -217,6 +232,7 @@ impl Operator for &Decay {
 impl Jacobian for &Decay {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
+    /// The Jacobian of the residuals.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         let row = |k: usize| {
             let (time, decay) = (0.05 * k as f64, (-x[1] * 0.05 * k as f64).exp());
@@ -226,6 +242,7 @@ impl Jacobian for &Decay {
     }
 }
 
+/// Parameters, residuals and number of runs of a fit of the decay.
 fn decay(noise: f64, last_step: f64) -> (Vec<f64>, Vec<f64>, usize) {
     let problem = Decay { noise, runs: Default::default() };
     let solver = LevenbergMarquardt::new(WIDE.to_vec()).last_step(last_step);

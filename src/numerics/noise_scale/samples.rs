@@ -1,5 +1,8 @@
-//! Preparation of a series for the noise estimate: removal of excluded samples, repeated frames and outliers, and the
-//! normalized divided differences of the samples that remain.
+//! Preparation of a series for the noise estimate of [`noise_scale`](super): removal of excluded samples, repeated frames and
+//! outliers, and the normalized divided differences of the samples that remain.
+//!
+//! Outliers are peaks of the second differences above `OUTLYING` robust standard deviations (median absolute deviation), removed
+//! in up to `ROUNDS` rounds. Differences across a gap of the sampling times or an outlier are not used.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 
@@ -8,11 +11,11 @@ const GAP: f64 = 2.5;
 /// A difference of this many robust standard deviations belongs to an outlier or a jump; normal noise has one in
 /// 150,000.
 const OUTLYING: f64 = 4.5;
-/// Rounds of removing outliers, each of which lowers the robust standard deviation.
+/// Largest number of rounds of removing outliers, each of which lowers the robust standard deviation.
 const ROUNDS: usize = 8;
 /// Median of the absolute value of a standard normal deviate.
 const MEDIAN_DEVIATION: f64 = 0.674_489_75;
-/// Series with fewer distinct values for each sample than this are coarsely quantized: equal neighbors are no
+/// Series with fewer distinct values than this fraction of the samples are coarsely quantized: equal neighbors are no
 /// repeated frames.
 const DISTINCT: f64 = 0.25;
 
@@ -28,7 +31,8 @@ pub(super) struct NoiseSamples {
 }
 
 impl NoiseSamples {
-    /// The samples of a series without excluded ones and, unless it is coarsely quantized, without repeated values.
+    /// The samples of a series without excluded ones and without repeated values; these stay in a series that is coarsely
+    /// quantized ([`DISTINCT`]). A step above [`GAP`] median steps is a gap.
     pub fn new(series: &NoisySeries) -> Self {
         let total = series.values.len();
         let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
@@ -53,13 +57,15 @@ impl NoiseSamples {
             samples.factors.push(series.factors.get(k).copied().unwrap_or(1.0));
         }
         samples.is_outlier = vec![false; samples.values.len()];
+        // The median step of the clock defines a gap.
         let mut steps: Vec<f64> = samples.times.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
         samples.longest_step = steps.get(steps.len() / 2).map_or(f64::INFINITY, |step| GAP * step);
         samples
     }
 
-    /// Marks the samples in the middle of outlying second differences as outliers; returns their number.
+    /// Marks samples as outliers: those in the middle of second differences that are peaks above [`OUTLYING`] robust standard
+    /// deviations. Repeats up to [`ROUNDS`] times; returns the number of outliers.
     pub fn mark_outliers(&mut self) -> usize {
         let mut count = 0;
         for _ in 0..ROUNDS {
@@ -93,8 +99,8 @@ impl NoiseSamples {
         count
     }
 
-    /// The normalized difference of every `stride`-th sample from the `first` one on, with its weights; none where it
-    /// crosses a gap or an outlier.
+    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, with its weights times
+    /// the factors of the samples. None if it crosses a gap or an outlier, or exceeds the series.
     pub fn difference(
         &self,
         first: usize,
@@ -122,6 +128,7 @@ impl NoiseSamples {
         if !square.is_normal() {
             return None;
         }
+        // Weights of length one, in units of the standard deviation of each sample.
         let mut value = 0.0;
         for i in 0..=order {
             value += weights[i] / square.sqrt() * self.values[first + i * stride];

@@ -1,8 +1,14 @@
+//! Tests of the noise estimate from differences: white and autocorrelated (AR(1)) noise on smooth signals, outliers, repeated
+//! frames, uneven clocks, quantized values and signals that leak.
+//!
+//! They compare estimates over many seeded series with the standard deviation of the noise.
+
 use super::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 
+/// `n` samples of white Gaussian noise of standard deviation one.
 fn white(random: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
     (0..n).map(|_| StandardNormal.sample(random)).collect()
 }
@@ -17,18 +23,22 @@ fn correlated(random: &mut ChaCha8Rng, n: usize, correlation: f64) -> Vec<f64> {
     white(random, n).into_iter().map(next).collect()
 }
 
+/// Wave of an amplitude and a period at these times.
 fn wave(times: &[f64], amplitude: f64, period: f64) -> Vec<f64> {
     times.iter().map(|t| amplitude * (std::f64::consts::TAU * t / period).cos()).collect()
 }
 
+/// Times 0, 1, 2, .. of `n` samples.
 fn frames(n: usize) -> Vec<f64> {
     (0..n).map(|k| k as f64).collect()
 }
 
+/// Sum of two series, sample by sample.
 fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + b).collect()
 }
 
+/// Noise estimate of a series without factors and excluded samples.
 fn noise(times: &[f64], values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
     NoisySeries { times, values, factors: &[], excluded: &[] }.noise()
 }

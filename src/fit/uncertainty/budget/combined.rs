@@ -1,11 +1,12 @@
-//! Uncertainty budget of the estimates (Guide to the Expression of Uncertainty in Measurement).
+//! Uncertainty budget of the estimates (Guide to the Expression of Uncertainty in Measurement, GUM).
 //!
 //! Every source has a sensitivity coefficient `c`, a contribution and a share of the combined variance. Inputs that are
 //! [known](crate::fit::Known) with standard uncertainties `u` and correlations `r` contribute `sum_ij c_i u_i r_ij c_j u_j`,
-//! with `c` from the [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources are
-//! the noise, mesh and step (rectangular distributions: the half-width over the root of 3), and the differences between
-//! experiments beyond the noise and their own inputs. The coverage factor is Student's t with the effective degrees of freedom
-//! of Welch and Satterthwaite.
+//! with `c` from the [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources
+//! are the noise, mesh and step (rectangular distributions: the half-width over the root of 3), and the differences between
+//! experiments beyond the noise and their own inputs. [`add_budgets`] adds to every estimate its lines, the combined standard
+//! uncertainty, the coverage factor (Student's t with the effective degrees of freedom of Welch and Satterthwaite) and the
+//! expanded 95 % interval. On request a Monte Carlo of fits verifies them.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -21,24 +22,31 @@ use crate::fit::uncertainty::resampling::bootstrap::{Bootstrap, Resampling, spre
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DVector;
 
-/// Relative difference between the spread of a Monte Carlo and the budget that is reported, if it is significant.
+/// Relative difference between the spread of a Monte Carlo and the budget above which it is reported, if it is significant.
 const NOT_LINEAR: f64 = 0.1;
+/// Standard errors of the spread by which it must differ from the budget to be significant.
+const SIGNIFICANT_SPREAD: f64 = 3.0;
 /// Degrees of freedom from which on the coverage factor is that of the normal distribution.
 const MANY: f64 = 1e6;
+/// Largest positive lower limit of a parameter that stands for zero: limits of positive parameters are the smallest numbers.
+const ZERO_LIMIT: f64 = 1e-300;
 
 /// Sources of a budget.
 #[derive(Clone, Copy)]
 pub(crate) struct BudgetInputs<'a> {
-    /// None where their responses could not be computed.
+    /// Known inputs with the responses to them; none where the responses could not be computed.
     pub known: Option<&'a InputErrors<'a>>,
     pub analysis: &'a Analysis,
+    /// Discretization error of each unknown; empty: none.
     pub discretization: &'a [DiscretizationError],
     /// Standard deviation of the noise of each measurement, in its unit.
     pub sigma: &'a [f64],
+    /// Noise, with its degrees of freedom for each unknown.
     pub correlations: &'a NoiseCorrelations,
 }
 
-/// Adds the budgets to the estimates, and their spread over Monte Carlo fits if requested.
+/// Adds the budgets to the estimates, and their spread over Monte Carlo fits if requested. Nothing is added after an
+/// interruption, without the responses to known inputs, or where no estimate has a standard error.
 pub(crate) fn add_budgets(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -51,10 +59,12 @@ pub(crate) fn add_budgets(
     if estimates.iter().all(|e| e.std_error.is_none()) {
         return;
     }
+    // The linear budget of each estimate.
     for (j, estimate) in estimates.iter_mut().enumerate() {
         let freedom = correlations.degrees_of_freedom[j];
         add_budget(estimate, search, j, freedom, discretization.get(j), known);
     }
+    // Fits with random inputs and noise show whether the response is linear.
     if analysis.monte_carlo > 0 {
         let resampling = Resampling {
             name: "Monte Carlo",
@@ -71,7 +81,8 @@ pub(crate) fn add_budgets(
     }
 }
 
-/// Adds the spread of the estimates over so many Monte Carlo fits; one that differs from the budget is a note.
+/// Adds the spread of the estimates over this number of Monte Carlo `fits`. A spread that differs from the budget by more
+/// than [`NOT_LINEAR`] and by more than chance is a note.
 fn add_monte_carlo(
     estimates: &mut [Estimate],
     search: &Search,
@@ -92,7 +103,7 @@ fn add_monte_carlo(
         let inputs = known.variance(j).sqrt() * search.unknowns[j].slope(value);
         let (std, linear_std) = (spread.std_error, noise.hypot(inputs));
         // The standard deviation of n values has the relative standard error 1/sqrt(2 n).
-        let chance = 3.0 / (2.0 * fits as f64).sqrt();
+        let chance = SIGNIFICANT_SPREAD / (2.0 * fits as f64).sqrt();
         if (std / linear_std - 1.0).abs() > chance.max(NOT_LINEAR) {
             let text = format!(
                 "{}: the Monte Carlo spread is {:.2} times that of the budget. The model is not linear over the \
@@ -107,7 +118,8 @@ fn add_monte_carlo(
     }
 }
 
-/// Adds the budget of unknown `j`, whose noise has these degrees of freedom, with its combined and expanded uncertainty.
+/// Adds the budget of unknown `j` with its combined and expanded uncertainty. `noise_freedom` are the degrees of freedom of
+/// its noise; none: a known noise. Nothing is added without a value or a standard error.
 fn add_budget(
     estimate: &mut Estimate,
     search: &Search,
@@ -157,6 +169,7 @@ fn add_budget(
             (std_error, noise_freedom)
         }
     };
+    // Discretization errors are bounds of unknown sign: their distributions are rectangular.
     if let Some(error) = discretization {
         for (source, relative) in [("mesh", error.mesh), ("step", error.step)] {
             let size = relative.map(|relative| relative * value.abs() / 3.0_f64.sqrt());
@@ -169,7 +182,7 @@ fn add_budget(
     let coverage_factor = effective_coverage_factor(combined, scatter, freedom);
     // The smallest positive number as a limit represents zero.
     let [low, high] = estimate.name.limits();
-    let low = if low > 0.0 && low < 1e-300 { 0.0 } else { low };
+    let low = if low > 0.0 && low < ZERO_LIMIT { 0.0 } else { low };
     let expanded =
         [-1.0, 1.0].map(|side| (value + side * coverage_factor * combined).clamp(low, high));
     estimate.budget = lines;
@@ -178,7 +191,8 @@ fn add_budget(
     estimate.expanded95 = Some(expanded);
 }
 
-/// Coverage factor of a combined standard uncertainty, of which the part `scatter` has finite degrees of freedom.
+/// Coverage factor of a `combined` standard uncertainty, of which the part `scatter` has `freedom` degrees of freedom (none:
+/// known) and the rest infinitely many: Student's t at `freedom (combined/scatter)^4`.
 fn effective_coverage_factor(combined: f64, scatter: f64, freedom: Option<f64>) -> f64 {
     let effective = freedom.map(|freedom| freedom * (combined / scatter).powi(4));
     quantile95(effective.filter(|effective| *effective < MANY))

@@ -1,4 +1,6 @@
-//! Entries of the uncertainty budget of a report.
+//! Entries of the uncertainty budget of a report, as they are stored: one source of uncertainty ([`BudgetLine`]), the spread
+//! of Monte Carlo fits ([`MonteCarlo`]), and the response to +1 % of an input ([`InputSensitivity`]). Their fields are
+//! described in the schema.
 
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -34,8 +36,8 @@ pub struct BudgetLine {
 }
 
 impl BudgetLine {
-    /// A source without a unit, of this contribution; its share is the squared contribution until it is divided by the
-    /// combined variance.
+    /// A line of a `source` without a unit. `contribution` is the standard uncertainty of the parameter by it, in its unit.
+    /// The share is the squared contribution until it is divided by the combined variance.
     pub(crate) fn new(
         parameter: Parameter,
         source: impl Into<String>,

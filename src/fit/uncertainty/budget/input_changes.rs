@@ -1,4 +1,9 @@
 //! Changes of inputs: numbers of the scenes that are not identified.
+//!
+//! An [`InputChange`] has the number, its value and its change in each group of experiments with the same value. A known
+//! input changes by one standard uncertainty, an omitted effect by its plausible size. [`unstated_inputs`] returns 1 % of
+//! every other number of geometry, material, loads, camera and motion. Derivatives of the residuals by these numbers yield
+//! the [input directions](crate::fit::uncertainty::budget::input_directions).
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
@@ -6,7 +11,7 @@ use crate::fit::search::Search;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
-/// Most numbers whose sensitivities are computed without a stated uncertainty.
+/// Largest number of numbers whose sensitivities are computed without a stated uncertainty: each costs a derivative.
 const MOST_NUMBERS: usize = 16;
 /// Relative change of an unstated input.
 const PER_CENT: f64 = 0.01;
@@ -25,13 +30,14 @@ const INPUT_PATHS: [&str; 10] = [
 ];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
-/// Relative difference up to which changes of the density are equal.
+/// Relative difference up to which changes of the density are equal, up to rounding.
 const EQUAL: f64 = 1e-9;
 
-/// A change of one or several numbers of the scenes.
+/// A change of one or several numbers of the scenes, such as the components of a vector.
 pub(crate) struct InputChange {
     /// Name of the input.
     pub source: String,
+    /// One part for each number and each value of it.
     pub parts: Vec<ValueChange>,
 }
 
@@ -47,7 +53,7 @@ pub(crate) struct ValueChange {
 }
 
 impl InputChange {
-    /// Change of a number in all its experiments by `change`, a function of its value.
+    /// Change of a `number` in all its experiments by `change`, a function of its value. Empty where no scene has the number.
     fn new(experiments: &[Experiment], number: &Unknown, change: impl Fn(f64) -> f64) -> Self {
         let mut parts: Vec<ValueChange> = Vec::new();
         for experiment in experiments.iter().filter(|e| number.is_of(e)) {
@@ -66,7 +72,7 @@ impl InputChange {
         Self { source: number.to_string(), parts }
     }
 
-    /// Change of a number in all its experiments by a `size` in its unit.
+    /// Change, named `source`, of a `number` in all its experiments by a `size` in its unit.
     pub fn with_size(
         experiments: &[Experiment],
         source: &str,
@@ -76,12 +82,12 @@ impl InputChange {
         Self { source: source.into(), ..Self::new(experiments, number, |_| size) }
     }
 
-    /// Change of a known input by its standard uncertainty.
+    /// Change of a known input by its standard uncertainty in all its experiments.
     pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
         Self::new(experiments, &known.as_unknown(), |_| known.sigma)
     }
 
-    /// The same change about values that already differ by so many of it.
+    /// The same change about values that already differ by this many `times` of it.
     pub fn shifted(&self, times: f64) -> Self {
         // The change itself stays, so that derivatives refer to the same unit.
         let mut parts = self.parts.clone();
@@ -89,7 +95,7 @@ impl InputChange {
         Self { source: self.source.clone(), parts }
     }
 
-    /// Relative change of the density, if this is a change of the density of all experiments; else none.
+    /// Relative change of the density, if this is an equal relative change of the density of all experiments; else none.
     pub fn relative_density_change(&self, experiments: &[Experiment]) -> Option<f64> {
         let relative = |part: &ValueChange| part.change / part.value;
         let first = relative(self.parts.first()?);
@@ -115,7 +121,8 @@ impl InputChange {
     }
 }
 
-/// One per cent of every input that is neither identified nor known; the components of a vector are one change.
+/// A change by 1 % of every input of [`INPUT_PATHS`] that is neither identified nor known, nor zero, up to [`MOST_NUMBERS`]
+/// numbers. The components of a vector are one change.
 pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputChange> {
     let is_stated = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))
@@ -126,6 +133,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
     let mut numbers: Vec<Parameter> = Vec::new();
     for experiment in search.experiments {
         let problem = &experiment.problem;
+        // Every number of the scene, each once over all experiments.
         for parameter in Parameter::all(problem.scene()) {
             let path = parameter.path();
             // A number of zero has no relative change.

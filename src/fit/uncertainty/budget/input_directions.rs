@@ -1,7 +1,9 @@
 //! Linear response of the estimates to changes of inputs.
 //!
-//! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by
-//! `-(J'WJ)^-1 J'W dr`. Derivatives of the residuals by inputs are those by parameters, all from one run.
+//! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by `-(J'WJ)^-1
+//! J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by parameters, all
+//! in one run. [`InputDirections`] has the changes of the weighted residuals, the responses of the unknowns, and the part of
+//! each change that is orthogonal to the Jacobian. Budgets and score tests use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -18,7 +20,7 @@ pub(crate) struct InputDirections {
     free: Vec<usize>,
     /// Lengths of the columns of the weighted Jacobian, of all unknowns.
     norms: Vec<f64>,
-    /// Factors of the columns of the free unknowns, scaled to length one.
+    /// QR factors of the weighted columns of the free unknowns, scaled to length one.
     factors: QR<f64, Dyn, Dyn>,
     /// Changes of the weighted residuals, a column each.
     pub changes: DMatrix<f64>,
@@ -28,6 +30,7 @@ pub(crate) struct InputDirections {
 
 impl InputDirections {
     /// Computes the derivatives at an optimum by one run of the `experiments`, those of the search or a coarse model of them.
+    /// The linear fit has the identified unknowns and the weights of the residuals. Error: the simulation fails.
     pub fn new(
         Fitted { search, optimum }: Fitted,
         experiments: &[Experiment],
@@ -66,12 +69,13 @@ impl InputDirections {
         Ok(Self { free, norms, factors: columns.qr(), changes: by_changes, residuals })
     }
 
-    /// Responses of every unknown, on its scale, to every change; none for unknowns that are not identified.
+    /// Responses to every change (outer index) of every unknown on its scale; none for unknowns that are not identified.
     pub fn responses(&self) -> Vec<Vec<Option<f64>>> {
         self.responses_to(&self.changes)
     }
 
-    /// Responses of every unknown, on its scale, to other changes of the weighted residuals, a column each.
+    /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale: `-R^-1 Q'
+    /// change`. None for unknowns that are not identified, or that other unknowns replace entirely.
     pub fn responses_to(&self, changes: &DMatrix<f64>) -> Vec<Vec<Option<f64>>> {
         let Self { free, norms, factors, .. } = self;
         let solved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));
@@ -84,7 +88,7 @@ impl InputDirections {
         (0..changes.ncols()).map(|c| (0..norms.len()).map(|j| response(c, j)).collect()).collect()
     }
 
-    /// The part of each change of the weighted residuals that the unknowns cannot follow.
+    /// The part of each change of the weighted residuals, a column each, that the unknowns cannot follow: `(1 - QQ') change`.
     pub fn orthogonal_changes(&self) -> DMatrix<f64> {
         let q = self.factors.q();
         &self.changes - &q * q.tr_mul(&self.changes)

@@ -1,14 +1,15 @@
 //! Effect of the errors of known inputs on a fit that takes them for exact: on the estimates, and on the residuals.
 //!
-//! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot follow. The
-//! most probable errors of all known inputs, with their correlations `R` in units of their standard uncertainties and the
-//! variance `v` of the noise, are
+//! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot follow.
+//! The most probable errors of all known inputs, with their correlations `R` in units of their standard uncertainties, the
+//! columns `u` of `U` and the variance `v` of the noise, are
 //!
 //! ```text
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
 //! ```
 //!
-//! The estimates do not change, as `U` is orthogonal to the Jacobian.
+//! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] removes these errors
+//! from the residuals before they are tested. The variance of each estimate by the inputs is a part of its budget.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -21,17 +22,20 @@ use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, weighted_res
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds in which the variance of the noise and the errors of the inputs are computed from each other.
+/// Rounds in which the variance of the noise and the errors of the inputs are computed from each other. More rounds change
+/// the result less.
 const ROUNDS: usize = 10;
-/// Standard uncertainties beyond which an error of an input is no chance.
+/// Most probable error of an input, in standard uncertainties, above which it is no chance: it is then a warning.
 const IMPROBABLE: f64 = 4.0;
 
 /// Known inputs, and the responses of the fit to their errors.
 #[derive(Default)]
 pub(crate) struct InputErrors<'a> {
+    /// The known inputs.
     pub knowns: &'a [Known],
     /// Value of every known input, if all its experiments have the same one.
     pub values: Vec<Option<f64>>,
+    /// Correlation matrix of their errors.
     pub correlations: DMatrix<f64>,
     /// Responses of every unknown, on its scale, to one standard uncertainty of every known input.
     responses: Vec<Vec<Option<f64>>>,
@@ -40,7 +44,8 @@ pub(crate) struct InputErrors<'a> {
 }
 
 impl<'a> InputErrors<'a> {
-    /// Known inputs with their correlations and the responses to them, from the sensitivities.
+    /// Known inputs with the responses to them, from the `sensitivities` that were computed for the same inputs. Error:
+    /// correlations that contradict each other.
     pub fn new(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
         let count = knowns.len();
         Ok(Self {
@@ -52,19 +57,19 @@ impl<'a> InputErrors<'a> {
         })
     }
 
-    /// Responses of unknown `j`, on its scale, to one standard uncertainty of each known input.
+    /// Responses of unknown `j`, on its scale, to one standard uncertainty of each known input; 0 where there is none.
     pub fn responses_of(&self, j: usize) -> DVector<f64> {
         let own = self.responses.iter().map(|responses| responses[j].unwrap_or(0.0));
         DVector::from_iterator(self.knowns.len(), own)
     }
 
-    /// Variance of unknown `j`, on its scale, by all known inputs.
+    /// Variance of unknown `j`, on its scale, by the errors of all known inputs with their correlations.
     pub fn variance(&self, j: usize) -> f64 {
         let own = self.responses_of(j);
         own.dot(&(&self.correlations * &own)).max(0.0)
     }
 
-    /// Most probable errors of the known inputs, in standard uncertainties, for weighted residuals.
+    /// Most probable errors of the known inputs, in standard uncertainties, for weighted `residuals`.
     fn probable_errors(&self, residuals: &DVector<f64>, noise: &ResidualNoise) -> DVector<f64> {
         let k = self.knowns.len();
         let square = self.orthogonal.tr_mul(&self.orthogonal);
@@ -84,8 +89,9 @@ impl<'a> InputErrors<'a> {
         errors
     }
 
-    /// The optimum with the residuals that remain after the most probable errors of the known inputs; none without any. An
-    /// improbable error is a warning, and explains no residuals.
+    /// The optimum with the residuals that remain without the most probable errors of the known inputs; none without known
+    /// inputs, or where the residuals are rounding errors. An error above [`IMPROBABLE`] is a warning, and explains no
+    /// residuals.
     pub fn without_explained(
         &self,
         fitted: Fitted,
@@ -97,6 +103,7 @@ impl<'a> InputErrors<'a> {
             return None;
         }
         let errors = self.probable_errors(&weighted_residuals(fitted, noise), noise);
+        // A contradicted input would hide a missing effect in its error.
         let largest = errors.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((i, error)) = largest.filter(|(_, error)| error.abs() > IMPROBABLE) {
             let known = &self.knowns[i];

@@ -9,6 +9,8 @@
 //!
 //! at the optimum, with the weights, mesh and step of the fit. A coarse mesh is not accurate enough: where a long record
 //! determines the phase of a vibration, the errors of coarse derivatives are as large as the sensitivities themselves.
+//! [`InputSensitivities`] has the response of each unknown to one standard uncertainty of the known inputs, and to +1 % of
+//! the others. The latter are computed where they are cheap ([`are_unstated_wanted`]).
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -39,15 +41,15 @@ pub(crate) struct InputSensitivities {
     pub known: Vec<InputChange>,
     /// One per cent of every other input.
     unstated: Vec<InputChange>,
-    /// Responses to all changes, to the known inputs first.
+    /// Responses of every unknown, on its scale, to each change, to the known inputs first; none for unidentified unknowns.
     pub responses: Vec<Vec<Option<f64>>>,
-    /// The part of each change of the weighted residuals that the unknowns cannot follow.
+    /// The part of each change of the weighted residuals that the unknowns cannot follow, a column each.
     pub orthogonal: DMatrix<f64>,
 }
 
 impl InputSensitivities {
-    /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs. Unstated inputs are
-    /// included if `with_unstated`.
+    /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs. Unstated inputs
+    /// are included if `with_unstated`. Without any input there is no run. Error: the simulation fails.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,
@@ -71,8 +73,8 @@ impl InputSensitivities {
         Ok(Self { known, unstated, responses, orthogonal })
     }
 
-    /// Derivatives of the unknowns, on their scales, by the logarithm of the density of all experiments; none where that is
-    /// no input, or its sensitivities were not computed.
+    /// Derivatives of the unknowns, on their scales, by the logarithm of the density of all experiments; none where the
+    /// density is no input, or its sensitivities were not computed.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
         // The density may be a known input or an unstated one.
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
@@ -82,7 +84,8 @@ impl InputSensitivities {
         Some(responses.iter().map(|response| Some((*response)? / change)).collect())
     }
 
-    /// Adds the sensitivities to unstated inputs to the estimates with a standard error, the largest first.
+    /// Adds the sensitivities to +1 % of each unstated input to the estimates with a standard error, the largest first.
+    /// Changes below [`NEGLIGIBLE`] are left out.
     pub fn add_to(&self, search: &Search, estimates: &mut [Estimate]) {
         for (j, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
             let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
@@ -111,7 +114,8 @@ impl InputSensitivities {
     }
 }
 
-/// Whether the sensitivities to unstated inputs are computed, after a search that cost `spent` simulations.
+/// Whether the sensitivities to unstated inputs are computed: as the analysis requests, else if their cost in simulations is
+/// at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. False after an interruption.
 pub(crate) fn are_unstated_wanted(
     search: &Search,
     analysis: &Analysis,

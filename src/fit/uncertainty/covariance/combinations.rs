@@ -1,25 +1,28 @@
 //! Identifiable combinations of two parameters that are not identifiable separately, such as `youngs_modulus/density`.
 //!
-//! Along a direction `(a, b)` of two logarithms no observed value changes. The product of powers `p1^b p2^-a` is
-//! constant along it, and the data determine it where it is constant along all other such directions as well. Its logarithm
-//! `v.x` has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
+//! Along a direction `(a, b)` of two logarithms no observed value changes. The product of powers `p1^b p2^-a` is constant
+//! along it, and the data determine it where it is constant along all other such directions as well. Its logarithm `v.x` has
+//! the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
+//! [`constant_combinations`] returns the exponents `v` for the covariance; [`Combination`] has name and unit for the report.
 
 use crate::fit::unknown::Unknown;
 
-/// Largest cosine of the angle between a direction and the exponents of a product that is constant along it.
+/// Largest cosine of the angle between a direction and the exponents of a product that is constant along it. Exact
+/// orthogonality is lost by rounded exponents; larger values accept products that vary.
 const ORTHOGONAL: f64 = 1e-2;
 
-/// A product of powers of the unknowns.
+/// A product of powers of the unknowns that the data determine, although not each factor.
 #[derive(Clone, Debug)]
 pub(crate) struct Combination {
-    /// Exponent of every unknown.
+    /// Exponent of every unknown; 0 for those that are no factor.
     pub exponents: Vec<f64>,
-    /// Standard deviation of the logarithm.
+    /// Standard deviation of the logarithm of the product.
     pub deviation: f64,
 }
 
-/// Exponents of the product of powers of two positive parameters that is constant along a direction; none for other directions.
-/// They are rounded to the accuracy of singular vectors.
+/// Exponents, one per unknown, of the product of powers that is constant along `direction`, a change of the unknowns on their
+/// scales. None unless exactly two components are not zero, both of positive parameters. The smaller exponent is 1 in
+/// absolute value, the first one positive; both are rounded to two decimals, the accuracy of singular vectors.
 pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Option<Vec<f64>> {
     let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
     let [one, two] = involved[..] else { return None };
@@ -35,7 +38,8 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
     Some(exponents)
 }
 
-/// Exponents of the products that are constant along all `directions`, each of two parameters of one of them.
+/// Exponents of the products that are constant along all `directions`: from each direction the product of its two parameters,
+/// if the other directions leave it constant too, by [`ORTHOGONAL`].
 pub(crate) fn constant_combinations(
     unknowns: &[Unknown],
     directions: &[&Vec<f64>],
@@ -52,12 +56,12 @@ pub(crate) fn constant_combinations(
 }
 
 impl Combination {
-    /// Name, such as `youngs_modulus/density`.
+    /// Name, such as `youngs_modulus/density`, from the names of the unknowns.
     pub fn name(&self, unknowns: &[Unknown]) -> String {
         product(&self.exponents, |j| unknowns[j].to_string())
     }
 
-    /// Unit, such as `m^2/s^2`.
+    /// Unit, such as `m^2/s^2`, from the SI units of the unknowns.
     pub fn unit(&self, unknowns: &[Unknown]) -> String {
         // Composite units in a power are in brackets.
         let unit = product(&self.exponents, |j| {
@@ -68,13 +72,14 @@ impl Combination {
         if unit == "Pa/(kg/m^3)" { "m^2/s^2".into() } else { unit }
     }
 
-    /// Indices of the unknowns with their exponents, without those of zero.
+    /// Indices of the unknowns with their exponents, ascending, without those of zero.
     pub fn powers(&self) -> impl Iterator<Item = (usize, f64)> {
         self.exponents.iter().copied().enumerate().filter(|(_, power)| *power != 0.0)
     }
 }
 
-/// `a^p*b/(c^q)` with factors of these exponents and symbols, without empty symbols; negative powers are in the denominator.
+/// Text `a^p*b/(c^q)` of a product with these `exponents`, where `symbol` returns the text of each factor. Negative powers
+/// are in the denominator; empty symbols are left out.
 fn product(exponents: &[f64], symbol: impl Fn(usize) -> String) -> String {
     let join = |sign: f64| {
         let own = exponents.iter().enumerate().filter(|(_, power)| sign * **power > 0.0);

@@ -1,9 +1,10 @@
 //! Groups of parameters that the data determine: combinations of unidentifiable parameters, and ratios to the density.
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and density
-//! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is proportional
-//! to the density of the scene. The criterion are the sensitivities: the logarithmic derivative by the density is 1 for the
-//! estimates of moduli, and 0 for all others.
+//! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is
+//! proportional to the density of the scene. The criterion are the sensitivities to the inputs: the logarithmic derivative by
+//! the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`]. The report lists the
+//! groups with standard errors.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
@@ -18,9 +19,10 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Tolerance of the logarithmic derivatives by the density, which are 1 or 0.
+/// Tolerance of the logarithmic derivatives by the density, which are 1 or 0 where the data have no scale of forces. Larger:
+/// data that determine the mass weakly count as data without a scale.
 const DERIVATIVE_TOLERANCE: f64 = 1e-3;
-/// Relative difference below which the sections of several experiments are equal.
+/// Relative difference below which the factors of several experiments are equal, up to rounding.
 const SAME_SECTION: f64 = 1e-9;
 
 /// A combination of parameters that the data determine.
@@ -44,7 +46,7 @@ pub struct DeterminedGroup {
 }
 
 impl fmt::Display for DeterminedGroup {
-    /// Writes the determined group as text.
+    /// Writes name, value, unit, standard error in per cent, and the 95 % interval if there is one.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, value, relative_std_error, unit, interval95 } = self;
         write!(f, "{name} = {value:.4e} {unit} +- {:.2} %", 100.0 * relative_std_error)?;
@@ -55,8 +57,8 @@ impl fmt::Display for DeterminedGroup {
     }
 }
 
-/// Values of the identifiable combinations, corrected for chosen numerics, with intervals that contain the remaining
-/// discretization error.
+/// Groups for the identifiable combinations of the covariance, corrected by the `bias` of chosen numerics. Intervals contain
+/// the remaining discretization error. Empty without convergence.
 pub(crate) fn determined_combinations(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, .. }: &LocalAnalysis,
@@ -65,6 +67,7 @@ pub(crate) fn determined_combinations(
     let group = |combination: &Combination| {
         let Combination { exponents, deviation } = combination;
         let corrections = bias.corrections_along(exponents);
+        // The logarithm of the product is linear in the unknowns, which are logarithms.
         let log: f64 = exponents.iter().zip(&optimum.x).map(|(power, x)| power * x).sum();
         let log = log + corrections.iter().sum::<f64>();
         // The largest coverage factor of its unknowns is on the safe side.
@@ -81,7 +84,7 @@ pub(crate) fn determined_combinations(
     covariance.combinations.iter().filter(|_| optimum.converged).map(group).collect()
 }
 
-/// A second moment of a section over mass per length, in m^4/(kg/m): the factor between a modulus and a group.
+/// Factor between a modulus and its group: second moment of the section over mass per length, in m^4/(kg/m).
 #[derive(Clone, Copy)]
 struct GroupFactor {
     /// Symbol of the stiffness, such as `EI`.
@@ -89,7 +92,8 @@ struct GroupFactor {
     value: f64,
 }
 
-/// Factors of the groups of a modulus in an experiment.
+/// Factors of the groups of `modulus` in an experiment: `GJ` of a shear modulus, else `EI`, or `EI1` and `EI2` of a rod in
+/// space.
 fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     let moments = problem.scene().rod.section.moments();
     let density = problem.scene().material.density;
@@ -105,7 +109,7 @@ fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     }
 }
 
-/// Factors of the groups of a modulus that all its experiments share; none where they differ.
+/// Factors of the groups of `modulus` that all these experiments share; empty where they differ, or without experiments.
 fn shared_factors<'a>(
     mut experiments: impl Iterator<Item = &'a Experiment>,
     modulus: Parameter,
@@ -123,8 +127,8 @@ fn shared_factors<'a>(
     if is_shared { first } else { Vec::new() }
 }
 
-/// Ratios of stiffness to mass per length; none where the data determine the mass, or the sensitivities to the density are
-/// unknown.
+/// Ratios of stiffness to mass per length, m^4/s^2, one or two for each identified modulus. Empty where the data determine
+/// the mass, or the sensitivities to the density of all experiments are unknown.
 pub(crate) fn determined_groups(
     search: &Search,
     estimates: &[Estimate],

@@ -1,9 +1,11 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! Zero singular values of the Jacobian with unit columns belong to directions of the unknowns without effect (structural).
-//! The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance
-//! `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Directions with a standard deviation beyond the
-//! limits below are practically not identifiable.
+//! Input are the rows of the Jacobian by the unknowns on their scales, in units of the noise. Zero singular values of the
+//! Jacobian with unit columns belong to directions of the unknowns without effect (structural). The inverse `(J'J)^-1` of the
+//! normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1
+//! M (J'J)^-1` for a gradient with the covariance `v M`. Directions with a standard deviation beyond [`PRACTICAL_LOG`] and
+//! similar limits are practically not identifiable. [`Covariance`] also returns the linear response of a fit to changes of
+//! its residuals.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};
@@ -25,17 +27,19 @@ const SMALLEST_EFFECT: f64 = 1e-9;
 /// because of it.
 const BOUNDED_LIMIT: f64 = 20.0;
 
-/// Identifiable unknowns and weights of the residuals: the linear model of a fit at its optimum.
+/// Linear model of a fit at its optimum: the unknowns that respond, and the weights of its residuals.
 pub(crate) struct LinearFit {
+    /// Whether each unknown responds to changes of the residuals.
     pub identified: Vec<bool>,
+    /// Factor on every residual and its row of the Jacobian.
     pub weights: Vec<f64>,
 }
 
 /// Linear response of a fit to a change of its residuals.
 pub(crate) struct LinearResponse {
-    /// Changes of the unknowns on their scales, where they respond.
+    /// Changes of the unknowns on their scales; none for those that do not respond.
     pub unknowns: Vec<Option<f64>>,
-    /// Changes of the residuals once the unknowns have responded.
+    /// Changes of the unweighted residuals once the unknowns have responded.
     pub residuals: Vec<f64>,
 }
 
@@ -64,12 +68,13 @@ pub(crate) struct Covariance {
 }
 
 impl Covariance {
-    /// Analyzes the `rows` of the Jacobian by the unknowns on their scales, in units of the noise, whose `variance` is 1 with
-    /// a stated sigma.
+    /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales, in units of the noise,
+    /// whose `variance` is 1 with a stated sigma. `bounds` are the one-sided bounds, in the order of the unknowns; empty:
+    /// none.
     ///
     /// `motion` is the norm of the observed motion in the same units, and `score_covariance` the covariance of the gradient
     /// over the variance, where it is not `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum, over
-    /// the one at the end of a 95 % interval.
+    /// the one at the end of a 95 % interval. Error: the singular value decomposition fails.
     pub fn new(
         unknowns: &[Unknown],
         bounds: &[Option<OneSidedBound>],
@@ -103,6 +108,7 @@ impl Covariance {
         if active.is_empty() {
             return Ok(found);
         }
+        // Columns of length one: singular values then do not depend on the units of the unknowns.
         let scaled = Mat::from_fn(rows.len().max(active.len()), active.len(), |i, j| {
             rows.get(i).map_or(0.0, |row| row[active[j]] / norms[active[j]])
         });
@@ -150,6 +156,8 @@ impl Covariance {
         }
         let deviations: Vec<f64> = (0..n).map(|j| (variance * unit[(j, j)]).sqrt()).collect();
         let (structural, mut practical) = sparsest(structural, practical);
+        // Unknowns with a component along any of these directions are refused; products that are constant along all of them
+        // are kept.
         let directions: Vec<&Vec<f64>> = structural.iter().chain(&practical).collect();
         let mut is_refused: Vec<bool> =
             (0..n).map(|j| directions.iter().any(|along| along[j] != 0.0)).collect();
@@ -188,7 +196,7 @@ impl Covariance {
         Ok(found)
     }
 
-    /// One unknown of each identifiable combination, ascending: with these held, the others are determined.
+    /// Index of the last unknown of each identifiable combination, ascending: with these held, the others are determined.
     pub fn held_unknowns(&self) -> Vec<usize> {
         let last = |c: &Combination| c.powers().map(|(j, _)| j).last();
         let mut held: Vec<usize> = self.combinations.iter().filter_map(last).collect();
@@ -197,12 +205,13 @@ impl Covariance {
         held
     }
 
-    /// Variance of the sum of the unknowns, on their scales, with these factors.
+    /// Variance of the sum of the unknowns, on their scales, times these `factors`.
     fn variance_of(&self, factors: DVector<f64>) -> f64 {
         self.variance * factors.dot(&(&self.unit_covariance * &factors))
     }
 
-    /// Variance, by the errors of the identifiable unknowns, of a quantity with these derivatives.
+    /// Variance, by the errors of the identifiable unknowns, of a quantity whose derivatives by the unknowns on their scales
+    /// are `row`.
     pub fn variance_along(&self, row: &[f64]) -> f64 {
         let factor = |j: usize| if self.deviation[j].is_some() { row[j] } else { 0.0 };
         self.variance_of(DVector::from_fn(row.len(), |j, _| factor(j)))
@@ -216,6 +225,7 @@ impl Covariance {
         let gradient =
             |j: usize| rows.iter().zip(&weighted).map(|(row, c)| row[j] * c).sum::<f64>();
         let all = &self.inverse * DVector::from_fn(n, |j, _| gradient(j));
+        // Responses of undetermined unknowns are arbitrary, and are left out.
         let is_combined = |j: usize| self.combinations.iter().any(|c| c.exponents[j] != 0.0);
         let responds =
             |j: usize| self.deviation[j].is_some() || self.has_bound[j] || is_combined(j);

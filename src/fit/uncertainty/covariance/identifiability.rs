@@ -2,7 +2,9 @@
 //!
 //! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns that do not
 //! change the observed values: structurally, if they would not change exact data either, or practically, if the noise hides
-//! the change.
+//! the change. [`sparsest`] rewrites these vectors with few unknowns each. [`describe_directions`] turns them into
+//! [`UnidentifiableDirection`]s with a text for the report. The limits of practical identifiability are [`PRACTICAL_LOG`] and
+//! [`PRACTICAL_LINEAR`], standard deviations of an unknown on its scale.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
@@ -13,20 +15,20 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
-/// Components of a direction below this part of the largest are zero.
+/// Components of a direction below this part of the largest are zero. Smaller: descriptions list unknowns by rounding errors.
 const SMALLEST_COMPONENT: f64 = 0.05;
-/// Most unknowns of a direction that its description lists completely.
+/// Largest number of unknowns of a direction that its description lists completely.
 const MOST_LISTED: usize = 6;
-/// Unknowns that the description of a longer direction lists: those with the largest components.
+/// Number of unknowns that the description of a longer direction lists: those with the largest components.
 const LISTED: usize = 4;
-/// Directions that are described in a summary; the others are counted.
+/// Number of directions that a summary describes; the others are counted.
 const SUMMARIZED: usize = 3;
 /// Largest standard deviation of the logarithm of an identifiable parameter: a factor of e.
 pub(crate) const PRACTICAL_LOG: f64 = 1.0;
 /// The same of parameters that are not positive, in their units: a quarter of the range of beta or Poisson's ratio.
 const PRACTICAL_LINEAR: f64 = 0.25;
-/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is computed: it
-/// may be flatter than at the optimum.
+/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is computed:
+/// it may be flatter than at the optimum. Smaller: more simulations.
 pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Kind of non-identifiability.
@@ -42,7 +44,7 @@ pub enum NonIdentifiability {
 }
 
 impl NonIdentifiability {
-    /// The code that explains it.
+    /// The code of the kind in reports; `docs/codes.md` explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Structural => Code::Structural,
@@ -64,12 +66,14 @@ pub struct UnidentifiableDirection {
     pub description: String,
 }
 
-/// Largest standard deviation of an identifiable unknown, on its scale.
+/// Largest standard deviation with which an unknown is identifiable, on its scale: [`PRACTICAL_LOG`] of a logarithm, else
+/// [`PRACTICAL_LINEAR`].
 pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
     if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR }
 }
 
-/// A parameter without effect on the observed values. A damping is then zero at the optimum, if other unknowns have an effect.
+/// Finding on a parameter without effect on the observed values. It is structural, except for a damping among other unknowns
+/// that have an effect (`is_only_one` is false): that is zero at the optimum, by these data.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
     let (kind, description) = match is_damping(unknown) && !is_only_one {
         true => (
@@ -81,12 +85,13 @@ pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> Unidentifi
     UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description }
 }
 
-/// Description of an unknown without effect.
+/// Text on an unknown without effect.
 fn no_effect(unknown: &Unknown) -> String {
     format!("{unknown} has no effect on the observed quantities")
 }
 
-/// Descriptions of `directions`, changes of the unknowns on their scales, with the standard deviations of all unknowns.
+/// Findings of one `kind` on `directions`, changes of the unknowns on their scales with zeros for those not involved.
+/// `deviations` are the standard deviations of all unknowns on their scales.
 pub(crate) fn describe_directions(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
@@ -100,6 +105,7 @@ pub(crate) fn describe_directions(
         let invariant = constant_exponents(unknowns, &direction)
             .map(|exponents| Combination { exponents, deviation: 0.0 }.name(unknowns));
         let sum = || weighted_sum(unknowns, &direction, &involved);
+        // Structural directions are explained by their cause, practical ones by the size of the errors.
         let description = match (kind, &own[..], invariant) {
             (NonIdentifiability::Structural, [one], _) => no_effect(one),
             (NonIdentifiability::Structural, [one, two], Some(invariant)) => format!(
@@ -134,9 +140,10 @@ pub(crate) fn describe_directions(
     directions.into_iter().map(describe).collect()
 }
 
-/// Structural directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of
-/// equal singular values are arbitrary combinations. The structural ones are eliminated from the practical ones too.
-/// Components below [`SMALLEST_COMPONENT`] become zero.
+/// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination of the structural ones: singular
+/// vectors of equal singular values are arbitrary combinations. The structural ones are eliminated from the practical ones
+/// too. Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical
+/// directions.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,
@@ -167,7 +174,7 @@ pub(crate) fn sparsest(
     (structural, practical)
 }
 
-/// Largest absolute component of a direction.
+/// Largest absolute component of a direction; 0 of an empty one.
 fn largest_component(direction: &[f64]) -> f64 {
     direction.iter().fold(0.0, |most, d| most.max(d.abs()))
 }
@@ -192,7 +199,8 @@ fn practical_reason(
     format!("standard deviation {}", sizes.join(" and "))
 }
 
-/// A direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500 radius`.
+/// Text of a direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500 radius`. Of
+/// many `involved` unknowns the smallest components are counted only.
 fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> String {
     let most = largest_component(direction);
     let listed = listed_unknowns(direction, involved);
@@ -204,7 +212,8 @@ fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> 
     terms.join(" ")
 }
 
-/// The unknowns that a description lists: all `involved` ones, of many those with the largest components.
+/// Indices of the unknowns that a description lists: all `involved` ones, of more than [`MOST_LISTED`] the [`LISTED`] with
+/// the largest components.
 fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
     let mut listed = involved.to_vec();
     if listed.len() > MOST_LISTED {
@@ -214,7 +223,8 @@ fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
     listed
 }
 
-/// One sentence on all directions that the data do not determine.
+/// Text on all directions that the data do not determine: the descriptions of up to [`SUMMARIZED`], and the number of the
+/// others.
 pub(crate) fn summarize(findings: &[UnidentifiableDirection]) -> String {
     let described = findings.iter().take(SUMMARIZED).map(|f| f.description.clone());
     let mut parts: Vec<String> = described.collect();

@@ -1,5 +1,9 @@
 //! Local analysis of an optimum by its residuals and their derivatives: noise, autocorrelation, adequacy, covariance and
 //! one-sided bounds.
+//!
+//! [`LocalAnalysis::new`] computes in this order: the variance of the residuals and weights of the rows; the AR(1)
+//! correlations; the noise scales of the samples; bounds of dampings near zero; the covariance; one-sided bounds by profile
+//! likelihoods, and then the covariance again. All later assessments use these results.
 
 use crate::error::Error;
 use crate::fit::search::fitted::Fitted;
@@ -14,16 +18,21 @@ use crate::numerics::half_sum_of_squares;
 
 /// Statistics of an optimum by its residuals and their derivatives.
 pub(crate) struct LocalAnalysis {
+    /// Variance of the residuals, and weights of the rows.
     pub noise: ResidualNoise,
+    /// AR(1) correlations of the noise, and their effect on each unknown.
     pub correlations: NoiseCorrelations,
+    /// Residuals compared with the noise scale of the samples.
     pub adequacy: Adequacy,
     pub covariance: Covariance,
-    /// Bounds of unknowns whose logarithm has no normal distribution.
+    /// Bounds of unknowns whose logarithm has no normal distribution, in the order of the unknowns.
     pub bounds: Vec<Option<OneSidedBound>>,
 }
 
 impl LocalAnalysis {
-    /// Analyzes an optimum. After a correction of the residuals the one-sided bounds are those `known` from the data before it.
+    /// Analyzes an optimum. After a correction of the residuals the one-sided bounds are those `known` from the data before
+    /// it; with None they are searched for. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a
+    /// stop.
     pub fn new(fitted: Fitted, known: Option<&[Option<OneSidedBound>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         // Noise first: its weights scale the rows of the Jacobian for everything after.
@@ -66,7 +75,8 @@ impl LocalAnalysis {
         Ok(Self { noise, correlations, adequacy, covariance, bounds })
     }
 
-    /// The linear model of the fit at its optimum. One unknown of an identifiable combination represents it.
+    /// The linear model of the fit at its optimum. Unknowns with a standard deviation or a one-sided bound respond, and the
+    /// first one of each identifiable combination, which represents it.
     pub fn linear_fit(&self) -> LinearFit {
         let is_bounded = |bound: &Option<OneSidedBound>| bound.is_some_and(|b| b.is_one_sided());
         let all = self.covariance.deviation.iter().zip(&self.bounds);
@@ -79,7 +89,8 @@ impl LocalAnalysis {
     }
 }
 
-/// Norm of the observed motion, in units of the noise.
+/// Norm of the observed motion of all measurements, in units of the noise: the root of the sum of `(scale/sigma)^2` over all
+/// values.
 fn motion_norm(fitted: Fitted) -> f64 {
     let squares = fitted.measured().map(|own| {
         let scale = own.measurement.scale(&own.experiment.problem);

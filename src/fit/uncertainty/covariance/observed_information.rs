@@ -1,7 +1,8 @@
-//! Observed information: standard errors from the exact Hessian `H` of the misfit.
+//! Observed information: standard errors from the exact Hessian `H` of the misfit, on request, beside the Gauss-Newton ones.
 //!
-//! The covariance is `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is
-//! `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit.
+//! The covariance is `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is `H^-1 M
+//! H^-1`, with the covariance `M` of the gradient of the misfit. The Hessian takes second derivatives of the simulation. A
+//! Hessian that is not positive definite is a warning: the optimum is no isolated minimum.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -11,8 +12,9 @@ use crate::fit::uncertainty::noise::residual_noise::score_covariance;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
-/// Standard errors of the `estimates` in their units; none without a Hessian, or one that is not positive definite, which are
-/// warnings.
+/// Standard errors of the `estimates`, in their units, from the Hessian at the optimum. None for estimates with an upper
+/// bound, as their logarithm has no standard deviation. All are none, with a warning, where the Hessian fails or is not
+/// positive definite.
 pub(crate) fn std_errors(
     fitted: Fitted,
     LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,

@@ -1,10 +1,10 @@
 //! One-sided bounds of parameters that the data do not bound on the other side, from the profile likelihood.
 //!
 //! Above some modulus a rod no longer bends by a detectable amount: the misfit is flat, and an interval around the optimum
-//! has no meaning. The profile likelihood shows it: the parameter is held, all others are fitted, at factors of 2, 16 and 65536
-//! from the optimum. A side is open where twice the misfit, in units of the variance of the noise, rises by less than 4 at all
-//! distances. The other side ends where the profile has risen by the square of the one-sided 95 % quantile above its least
-//! value.
+//! has no meaning. The profile likelihood shows it: the parameter is held, all others are fitted, at factors of 2, 16 and
+//! 65536 from the optimum. A side is open where twice the misfit, in units of the variance of the noise, rises by less than 4
+//! at all distances. The other side ends where the profile has risen by the square of the one-sided 95 % quantile above its
+//! least value. [`add_one_sided_bounds`] adds the bounds of all unknowns; exactly one open side is a bound.
 
 use crate::error::Error;
 use crate::fit::search::damping::is_damping;
@@ -20,38 +20,44 @@ use std::f64::consts::LN_2;
 /// Rise of the profile, in units of the variance of the noise, up to which a side is open: two standard deviations of a
 /// likelihood ratio.
 const OPEN_BELOW: f64 = 4.0;
-/// Rise above which a side is closed, and nothing farther off is evaluated.
+/// Rise, in units of the variance of the noise, above which a side is closed, and nothing farther off is evaluated: five
+/// standard deviations.
 const CLOSED_ABOVE: f64 = 25.0;
 /// Distances on the scale of logarithms at which the profile is evaluated: from a factor of two, four times as far
 /// each, to five decades. Farther off the rounding errors of a simulation show.
 const DISTANCES: [f64; 3] = [LN_2, 4.0 * LN_2, 16.0 * LN_2];
-/// The same where the profile is flat on both sides of an optimum, which may be far from where it rises.
+/// The same where the profile is flat on both sides of an optimum, which may be far from where it rises: 9.6 and 14.4
+/// decades.
 const FARTHER: [f64; 2] = [32.0 * LN_2, 48.0 * LN_2];
 /// Distance from the optimum of the end of an open side: a factor of two, but for rounding.
 const LEAST_DISTANCE: f64 = 0.99 * LN_2;
-/// Distance beyond the values of the scan up to which it is evaluated.
+/// Distance beyond the largest value of the scan, on the scale of logarithms, up to which the profile is evaluated: a factor
+/// of 16.
 const BEYOND_SCAN: f64 = 4.0 * LN_2;
 /// Misfit of the scan at the end of an axis over its least one below which the profile is evaluated. A rise by
 /// [`OPEN_BELOW`] of twenty values is less.
 const FLAT: f64 = 1.5;
-/// Most points of the search for an end.
+/// Largest number of points of the search for the end of a bound.
 const MOST_STEPS: usize = 12;
-/// Accuracy of an end on the scale of logarithms.
+/// Accuracy of an end on the scale of logarithms: 2 %.
 const TOLERANCE: f64 = 0.02;
+/// Least and largest part of the bracket of an end at which its next point is evaluated, so that every step shortens the bracket.
+const BRACKET_PARTS: [f64; 2] = [0.1, 0.9];
 
-/// A point of the profile.
+/// A point of the profile: the optimum with one unknown held.
 struct ProfilePoint {
-    /// The parameter, on its scale.
+    /// The held unknown, on its scale.
     held: f64,
-    /// All unknowns there.
+    /// All unknowns at this point, on their scales.
     x: Vec<f64>,
     /// Rise of twice the misfit over the optimum, in units of the variance of the noise.
     rise: f64,
 }
 
-/// The profile of one unknown.
+/// The profile likelihood of one unknown, of whose sides at most one is open.
 struct OneSidedProfile<'a> {
     fitted: Fitted<'a>,
+    /// Index of the unknown.
     unknown: usize,
     /// The optimum, or the largest value of the scan where the optimum is beyond: there the rounding errors of a simulation
     /// are small.
@@ -64,7 +70,9 @@ struct OneSidedProfile<'a> {
     points: Vec<ProfilePoint>,
 }
 
-/// Adds one-sided bounds of positive parameters that the `covariance` does not determine, or whose scan is flat on a side.
+/// Adds one-sided bounds to `bounds`, one entry per unknown. Candidates are positive parameters without a prior that are
+/// unidentifiable by themselves, not in a combination, and those other than dampings whose scan is flat on a side. Nothing is
+/// added without convergence, or where the residuals are rounding errors. Error: the fit is stopped.
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,
     noise: &ResidualNoise,
@@ -104,7 +112,8 @@ pub(crate) fn add_one_sided_bounds(
     Ok(())
 }
 
-/// Whether the misfit of the scan is nearly the least one at an end of the values of unknown `j`.
+/// Whether the misfit of the scan at an end of the values of unknown `j`, more than a factor of two from the optimum, is
+/// below [`FLAT`] times the least one. False without a scan of three values.
 fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     let scanned = search.journal.scanned_line(j);
     let least = scanned.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
@@ -115,7 +124,7 @@ fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
 }
 
 impl<'a> OneSidedProfile<'a> {
-    /// The profile at the optimum, before it is explored.
+    /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown.
     fn new(fitted: Fitted<'a>, unknown: usize, variance: f64) -> Self {
         let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
@@ -134,7 +143,8 @@ impl<'a> OneSidedProfile<'a> {
         Self { fitted, unknown, here, range, variance, points: vec![first] }
     }
 
-    /// The bound, if exactly one side is open; `quantile` is the distance of a one-sided 95 % limit in standard deviations.
+    /// The bound, if exactly one side is open; else none. `quantile` is the distance of a one-sided 95 % limit in standard
+    /// deviations. The value is the accepted point nearest to the optimum, as the profile is flat toward the open side.
     fn bound(mut self, quantile: f64) -> Result<Option<OneSidedBound>, Error> {
         let here = self.here;
         if here != self.fitted.optimum.x[self.unknown] {
@@ -173,34 +183,38 @@ impl<'a> OneSidedProfile<'a> {
         }))
     }
 
-    /// The least rise of the profile, negative where a point is better than the optimum.
+    /// The least rise of the points, negative where a point is better than the optimum.
     fn least(&self) -> f64 {
         self.points.iter().map(|p| p.rise).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the lower and the upper side are open: the farthest point has hardly risen.
+    /// Whether the lower and the upper side are open: their farthest points are at least [`LEAST_DISTANCE`] from the optimum
+    /// and have risen by less than [`OPEN_BELOW`].
     fn is_open(&self) -> [bool; 2] {
         let (least, here) = (self.least(), self.here);
         self.test_ends(|p| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= LEAST_DISTANCE)
     }
 
-    /// Whether the profile rises on the lower and the upper side. At a bound of the parameter it may neither rise nor be open.
+    /// Whether the profile has risen by [`OPEN_BELOW`] on the lower and the upper side. At a bound of the parameter a side
+    /// may be neither open nor closed.
     fn is_closed(&self) -> [bool; 2] {
         let least = self.least();
         self.test_ends(|p| p.rise - least >= OPEN_BELOW)
     }
 
-    /// Result of a test of the least and the largest point.
+    /// Result of a `test` of the least and the largest point of the profile.
     fn test_ends(&self, test: impl Fn(&ProfilePoint) -> bool) -> [bool; 2] {
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(&test))
     }
 
-    /// Evaluates the profile on a side at growing distances, until it has risen, cannot be simulated, or the range ends.
+    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from the optimum, until it has risen above
+    /// [`CLOSED_ABOVE`], cannot be simulated, or the range ends.
     fn explore(&mut self, side: f64, distances: &[f64]) -> Result<(), Error> {
         let ([low, high], here) = (self.range, self.here);
         let limit = if side > 0.0 { high - here } else { here - low };
         let end = if side > 0.0 { self.points.last() } else { self.points.first() };
         let explored = end.map_or(0.0, |end| (end.held - here).abs());
+        // Each fit of the other unknowns starts at the optimum of the nearest point.
         let mut from = end.map_or(&self.fitted.optimum.x, |end| &end.x).clone();
         for distance in distances {
             let reached = distance.min(limit);
@@ -221,7 +235,8 @@ impl<'a> OneSidedProfile<'a> {
         Ok(())
     }
 
-    /// The profile at a value of the unknown, with start values `from` of the others; infinite where the simulation fails.
+    /// The profile at the value `held` of the unknown, on its scale, by a fit of the other unknowns from `from`. The rise is
+    /// infinite where the simulation fails.
     fn evaluate(&self, held: f64, from: &[f64]) -> Result<ProfilePoint, Error> {
         let mut x = from.to_vec();
         x[self.unknown] = held;
@@ -235,13 +250,14 @@ impl<'a> OneSidedProfile<'a> {
         }
     }
 
-    /// Adds a point in order.
+    /// Adds a point to the points, which stay ascending by the held value.
     fn insert(&mut self, point: ProfilePoint) {
         self.points.push(point);
         self.points.sort_by_cached_key(|x| total_order(x.held));
     }
 
-    /// Records a point that is clearly lower than the optimum as a local minimum for the search.
+    /// Records the lowest point, with the rise `least`, as a local minimum of the search, if it is lower than the optimum by
+    /// more than [`OPEN_BELOW`].
     fn record_lower_minimum(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {
@@ -251,7 +267,8 @@ impl<'a> OneSidedProfile<'a> {
         Ok(())
     }
 
-    /// Value at which the profile rises above `level` on the closed `side`.
+    /// Value, on the scale of the unknown, at which the profile rises above `level` on the given `side` (-1 or 1), to
+    /// [`TOLERANCE`]. The points are those of parabolas through the last accepted point and the one outside of it.
     fn end(&mut self, side: f64, level: f64) -> Result<f64, Error> {
         for _ in 0..MOST_STEPS {
             // From the closed end inwards, the first accepted point, and the one outside of it.
@@ -267,7 +284,8 @@ impl<'a> OneSidedProfile<'a> {
             }
             // The profile is nearly a parabola; bisection where that fails.
             let part = ((level - inner.rise) / (outer.rise - inner.rise)).sqrt();
-            let part = if part.is_finite() { part.clamp(0.1, 0.9) } else { 0.5 };
+            let part =
+                if part.is_finite() { part.clamp(BRACKET_PARTS[0], BRACKET_PARTS[1]) } else { 0.5 };
             let (held, from) = (inner.held + part * (outer.held - inner.held), inner.x.clone());
             let point = self.evaluate(held, &from)?;
             self.insert(point);

@@ -1,7 +1,10 @@
 //! Profile likelihood intervals, which do not assume a linear model.
 //!
-//! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The interval ends
-//! where twice the misfit, in units of the variance of the noise, has risen by the squared 95 % quantile.
+//! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 % interval
+//! ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage factor. Each end is
+//! found by Newton's method within brackets, on the signed root of the rise. The derivative of the profile is the partial one
+//! (envelope theorem). Results are the intervals and the profiles for plots. A point below the optimum is a warning of a
+//! wrong minimum.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -14,14 +17,20 @@ use crate::numerics::total_order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// Accuracy of the ends, in standard deviations.
+/// Accuracy of the ends, in standard deviations: a thousandth does not change a reported digit.
 const TOLERANCE: f64 = 1e-3;
-/// Most points of the profile per end.
+/// Largest number of points of the profile for each end; an end that takes more is none.
 const MOST_POINTS: usize = 40;
 /// Largest distance of an end on the unknown's scale: 20 decades of a logarithm.
 const FARTHEST: f64 = 46.0;
 /// Signed root of the rise, in standard deviations, below which a point is better than the optimum.
 const BETTER: f64 = -1e-2;
+
+/// Part of a bracket, from either side, in which no Newton step ends, so that every step shortens the bracket.
+const BRACKET_MARGIN: f64 = 0.05;
+/// Least and largest factor on the distance from the optimum in a step without an outer bracket: smaller ones hardly move, and
+/// larger ones may leave the range that can be simulated.
+const EXPANSION: [f64; 2] = [1.02, 2.5];
 
 /// Profile likelihood of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +50,7 @@ pub struct Profile {
     pub level: f64,
 }
 
-/// A point of the profile.
+/// A point of the profile, for plots.
 #[derive(Clone, Copy, Debug)]
 struct ProfileSample {
     /// The unknown, on its scale.
@@ -55,9 +64,9 @@ struct ProfileSample {
 pub(crate) struct ProfileInterval {
     /// Lower and upper end; none where the misfit never rises enough.
     ends: [Option<f64>; 2],
-    /// A value with a clearly lower misfit than the optimum.
+    /// A value of the unknown, on its scale, with a clearly lower misfit than the optimum.
     better: Option<f64>,
-    /// Evaluated points.
+    /// Evaluated points, in the order of evaluation.
     points: Vec<ProfileSample>,
 }
 
@@ -67,12 +76,12 @@ struct RootedProfile {
     x: Vec<f64>,
     /// Signed root of the rise of twice the misfit, in standard deviations of the noise.
     root: f64,
-    /// Its derivative by the held unknown.
+    /// Derivative of the root by the held unknown on its scale.
     slope: f64,
 }
 
-/// Profile intervals of all unknowns with a standard deviation; none for those that are not complete when the fit is stopped.
-/// Points with a lower misfit than the optimum are a warning.
+/// Profile intervals of all unknowns with a standard deviation, in their order; none for others, and for those that are not
+/// complete when the fit is stopped. Points with a lower misfit than the optimum are a warning.
 pub(crate) fn profile_intervals(
     fitted: Fitted,
     LocalAnalysis { covariance, noise, correlations, .. }: &LocalAnalysis,
@@ -101,8 +110,9 @@ pub(crate) fn profile_intervals(
     intervals
 }
 
-/// The interval of unknown `i`, whose standard deviation is `deviation`: its ends are where the signed root of the rise is the
-/// `coverage_factor`. `noise` is the standard deviation of the residuals.
+/// The interval of unknown `i`, whose standard deviation is `deviation`: its ends are where the signed root of the rise is
+/// the `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. The end is the bound of the
+/// unknown where the profile has not risen there, and none beyond [`FARTHEST`].
 fn profile_interval(
     fitted: Fitted,
     i: usize,
@@ -121,6 +131,7 @@ fn profile_interval(
         // Distances from the optimum that are within and beyond the interval.
         let (mut inner, mut outer): (f64, Option<f64>) = (0.0, None);
         let mut from = optimum.x.clone();
+        // The linear model is the first guess.
         let mut distance = coverage_factor * deviation;
         for _ in 0..MOST_POINTS {
             distance = distance.min(limit).min(FARTHEST);
@@ -139,6 +150,7 @@ fn profile_interval(
                 continue;
             };
             points.push(ProfileSample { x: held, rise: point.root * point.root.abs() });
+            // The optimum is not the least point: its interval has no meaning.
             if point.root < BETTER {
                 better = Some(held);
                 break;
@@ -149,6 +161,7 @@ fn profile_interval(
             }
             // Newton's method, within brackets.
             let newton = distance + (coverage_factor - point.root) / (side * point.slope);
+            // The optima of the other unknowns at the inner end are the start of the next point.
             if point.root < coverage_factor {
                 if distance >= limit {
                     *end = Some(bound);
@@ -161,8 +174,11 @@ fn profile_interval(
                 outer = Some(distance);
             }
             let (low, high) = match outer {
-                Some(outer) => (inner + 0.05 * (outer - inner), outer - 0.05 * (outer - inner)),
-                None => (1.02 * inner, 2.5 * inner),
+                Some(outer) => {
+                    let margin = BRACKET_MARGIN * (outer - inner);
+                    (inner + margin, outer - margin)
+                }
+                None => (EXPANSION[0] * inner, EXPANSION[1] * inner),
             };
             distance =
                 if newton.is_finite() { newton.clamp(low, high) } else { 0.5 * (low + high) };
@@ -172,7 +188,8 @@ fn profile_interval(
     ProfileInterval { ends, better, points }
 }
 
-/// The profile of unknown `i` at the value `held`, with start values `from` of the others.
+/// The profile of unknown `i` at the value `held` on its scale, with start values `from` of the others. `noise` is the
+/// standard deviation of the residuals. Error: the constrained fit fails.
 fn rooted_profile(
     Fitted { search, optimum }: Fitted,
     i: usize,
@@ -192,13 +209,13 @@ fn rooted_profile(
 }
 
 impl ProfileInterval {
-    /// The ends in the parameter's unit.
+    /// The ends in the parameter's unit, within its limits.
     pub fn values(&self, unknown: &Unknown) -> [Option<f64>; 2] {
         let [low, high] = unknown.parameter.limits();
         self.ends.map(|end| end.map(|x| unknown.from_scale(x).clamp(low, high)))
     }
 
-    /// The profile in the parameter's unit, whose interval ends at the square of the coverage factor.
+    /// The profile in the parameter's unit, its points ascending. The level of the interval is the squared `coverage_factor`.
     pub fn profile(mut self, unknown: &Unknown, coverage_factor: f64) -> Profile {
         self.points.sort_by_cached_key(|point| total_order(point.x));
         Profile {

@@ -1,8 +1,10 @@
 //! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it.
 //!
 //! The search works on the logarithm, which has no effect near zero. On the scale of the parameter itself the misfit is a
-//! parabola about an estimate that may be negative. The upper bound is where the misfit has risen, from its least value for a
-//! non-negative damping, by the square of the one-sided 95 % quantile.
+//! parabola about an estimate `p` that may be negative, with the standard error `s`. The upper bound is where the misfit has
+//! risen, from its least value for a non-negative damping, by the square of the one-sided 95 % quantile `q`: `p + sqrt(min(p,
+//! 0)^2 + (q s)^2)`. One simulation there confirms the rise. Estimates above [`DETECTED`] standard errors keep an interval
+//! instead.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::is_damping;
@@ -13,16 +15,18 @@ use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, misfit_slope
 use crate::numerics::half_sum_of_squares;
 use nalgebra::{DMatrix, DVector};
 
-/// Least rise of the misfit at the upper bound, over the one that the parabola predicts.
+/// Least rise of the misfit at the upper bound, over the one that the parabola predicts. Below it the parabola does not hold,
+/// and there is no bound. Larger: fewer bounds of nonlinear models.
 const CONFIRMED: f64 = 0.3;
 /// Standard errors from zero from which on a damping has an interval: one that is zero exceeds them once in 700 times.
 const DETECTED: f64 = 3.0;
-/// Largest standard deviation of a logarithm for which it has an effect on the residuals.
+/// Largest standard deviation of a logarithm for which the logarithm has an effect on the residuals at the optimum.
 const LARGEST_LOGARITHMIC: f64 = 3.0;
-/// Part of the upper bound below which an estimate is reported as zero.
+/// Part of the upper bound up to which an estimate is reported as zero.
 const ZERO: f64 = 1e-3;
 
-/// Estimate of an unknown with a one-sided bound, or one whose logarithm is not normally distributed.
+/// Estimate of an unknown with a one-sided bound, or one whose logarithm is not normally distributed. All in the parameter's
+/// unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OneSidedBound {
     /// The estimate, never negative.
@@ -31,23 +35,26 @@ pub(crate) struct OneSidedBound {
     pub lower95: Option<f64>,
     /// One-sided 95 % upper bound of a parameter that may be zero.
     pub upper95: Option<f64>,
-    /// Standard deviation of the logarithm.
+    /// Standard deviation of the logarithm at the optimum.
     pub log_deviation: f64,
 }
 
 impl OneSidedBound {
-    /// Whether the data bound it from one side only.
+    /// Whether the data bound the parameter from one side only.
     pub fn is_one_sided(&self) -> bool {
         self.lower95.is_some() || self.upper95.is_some()
     }
 
-    /// Whether it has an upper bound, and its logarithm an effect at the optimum.
+    /// Whether there is an upper bound, and the logarithm has an effect at the optimum: its standard deviation is below
+    /// [`LARGEST_LOGARITHMIC`].
     pub fn is_away_from_zero(&self) -> bool {
         self.upper95.is_some() && self.log_deviation < LARGEST_LOGARITHMIC
     }
 }
 
-/// Bounds of all dampings whose logarithm is poorly determined, from the `rows` of the Jacobian in units of the noise.
+/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown, from the
+/// `rows` of the Jacobian in units of the noise. `residuals` simulates the confirmation. None for other unknowns, and all
+/// none without convergence or with a singular normal matrix.
 pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],
@@ -76,6 +83,7 @@ pub(crate) fn zero_bounds(
     let slopes = DVector::from_iterator(optimum.residuals.len(), slopes);
     let step = -(&inverse * columns.tr_mul(&slopes.rows(0, rows.len())));
 
+    // Each damping has its own parabola, with the other unknowns at their conditional optima.
     for (a, j) in active.iter().copied().enumerate().filter(|(_, j)| is_damping(&unknowns[*j])) {
         let inflation = correlations.inflation[j];
         let quantile = correlations.one_sided_factor(j);

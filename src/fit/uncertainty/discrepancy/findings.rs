@@ -1,4 +1,8 @@
-//! Findings on omitted effects in a report: score tests and undetected biases, with their texts.
+//! Findings on omitted effects in a report, with their texts.
+//!
+//! A [`ScoreTest`] is the significance of one effect that the model omits, an [`UndetectedBias`] the bias of one parameter by
+//! an effect of a size that the data do not exclude. Both are computed in `score_tests` and `undetected_bias`. The functions
+//! here select the largest ones and describe them for summary and warnings.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
@@ -6,10 +10,15 @@ use crate::summary::quantity::p_value as p_text;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Effects of one rank that a text names beside the best one.
+/// Largest number of effects of one rank that a text names beside the best one; the others are counted.
 const NAMED: usize = 3;
-/// Effects, or parameters, whose biases are described.
+/// Largest number of effects, or of parameters, whose biases are described.
 const DESCRIBED: usize = 3;
+
+/// Corrected p-value below which a score test is significant: 5 % of right models have any significant test.
+const SIGNIFICANT: f64 = 0.05;
+/// Bias, in standard errors of the estimate, above which an undetected bias is described.
+const DESCRIBED_BIAS: f64 = 1.0;
 
 /// Score test of an omitted effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,7 +57,7 @@ pub struct ScoreTest {
     pub relative_bias: Option<f64>,
 }
 
-/// The size of an effect with its unit; a pure number, a factor of a number of the scene, in per cent.
+/// Text of the `size` of an effect with its unit; of a pure number, a factor of a number of the scene, in per cent.
 pub(crate) fn size_text(size: f64, unit: &str) -> String {
     match unit {
         "" if size < 0.0 => format!("-{}", percent(-size)),
@@ -58,14 +67,14 @@ pub(crate) fn size_text(size: f64, unit: &str) -> String {
 }
 
 impl ScoreTest {
-    /// Whether noise alone is improbable: 5 % of right models have any significant test.
+    /// Whether noise alone is improbable: a corrected p-value below 5 %.
     pub fn is_significant(&self) -> bool {
-        self.p_value < 0.05
+        self.p_value < SIGNIFICANT
     }
 }
 
 impl fmt::Display for ScoreTest {
-    /// Writes the score test as text.
+    /// Writes effect, path of its number, estimated size, z-score and p-value.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = size_text(*estimate, unit);
@@ -75,7 +84,8 @@ impl fmt::Display for ScoreTest {
     }
 }
 
-/// Descriptions of the significant effects, one for each rank: the best one, and others that the data do not separate.
+/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank, with the best
+/// effect, and others that the data do not separate from it.
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
     // Effects of one rank cannot be separated: a text names all of them.
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
@@ -161,7 +171,8 @@ impl UndetectedBias {
         }
     }
 
-    /// Text of the effect with its biases of the parameters: `others` are all biases by it.
+    /// Text of the effect, its size, its biases of the parameters, and the experiment that reveals it. `others` are all
+    /// biases by it.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
@@ -173,26 +184,29 @@ impl UndetectedBias {
     }
 }
 
-/// The largest relative bias in absolute value, with its entry, of the first parameters with a bias above a standard error.
+/// The largest relative bias of each parameter, in absolute value and with its entry, where it exceeds a standard error. Only
+/// the first [`DESCRIBED`] of these parameters are included.
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],
 ) -> Vec<(f64, &'a UndetectedBias)> {
     let largest = |e: &Estimate| {
         let label = e.label();
-        let own = all.iter().filter(|bias| bias.parameter == label && bias.std_errors > 1.0);
+        let own =
+            all.iter().filter(|bias| bias.parameter == label && bias.std_errors > DESCRIBED_BIAS);
         let sized = own.filter_map(|bias| Some((bias.relative?.abs(), bias)));
         sized.max_by(|a, b| a.0.total_cmp(&b.0))
     };
     parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
-/// Up to three effects with a bias above a standard error, each with all its biases above one. Effects with the largest bias of
-/// any parameter come first, as the estimates quote them, then by their largest bias.
+/// Up to [`DESCRIBED`] effects with a bias above a standard error, each with all its biases above one. Effects with the
+/// largest bias of any parameter come first, as the estimates quote them, then by their largest bias. `all` is sorted by
+/// bias, the largest first.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.
-    for bias in all.iter().filter(|bias| bias.std_errors > 1.0) {
+    for bias in all.iter().filter(|bias| bias.std_errors > DESCRIBED_BIAS) {
         match effects.iter_mut().find(|own| own[0].source == bias.source) {
             Some(own) => own.push(bias),
             None => effects.push(vec![bias]),

@@ -1,4 +1,9 @@
-//! Statistics of omitted effects at an optimum: likelihoods of their sizes, and biases of the estimates.
+//! Statistics of omitted effects at an optimum, from the change `u` of the residuals by an effect of plausible size,
+//! orthogonal to the Jacobian.
+//!
+//! For residuals `r` with the covariance `V`, [`FitStatistics`] returns the variance `u'Vu` and the normal likelihood of the
+//! size of the effect, `-u.r/|u|^2 +- sqrt(u'Vu)/|u|^2`. It also returns the largest bias of an estimate by the effect, and
+//! the linearization about another size. Score tests and undetected biases use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -15,17 +20,19 @@ use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::unknown::Unknown;
 use nalgebra::{DMatrix, DVector};
 
-/// An optimum with its analysis and estimates.
+/// An optimum with its local analysis and estimates.
 #[derive(Clone, Copy)]
 pub(crate) struct FitStatistics<'a> {
     pub fitted: Fitted<'a>,
+    /// One per unknown, in their order.
     pub estimates: &'a [Estimate],
     pub local: &'a LocalAnalysis,
 }
 
-/// Bias of an estimate in its standard errors.
+/// Bias of an estimate in its standard errors; 0 and without a name where no parameter responds.
 #[derive(Default)]
 pub(crate) struct StandardizedBias {
+    /// Absolute bias over the standard error.
     pub std_errors: f64,
     /// Name of the parameter.
     pub parameter: String,
@@ -34,21 +41,22 @@ pub(crate) struct StandardizedBias {
 }
 
 impl FitStatistics<'_> {
-    /// Variance of the noise along a direction of the weighted residuals.
+    /// Variance of the noise along a `direction` of the weighted residuals, one number per row.
     pub fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
         let LocalAnalysis { noise, correlations, adequacy, .. } = self.local;
         adequacy.variance_along(direction.as_slice(), noise, correlations)
     }
 
-    /// Likelihood of the size of an effect by the weighted `residuals`. The plausible size changes them by `direction`, which
-    /// is orthogonal to the Jacobian.
+    /// Likelihood of the size of an effect, in plausible sizes, by the weighted `residuals`. The plausible size changes them
+    /// by `direction`, which is orthogonal to the Jacobian.
     pub fn likelihood(&self, direction: &DVector<f64>, residuals: &DVector<f64>) -> Likelihood {
         let square = direction.norm_squared();
         let deviation = self.variance_along(direction).variance.sqrt();
         Likelihood { estimate: -direction.dot(residuals) / square, std_error: deviation / square }
     }
 
-    /// The largest bias of an estimate by an effect of so many plausible sizes, from the responses to the plausible size.
+    /// The largest bias of an estimate, in standard errors, by an effect of `sizes` plausible sizes. `responses` are those of
+    /// the unknowns, on their scales, to the plausible size.
     pub fn largest_bias(&self, responses: &[Option<f64>], sizes: f64) -> StandardizedBias {
         let unknowns = self.fitted.search.unknowns;
         let bias = |((e, response), unknown): ((&Estimate, &Option<f64>), &Unknown)| {
@@ -63,7 +71,8 @@ impl FitStatistics<'_> {
     }
 
     /// Linearizes an effect again about `mode` plausible sizes, where its first response `slope` predicts the unknowns. One
-    /// run of the experiments has the derivatives; the unknowns then take a Gauss-Newton step with the effect held.
+    /// run of the `experiments` has the derivatives by the `change` of plausible size; the unknowns then take a Gauss-Newton
+    /// step with the effect held. Error: the run fails.
     pub fn relinearize(
         self,
         experiments: &[Experiment],

@@ -1,6 +1,9 @@
 //! Free-run prediction errors of recordings whose ends drive the rod.
 //!
-//! A run starts from the first two frames and follows the recorded ends; its markers are compared with all later frames.
+//! A run starts from the first two frames ([`START_FRAMES`]) and follows the recorded ends; its markers are compared with all
+//! later frames. The error of a marker in a frame is the mean absolute difference of its three coordinates, m.
+//! [`RecordingErrors`] has the mean of each experiment, with mean, median and worst over fitted and over validation
+//! experiments, for the report of a fit or a prediction.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -16,7 +19,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Frames that determine the initial positions and velocities: nothing is predicted there.
+/// Number of frames that determine the initial positions and velocities: nothing is predicted there.
 pub(crate) const START_FRAMES: usize = 2;
 
 /// Free-run prediction error of an experiment.
@@ -64,7 +67,8 @@ pub struct RecordingErrors {
 }
 
 impl RecordingErrors {
-    /// Errors of all experiments whose ends are driven by a recording, at an optimum; none without such experiments.
+    /// Errors of all experiments with a motion whose ends are driven by a recording, at an optimum; none without such
+    /// experiments.
     pub(crate) fn new(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
         let driven = driven_experiments(experiments);
         let error = |experiment: &&Experiment| RecordingError {
@@ -79,13 +83,13 @@ impl RecordingErrors {
     }
 }
 
-/// The experiments whose ends are driven by a recording.
+/// The experiments with a measured motion whose ends are driven by a recording of markers.
 pub(crate) fn driven_experiments(experiments: &[Experiment]) -> Vec<&Experiment> {
     let is_driven = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
     experiments.iter().filter(is_driven).collect()
 }
 
-/// Mean error of the free run of an experiment with the fitted values, m per coordinate.
+/// Mean error of the free run of an experiment with the fitted values, m per coordinate. Error: the simulation fails.
 fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
     let problem = fitted.problem(experiment)?;
     Ok(FreeRun::new(&problem, false, fitted.search)?.mean_error())
@@ -93,11 +97,13 @@ fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
 
 /// A recording, and the free run of the rod between its ends.
 pub(crate) struct FreeRun {
+    /// The recorded markers.
     pub track: Arc<Track>,
     /// The node of every marker.
     pub nodes: Vec<usize>,
     /// The nodes whose motion is stored.
     pub tracked: Vec<usize>,
+    /// The simulated motion of these nodes.
     pub run: Trajectory,
     /// End of the simulation, s.
     pub end: f64,
@@ -105,14 +111,17 @@ pub(crate) struct FreeRun {
 
 /// Error of a marker in a frame.
 pub(crate) struct MarkerError {
+    /// Index of the frame in the recording.
     pub frame: usize,
+    /// Index of the marker in the recording.
     pub marker: usize,
     /// Mean distance per coordinate between simulation and recording, m.
     pub error: f64,
 }
 
 impl FreeRun {
-    /// Simulates a problem, and stores the motion of all nodes if `all`, else of those with markers.
+    /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The work is
+    /// added to that of the search. Error: a scene without a recording, or a simulation that fails.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -127,7 +136,7 @@ impl FreeRun {
         Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
-    /// Errors of all recorded markers after the start.
+    /// Errors of all recorded markers in all frames after the start, up to the end of the simulation. Lost markers have none.
     pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
         let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
         // Frames after the end of the simulation have no prediction.
@@ -143,7 +152,7 @@ impl FreeRun {
         })
     }
 
-    /// Mean error over all markers and frames, m per coordinate.
+    /// Mean error over all markers and frames, m per coordinate; 0 without any.
     pub fn mean_error(&self) -> f64 {
         let errors: Vec<f64> = self.errors().map(|e| e.error).collect();
         errors.iter().sum::<f64>() / errors.len().max(1) as f64
@@ -151,7 +160,7 @@ impl FreeRun {
 }
 
 impl ErrorSummary {
-    /// Summary of the simulated experiments that are, or are not, validation data; none without any.
+    /// Summary of the simulated experiments that are (`held_out`), or are not, validation data; none without any.
     fn new(list: &[RecordingError], held_out: bool) -> Option<Self> {
         let own = list.iter().filter(|e| e.held_out == held_out);
         let mut own: Vec<(f64, &String)> =
@@ -170,9 +179,11 @@ impl ErrorSummary {
 }
 
 impl RecordingErrors {
-    /// Adds the mean, median and worst error, and a table of all recordings, to the summary of a fit or a prediction.
+    /// Adds the mean, median and worst error, and of several recordings a table of all, to the summary of a fit or a
+    /// prediction.
     pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
         let shown = |x: f64| quantity(x, "m", 3);
+        // One line for the fitted and one for the validation experiments.
         for (what, errors) in [("fitted", &self.fitted), ("validation", &self.held_out)] {
             let Some(s) = errors else { continue };
             let worst = match s.worst_experiment.is_empty() {
@@ -190,6 +201,7 @@ impl RecordingErrors {
             );
             summary = summary.fact("Prediction error", text);
         }
+        // A table shows which recordings are outliers.
         let mut table = SummaryTable::new([
             TextColumn::left("recording"),
             TextColumn::right("mean error"),

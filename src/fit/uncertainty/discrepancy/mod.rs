@@ -1,4 +1,8 @@
-//! Model discrepancy: omitted effects, undetected bias, validity of the model, and predictions of data.
+//! Model discrepancy: effects that the model omits, their bias of the estimates, the validity of the model, and predictions.
+//!
+//! `score_tests` tests the residuals for 20 `omitted_effects` and ranks them (`ranking`); `undetected_bias` bounds those that
+//! the data do not exclude. `slenderness`, `mode_numbers` and `scene_notes` check the assumptions of the model. `prediction`
+//! and `free_run` compare the fit with validation data and recordings. `findings` has the results in the report.
 
 pub(crate) mod findings;
 pub(crate) mod fit_statistics;

@@ -1,15 +1,16 @@
 //! Test whether measured frequencies fit other mode numbers as well.
 //!
-//! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are
-//! `n^2` times the first, so that any common factor of the numbers fits them, with another modulus. Where one scale of
-//! all frequencies is fitted and nothing else was measured, other numberings are compared without another fit: their
-//! frequencies at the optimum times the factor `c` that fits best,
+//! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are `n^2`
+//! times the first, so that any common factor of the numbers fits them, with another modulus. Where one scale of all
+//! frequencies is fitted and nothing else was measured, other numberings ([`NUMBERINGS`]) are compared without another fit:
+//! their frequencies at the optimum times the factor `c` that fits best,
 //!
 //! ```text
 //! c = sum(f g/s^2)/sum(g^2/s^2),   chi^2 = sum((c g - f)^2/s^2)
 //! ```
 //!
-//! of measured frequencies `f` with their noise `s` and computed ones `g`.
+//! of measured frequencies `f` with their noise `s` and computed ones `g`. A numbering whose chi^2 exceeds that of the fit by
+//! at most [`EXCESS`] is a note, with the parameter value that it gives.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -21,18 +22,20 @@ use crate::vibration::{ModeName, NaturalFrequency};
 
 /// Largest excess of the chi^2 of a numbering that fits as well: 95 % of right ones with one parameter are below.
 const EXCESS: f64 = 4.0;
-/// Fewer frequencies fit any numbering.
+/// Fewest frequencies with which numberings are compared: a single one fits any numbering.
 const FEWEST: usize = 2;
-/// Largest relative spread of the derivatives d ln f/d ln p of all frequencies by a parameter that is their scale.
+/// Largest relative spread of the derivatives `d ln f/d ln p` of all frequencies by a parameter `p` that is their common
+/// scale.
 const ONE_SCALE: f64 = 1e-3;
-/// Smallest such derivative.
+/// Smallest absolute derivative `d ln f/d ln p` of such a parameter. Smaller: parameters that hardly change the frequencies
+/// count.
 const SMALLEST_POWER: f64 = 0.1;
-/// Highest mode of another numbering.
+/// Highest mode of another numbering; higher ones need a fine mesh.
 const HIGHEST_MODE: usize = 60;
 /// Distance from the mean of a prior, in its standard deviations, from which on it excludes a value.
 const EXCLUDED_BY_PRIOR: f64 = 3.0;
 
-/// Another numbering of modes: `number * factor/divisor + offset`.
+/// Another numbering of modes: `number factor/divisor + offset`.
 #[derive(Clone, Copy)]
 struct Numbering {
     factor: usize,
@@ -51,7 +54,7 @@ const NUMBERINGS: [Numbering; 6] = [
 ];
 
 impl Numbering {
-    /// The other number of a mode; none if that is no whole number from 1 to [`HIGHEST_MODE`].
+    /// The other number of mode `number`; none if that is no whole number from 1 to [`HIGHEST_MODE`].
     fn renumber(self, number: usize) -> Option<usize> {
         let multiple = number * self.factor;
         let is_whole = multiple.is_multiple_of(self.divisor);
@@ -71,17 +74,22 @@ struct FrequencyScale {
 /// A measured frequency, rad/s.
 #[derive(Clone, Copy)]
 struct MeasuredFrequency {
+    /// Measured frequency, rad/s.
     value: f64,
+    /// Its standard deviation, rad/s.
     sigma: f64,
 }
 
 /// Computed frequencies times the factor that fits measured ones best.
 struct ScaledFit {
+    /// Best factor on the computed frequencies.
     factor: f64,
+    /// Sum of the squared differences over their standard deviations.
     chi_squared: f64,
 }
 
-/// Notes other numberings that fit as well, with the value that they give.
+/// Adds a note on other numberings that fit the measured frequencies as well, with the value of the parameter that each
+/// gives.
 pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warnings: &mut Warnings) {
     let Some(found) = other_numberings(fitted, estimates).filter(|found| !found.is_empty()) else {
         return;
@@ -94,7 +102,8 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
-/// Texts of all other numberings that fit as well; none where other measurements or experiments decide between numberings.
+/// Texts of all other numberings that fit as well, within the bounds and the prior of the parameter. None where other
+/// measurements or experiments decide between numberings, or no identified parameter is a common scale of the frequencies.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
     // Another experiment or another kind of measurement decides between numberings.
@@ -135,7 +144,8 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
     Some(NUMBERINGS.into_iter().filter_map(describe).collect())
 }
 
-/// The unknown that is a common scale of all frequencies; none without one.
+/// The first positive unknown that is a common scale of the frequencies of all named modes, by [`ONE_SCALE`] and
+/// [`SMALLEST_POWER`]; none without one.
 fn frequency_scale(
     search: &Search,
     problem: &Problem,
@@ -154,8 +164,8 @@ fn frequency_scale(
     })
 }
 
-/// The best fit of the frequencies of modes, times a factor, to measured ones, on a mesh with so many times the edges; none
-/// where they cannot be computed.
+/// The best fit of the frequencies of the named modes, times a factor, to `measured` ones, on a mesh with `mesh_factor` times
+/// the edges; none where they cannot be computed.
 fn scaled_fit(
     problem: &Problem,
     names: &[ModeName],

@@ -1,38 +1,40 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! Each effect is a number of the scene, or of the scene with a term of size zero added. Its derivative is that of any
-//! number. Its plausible size is an error that is common in laboratories, not the largest possible one.
+//! [`OMITTED_EFFECTS`] is the table of all effects that score tests examine. Each effect is a number of the scene, or of the
+//! scene with a term of size zero added, and its derivative is that of any number. Its plausible size, from the sizes of the
+//! rod, is an error that is common in laboratories, not the largest possible one. [`OmittedEffect::added`] returns the
+//! problem with the term.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
 use crate::scene::along::Along;
 use crate::scene::{Drag, Friction, Parameter, Point, PointMass, Scene, Section, Shape, Support};
 
-/// Size of an added term, over the rod's, where scenes do not allow zero.
+/// Size of an added term where scenes do not allow zero: mass over that of the rod, or stiffness over that of the rod.
 const TRACE: f64 = 1e-9;
 /// Extension of the rod that is equivalent to an elastic clamp, over its thickness, for elastic half-spaces.
 const CLAMP_EXTENSION: f64 = 0.5;
-/// Damping ratio of air, clamp and material.
+/// Damping ratio that air, clamp and material plausibly have.
 const DAMPING_RATIO: f64 = 2e-3;
 /// Half the density of air times a drag coefficient of 1.2, kg/m^3.
 const AIR_DRAG: f64 = 0.72;
-/// Error of an angle by eye, rad.
+/// Plausible error of an angle by eye, rad.
 const ANGLE: f64 = 0.01;
-/// Relative error of a length or a scale by eye.
+/// Plausible relative error of a length or a scale by eye.
 const LENGTH: f64 = 5e-3;
-/// Relative error of a dimension of the section by calliper.
+/// Plausible relative error of a dimension of the section by calliper.
 const SECTION: f64 = 0.01;
-/// Mass of a marker over that of the rod.
+/// Plausible mass of a marker over that of the rod.
 const MARKER_MASS: f64 = 0.01;
-/// Relative error of a density from a data sheet.
+/// Plausible relative error of a density from a data sheet.
 const DENSITY: f64 = 0.04;
-/// Relative change of the stiffness of the part of the rod beside a grip, sleeve or glue.
+/// Plausible relative change of the stiffness of the part of the rod beside a grip, sleeve or glue.
 const GRIP_STIFFENING: f64 = 0.1;
-/// Equal parts of the length, the first of which a grip may stiffen.
+/// Number of equal parts of the length, the first of which a grip may stiffen.
 const GRIP_PARTS: usize = 4;
-/// Stiffness of the springs of internal friction over that of the rod.
+/// Plausible stiffness of the springs of internal friction over that of the rod.
 const FRICTION_STIFFNESS: f64 = 0.01;
-/// Yield curvature of internal friction over the largest observed curvature.
+/// Yield curvature of internal friction over the largest observed curvature: below 1, so that the motion yields.
 const YIELD_CURVATURE: f64 = 0.1;
 
 /// An effect that a scene may omit.
@@ -58,8 +60,9 @@ pub(crate) struct OmittedEffect {
 pub(crate) struct CoupledNumber {
     /// Path of the other number.
     pub path: &'static str,
-    /// Change of the effect's own number for a size of one, and of the other.
+    /// Change of the effect's own number for a size of one.
     pub own: f64,
+    /// Change of the other number for a size of one.
     pub other: f64,
 }
 
@@ -67,7 +70,7 @@ pub(crate) struct CoupledNumber {
 const ABOUT_THE_MIDDLE: Option<CoupledNumber> =
     Some(CoupledNumber { path: "rod.taper.radius.from", own: 0.5, other: -0.5 });
 
-/// Defaults of the table: an effect of a number that every scene has.
+/// Defaults of the table: an effect of a number that every scene has, without an added term.
 const EVERY_SCENE: OmittedEffect = OmittedEffect {
     path: "",
     name: "",
@@ -89,7 +92,7 @@ const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
 /// Path of the first attached mass.
 const TIP_MASS: &str = "rod.mass.0.mass";
 
-/// All omitted effects that a fit tests.
+/// All omitted effects that a fit tests, in the order of the tests.
 pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     OmittedEffect {
         path: "supports.start_compliance.rotation",
@@ -286,7 +289,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
 ];
 
-/// Adds a table of drag forces to a scene of an oscillation.
+/// Adds a table of drag forces, all zero, to a scene of an oscillation that has none.
 fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
     if scene.loads.drag.is_none() && sizes.frequency.is_some() {
         scene.loads.drag = Some(Drag::default());
@@ -294,23 +297,23 @@ fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
 }
 
 impl OmittedEffect {
-    /// The number of the effect.
+    /// The number of the effect, as a parameter of a scene.
     pub fn parameter(&self) -> Parameter {
         Parameter::at(self.path)
     }
 
-    /// Whether the number cannot be below the value of the scene.
+    /// Whether the number cannot be below the value of the scene, as dampings, masses and friction.
     pub fn is_one_sided(&self) -> bool {
         self.parameter().quantity().may_vanish || [TIP_MASS, FRICTION].contains(&self.path)
     }
 
-    /// Name with the yield curvature of internal friction in a scene; none for other effects.
+    /// Name of internal friction with its yield curvature in a `scene`; none for other effects, or a scene without friction.
     pub fn name_in(&self, scene: &Scene) -> Option<String> {
         let friction = scene.loads.damping.friction.filter(|_| self.path == FRICTION)?;
         Some(format!("{} with the yield curvature {:.1e} 1/m", self.name, friction.curvature))
     }
 
-    /// Whether a scene states the effect, or cannot have it.
+    /// Whether a scene states the effect, or cannot have it, as a scene without a clamp has no clamp compliance.
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -324,7 +327,7 @@ impl OmittedEffect {
             }
     }
 
-    /// The problem with the term added; none where the scene states the effect, or cannot have it.
+    /// The problem with the term of the effect added; none where the scene states the effect, or cannot have it.
     pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         if self.is_excluded_by(&scene) {

@@ -1,4 +1,9 @@
-//! Predictions of validation data by a fit, with their errors by noise and by the parameters.
+//! Predictions of validation data by a fit, with the errors that noise and parameters explain.
+//!
+//! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square difference is
+//! compared with the expected one. That is `sqrt(s^2 + mean(j C j'))`, for noise `s`, rows `j` of the Jacobian and the
+//! covariance `C` of the parameters. A difference that is too large for the number of values, or a run that fails, is a
+//! warning of a contradiction. The report has one [`Prediction`] per measurement, all markers of a recording together.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -32,7 +37,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Adds the values of another measurement of the same group.
+    /// Adds the values of another measurement of the same recording: mean squares by the number of values.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let mean = |a: f64, b: f64| ((own * a * a + others * b * b) / (own + others)).sqrt();
@@ -43,7 +48,7 @@ impl Prediction {
 }
 
 /// Predictions of the validation data of all `experiments`, with warnings where they fail or differ too much. `sigma` is the
-/// noise of the fitted measurements.
+/// noise of each fitted measurement, in its unit. Empty without validation data.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -75,6 +80,7 @@ pub(crate) fn predictions(
             }
         }
     }
+    // Errors beyond noise and parameters: the model does not hold for these data.
     for p in &predictions {
         let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
         if is_too_large(ratio, p.values) {
@@ -91,7 +97,8 @@ pub(crate) fn predictions(
     predictions
 }
 
-/// Predictions of all measurements of an experiment; all markers of a recording share one.
+/// Predictions of all measurements of an experiment; all markers of a recording share one. `noise` is that of each fitted
+/// measurement. Error: the simulation fails.
 fn predict(
     experiment: &Experiment,
     Fitted { search, optimum }: Fitted,
@@ -115,6 +122,7 @@ fn predict(
     };
     let mut first = 0;
     let mut found: Vec<Prediction> = Vec::new();
+    // Mean square of the differences, and its expectation by noise and by the errors of the parameters.
     for (measurement, count) in experiment.measurements.iter().zip(residuals.counts()) {
         let own = first..first + count;
         first += count;

@@ -1,37 +1,38 @@
 //! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate share a
 //! rank.
 //!
-//! Of two effects with the score statistics `a` and `b`, the second may be the cause as well as the first if two conditions
-//! hold: the score of the part of its direction orthogonal to the first is noise, and the first is not significantly
-//! better, `a^2 - b^2 < 1.64^2`. If the second is the cause, `a^2 - b^2` has the mean `-m` and the standard deviation
-//! `2 sqrt(m)`, where `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any
-//! `m`.
+//! [`ranked`] receives all score tests with their directions, and returns those of the first [`RANKS`] ranks. Of two effects
+//! with the score statistics `a` and `b`, the second may be the cause as well as the first if two conditions hold: the score
+//! of the part of its direction orthogonal to the first is noise, and the first is not significantly better, `a^2 - b^2 <
+//! 1.645^2`. If the second is the cause, `a^2 - b^2` has the mean `-m` and the standard deviation `2 sqrt(m)`, where `m`
+//! measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
 use std::cmp::Ordering;
 
-/// Ranks that are reported.
+/// Number of ranks that are reported.
 const RANKS: usize = 3;
 /// Difference of two squared statistics from which on the first is significantly better: the squared 95 % quantile.
 const BETTER: f64 = 1.645 * 1.645;
-/// Standard deviations below which a score is noise.
+/// Size of a score, in standard deviations, below which it is noise: 95 % of noise is.
 const NOISE: f64 = 1.96;
 
 /// A score test with the direction of its effect.
 pub(crate) struct ScoredEffect {
+    /// Result of the test, whose rank is not determined yet.
     pub test: ScoreTest,
-    /// Norm of the part of the residuals that the effect explains.
+    /// Norm of the part of the weighted residuals that the effect explains; 0 for an effect of the wrong sign.
     pub explained: f64,
     /// Change of the weighted residuals by the effect, orthogonal to the Jacobian.
     pub direction: DVector<f64>,
 }
 
-/// The tests of the first ranks, the best first, with their ranks.
+/// The tests of the first [`RANKS`] ranks, the best first, with their ranks.
 ///
-/// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion
-/// looks like autocorrelated noise, along some directions more than along others. `variance` is that of the noise along a
-/// direction.
+/// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion looks
+/// like autocorrelated noise, along some directions more than along others. `residuals` are the weighted ones, `variance`
+/// returns that of the noise along a direction.
 pub(crate) fn ranked(
     mut scored: Vec<ScoredEffect>,
     residuals: &DVector<f64>,
@@ -65,7 +66,8 @@ pub(crate) fn ranked(
     ranked
 }
 
-/// Significant effects by the explained part of the residuals, others by their p-values.
+/// Order of two effects: significant ones by the explained part of the residuals, the largest first; others by their
+/// p-values.
 fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
     match (a.test.is_significant(), b.test.is_significant()) {
         (true, true) => b.explained.total_cmp(&a.explained),

@@ -1,4 +1,9 @@
-//! Quantities of an experiment from which the plausible sizes of omitted effects follow.
+//! Quantities of an experiment from which the plausible sizes of omitted effects follow: dimensions, mass and stiffness of
+//! the rod from its scene at the optimum, and frequency, frame time and largest curvature from the recorded motions.
+//!
+//! The first frequency is `pi` over the time in which a record reaches its first extreme. The curvature is that of a
+//! cantilever whose tip moves as far as the recorded points, `3 d/L^2`. A quantity is none where the section or the data do
+//! not have it.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::problem::Problem;
@@ -30,7 +35,8 @@ pub(crate) struct RodSizes {
 }
 
 impl RodSizes {
-    /// Sizes of an experiment with the `problem` at the optimum.
+    /// Sizes of an experiment whose `problem` has the values of the optimum. Frequency, frame time and curvature are none
+    /// without a recorded motion.
     pub fn new(experiment: &Experiment, problem: &Problem) -> Self {
         let scene = problem.scene();
         let moments = scene.rod.section.moments();

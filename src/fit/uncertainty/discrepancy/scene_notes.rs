@@ -1,7 +1,8 @@
 //! Notes on the fitted scenes: implausible units, no gravity, and strains beyond a linear material.
 //!
 //! Strains at rest follow from the equilibrium. Those of a motion require a run. It is omitted where an upper bound by beam
-//! theory, or twice the strains at equilibrium, are allowed.
+//! theory, or twice the strains at equilibrium, are below the largest strain of a linear material. [`scene_notes`] adds each
+//! note once over all experiments, at the values of the optimum.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -9,10 +10,10 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
 use crate::problem::{AnyProblem, Problem, Purpose};
 
-/// Largest displacement of a released rod over that of its equilibrium.
+/// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
 
-/// Adds the notes, each once.
+/// Adds the notes on the scenes of all experiments at an optimum, each text once, and one on strains.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
     for (k, experiment) in fitted.search.experiments.iter().enumerate() {
@@ -42,13 +43,14 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     }
 }
 
-/// The largest strain at equilibrium.
+/// The largest strain at equilibrium; none where that cannot be computed, or where recorded markers prescribe nodes.
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
-/// The largest strain of a motion, without a run where bounds show that it is allowed; none between recorded ends.
+/// The largest strain of the motion of experiment number `experiment`, without a run where bounds show that it is allowed.
+/// None between recorded ends, or where the run fails.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -64,6 +66,7 @@ fn strain_in_motion(
     if !problem.scene().initial.moves() && is_allowed(start.strain.max(at_rest())) {
         return Some(start);
     }
+    // No bound holds: the strain is computed after every step of a run.
     let mut largest = start;
     let mut after = |_: &Problem, simulation: &dyn crate::dynamics::Snapshot| {
         let now = gauge.largest(|i| simulation.position(i), Some(simulation.time()));
@@ -75,7 +78,7 @@ fn strain_in_motion(
     Some(largest)
 }
 
-/// The largest strain of the initial shape.
+/// The largest strain of the initial shape, at the time 0.
 fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     let nodes = match problem.discretized() {
         AnyProblem::Planar(discretized) => discretized.start_positions(),
@@ -84,7 +87,7 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains by the loads at equilibrium, and by the initial velocity.
+/// An upper bound of the strains by the loads at equilibrium, and by the initial velocity, from beam theory.
 fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -8,8 +8,10 @@
 //! ```
 //!
 //! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative, and no
-//! fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the parameters. One run of a
-//! coarse model has all derivatives; where an effect may be significant, one of the full model.
+//! fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the parameters. One run of
+//! a coarse model has all derivatives; where an effect may be significant, one of the full model. P-values are multiplied by
+//! the number of tests (Bonferroni). The result is a [`ModelDiscrepancy`]; [`warn_of_omitted_effects`] adds the warning of
+//! the best effect.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -39,16 +41,17 @@ use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use std::cmp::Reverse;
 
-/// Steps of the coarse model in the first period.
+/// Steps of the coarse model in the first period. Larger: more accurate derivatives at a higher cost.
 const COARSE_STEPS: f64 = 48.0;
-/// Part of a direction that the unknowns cannot follow, above which it is tested.
+/// Part of the change by an effect that the unknowns cannot follow, above which the effect is tested; below it are rounding
+/// errors.
 const LEAST_ORTHOGONAL: f64 = 1e-3;
 /// An effect of plausible size that changes all residuals together by less than this part of the noise has none: by
 /// symmetry, for example, with rounding errors for a derivative.
 const NO_EFFECT: f64 = 1e-3;
-/// Cost of a run with derivatives by some thirty numbers, in runs without.
+/// Cost of a run with derivatives by some thirty numbers, in runs without derivatives.
 const COST_OF_DERIVATIVES: f64 = 6.0;
-/// Largest cost of the tests on a coarse model, over that of the search.
+/// Largest cost of the tests on a coarse model, over that of the search. Above it they are skipped, unless requested.
 const CHEAP: f64 = 0.3;
 /// Tests of the residuals beside the score tests: independence, distribution, noise scale. Each is corrected for its own
 /// coordinates, and counts as one among the tests of a report.
@@ -58,7 +61,7 @@ const CERTAIN: f64 = 1e-3;
 /// Bias of an estimate, in its standard errors, below which an omitted effect hardly matters: the 95 % interval then still
 /// contains the truth in more than 83 % of all cases.
 const SMALL_BIAS: f64 = 1.0;
-/// p-value above which the evidence for an omitted effect is called weak.
+/// Corrected p-value above which the evidence for an omitted effect is called weak.
 const STRONG_EVIDENCE: f64 = 0.01;
 /// Corrected p-value on a coarse model below which the full model is tested.
 const SUSPICIOUS: f64 = 0.2;
@@ -68,7 +71,7 @@ const SUSPICIOUS: f64 = 0.2;
 pub(crate) struct ModelDiscrepancy {
     /// Tests of the first three ranks, the best first.
     pub score_tests: Vec<ScoreTest>,
-    /// The largest bias over its standard error first.
+    /// Undetected biases, the largest over its standard error first.
     pub undetected_bias: Vec<UndetectedBias>,
 }
 
@@ -78,13 +81,16 @@ pub(crate) type FinerOptimum<'a> = &'a (dyn Fn() -> Option<Optimum> + Sync);
 /// Inputs of all score tests of a fit.
 #[derive(Clone, Copy)]
 pub(crate) struct ScoreTestInputs<'a> {
+    /// The optimum with its analysis and estimates.
     pub statistics: FitStatistics<'a>,
+    /// Residuals without discretization errors, computed where an effect is significant.
     pub finer: FinerOptimum<'a>,
     pub analysis: &'a Analysis,
     pub knowns: &'a [Known],
 }
 
-/// Probability that noise alone yields a statistic of as many standard deviations, estimated with these degrees of freedom.
+/// Probability that noise alone yields a statistic of `sigmas` standard deviations or more, in one direction if
+/// `is_one_sided`, by Student's t with `freedom` degrees of freedom, or the normal distribution.
 fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     let upper_tail = |z: f64| match freedom.and_then(|n| StudentsT::new(0.0, 1.0, n).ok()) {
         Some(t) => t.sf(z),
@@ -93,8 +99,9 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
 }
 
-/// Warns of effects that the score tests find missing. A right model with autocorrelated noise has none below
-/// [`CERTAIN`] if that correlation is allowed for; a less significant effect, or one for white noise only, may be noise.
+/// Warns of the best effect of `tests`, if it is significant and no discretization error is suspected. Below [`CERTAIN`],
+/// also if the autocorrelation is that of the noise, it lowers the grade to an inadequate model, else to an ambiguous result.
+/// An effect that changes all estimates by less than [`SMALL_BIAS`] standard errors is minor.
 pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnings) {
     let is_mesh_suspected = warnings.first(Severity::Mesh).is_some();
     let Some(best) = tests.first().filter(|best| best.is_significant() && !is_mesh_suspected)
@@ -122,7 +129,8 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 }
 
 impl ScoreTestInputs<'_> {
-    /// Score tests and undetected biases, after a search that cost `spent` simulations; a run that fails is a warning.
+    /// Score tests and undetected biases, after a search that cost `spent` simulations. Empty after an interruption, where
+    /// the analysis excludes them, or without a standard error. A run that fails is a warning.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;
@@ -143,7 +151,8 @@ impl ScoreTestInputs<'_> {
         (found, warnings)
     }
 
-    /// Tests on a coarse model; where an effect may be significant, or the full model is cheap, on the full one.
+    /// Tests on a coarse model; where an effect may be significant there, or the full model is cheap or requested, on the
+    /// full one. Empty where even the coarse model costs more than [`CHEAP`] times `spent`. Error: a run fails.
     fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
         let search = self.statistics.fitted.search;
         let full = || self.run(search.experiments.to_vec(), false);
@@ -165,7 +174,8 @@ impl ScoreTestInputs<'_> {
         }
     }
 
-    /// Score tests and biases by the derivatives of these experiments, the full or a coarse model.
+    /// Score tests and biases by the derivatives of these `experiments`, the full model or a coarse one (`is_coarse`). Error:
+    /// the run fails.
     fn run(self, experiments: Vec<Experiment>, is_coarse: bool) -> Result<ModelDiscrepancy, Error> {
         let Self { statistics, finer, analysis, knowns } = self;
         let FitStatistics { fitted, estimates, local } = statistics;
@@ -240,8 +250,8 @@ impl ScoreTestInputs<'_> {
 }
 
 impl TestedEffect {
-    /// The score test of the effect by the weighted `residuals`. The plausible size changes them by `direction`, which is
-    /// orthogonal to the Jacobian, and the parameters by `responses`.
+    /// The score test of the effect by the weighted `residuals`, before p-values are corrected. The plausible size changes
+    /// them by `direction`, which is orthogonal to the Jacobian, and the parameters by `responses`.
     fn scored(
         &self,
         direction: DVector<f64>,
@@ -253,9 +263,11 @@ impl TestedEffect {
         let (product, is_one_sided) = (-direction.dot(residuals), self.effect.is_one_sided());
         let explained = if is_one_sided { product.max(0.0) } else { product.abs() };
         let VarianceAlong { variance, degrees_of_freedom } = statistics.variance_along(&direction);
+        // A second p-value, if the autocorrelation of the residuals is that of the noise and not of the effect.
         let correlated = correlations.variance_along(direction.as_slice(), noise);
         let fewest = correlations.fewest_degrees_of_freedom();
         let p = |variance: f64, freedom| p_value(product / variance.sqrt(), is_one_sided, freedom);
+        // The estimated size of the effect, in plausible sizes, biases the parameters.
         let sizes = product / direction.norm_squared();
         let StandardizedBias { std_errors, parameter, relative } =
             statistics.largest_bias(responses, sizes);

@@ -1,11 +1,12 @@
 //! Bias of the estimates by shear deformation and rotary inertia, which the model leaves out: whether the rod is slender
 //! enough.
 //!
-//! Both make a real rod softer than the model. To first order in `I/(A L^2)` the squared frequency of a mode is lower by
-//! the [thickness effects](thickness_effects). A rod at rest deflects more by its
-//! [shear deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a
-//! Young's modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
-//! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation is needed.
+//! Both make a real rod softer than the model (Timoshenko). To first order in `I/(A L^2)` the squared frequency of a mode is
+//! lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
+//! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a Young's
+//! modulus lower by the same fraction. By these changes of the simulated values the parameters would move by `-(J'J)^-1 J'
+//! change`, the opposite of their bias. No simulation is needed. [`check_slenderness`] warns of a bias above [`WORTH_A_NOTE`]
+//! standard errors; above [`LOWERS_THE_GRADE`] the warning lowers the grade.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -43,16 +44,16 @@ const LARGEST_SLOPE: f64 = 1.3;
 const EXCLUDED_AMPLITUDE: f64 = 0.5;
 /// Standard errors by which the amplitude must be below that limit.
 const CERTAIN: f64 = 3.0;
-/// Poisson's ratio of a rod whose scene gives none.
+/// Poisson's ratio assumed for a rod whose scene has none. Larger: a slightly larger shear flexibility.
 const USUAL_RATIO: f64 = 0.3;
-/// Most parameters in a warning.
+/// Largest number of parameters in a warning.
 const NAMED: usize = 3;
 
-/// Ratio E/(kappa G) of a rod.
+/// Ratio `E/(kappa G)` of a rod: Young's modulus over shear coefficient times shear modulus.
 struct ShearFlexibility {
-    /// Of an isotropic material.
+    /// With the shear modulus of an isotropic material.
     isotropic: f64,
-    /// With the shear modulus of the scene, if an isotropic material cannot have it.
+    /// With the shear modulus of the scene, if an isotropic material cannot have it (Poisson's ratio beyond -1 to 0.5).
     stated: Option<f64>,
 }
 
@@ -75,7 +76,7 @@ impl ShearFlexibility {
 
 /// Changes of the simulated values of one fit by shear deformation and rotary inertia.
 struct Softening {
-    /// Change of every residual.
+    /// Change of every residual, in units of sigma.
     change: Vec<f64>,
     /// Largest relative reduction of a squared frequency, or increase of a deflection.
     largest: f64,
@@ -86,11 +87,14 @@ struct Softening {
 /// Bias of an estimate by shear deformation and rotary inertia.
 struct SlendernessBias<'a> {
     estimate: &'a Estimate,
+    /// Bias in the parameter's unit.
     bias: ParameterBias,
+    /// Bias over the combined standard uncertainty, or else the standard error; negative if the estimate is too low.
     std_errors: f64,
 }
 
-/// Warns of a rod that is too thick for the model, by the bias of the estimates in their standard errors.
+/// Warns of a rod that is too thick for the model, by the bias of the `estimates` in their standard errors. No warning where
+/// the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it, or it cannot be computed.
 pub(crate) fn check_slenderness(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -157,10 +161,10 @@ pub(crate) fn check_slenderness(
     warnings.add(severity, Code::ThickRod, text);
 }
 
-/// Whether the residuals exclude half of the change: several modes or points determine its amplitude.
+/// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the change: several modes or points determine its amplitude.
 ///
-/// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the residuals `r`
-/// with the standard error `s/|u|` for noise of the variance `s^2`.
+/// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the residuals
+/// `r` with the standard error `s/|u|` for noise of the variance `s^2`.
 fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoise) -> bool {
     let (mut square, mut product) = (0.0, 0.0);
     for ((rest, residual), weight) in response.residuals.iter().zip(residuals).zip(&noise.weights) {
@@ -173,7 +177,8 @@ fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoi
 }
 
 impl<'a> SlendernessBias<'a> {
-    /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale; none without a standard error.
+    /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale; none without a
+    /// value or a standard error.
     fn new(estimate: &'a Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
         let std_error = estimate.combined_std.or(estimate.std_error)?;
         let bias = ParameterBias::new(unknown, estimate.value?, -change);
@@ -181,7 +186,7 @@ impl<'a> SlendernessBias<'a> {
         Some(Self { estimate, bias, std_errors })
     }
 
-    /// Text of the absolute bias, relative if the parameter is positive.
+    /// Text of the absolute bias: in per cent if the parameter is positive, else in its unit.
     fn size(&self) -> String {
         match self.bias.relative {
             Some(relative) => percent(relative.abs()),
@@ -192,7 +197,7 @@ impl<'a> SlendernessBias<'a> {
         }
     }
 
-    /// Text of the bias, with the one for the `stated` shear modulus of the scene if that differs.
+    /// Text of the bias with its direction, and with the size for the `stated` shear modulus of the scene if that differs.
     fn describe(&self, stated: Option<&Self>) -> String {
         let Self { estimate, bias, std_errors } = self;
         let direction = if bias.change < 0.0 { "low" } else { "high" };
@@ -204,8 +209,8 @@ impl<'a> SlendernessBias<'a> {
     }
 }
 
-/// Change of an estimate on its scale if motions had a Young's modulus that is lower by a fraction. It follows from the
-/// sensitivity of the estimate to +1 % of the modulus.
+/// Change of an estimate on its scale if motions had a Young's modulus that is lower by the factor `1/(1 + fraction)`. It
+/// follows from the sensitivity of the estimate to +1 % of the modulus; 0 without that sensitivity.
 fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) -> f64 {
     let modulus = Parameter::YoungsModulus.path();
     let own = estimate.input_sensitivities.iter().find(|input| input.source == modulus);
@@ -214,7 +219,7 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
 }
 
 /// Changes of the simulated values of all experiments by shear deformation and rotary inertia. `ratio` selects the ratio
-/// E/(kappa G) of a scene; it is the isotropic one where that returns none, and the result is none if it does so for all scenes.
+/// `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all scenes.
 fn softening(
     fitted: Fitted,
     ratio: fn(&ShearFlexibility) -> Option<f64>,
@@ -280,7 +285,8 @@ fn softening(
     Ok(is_defined.then_some(softening))
 }
 
-/// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`].
+/// Whether an upper bound of the relative softening of an experiment, with this shear `flexibility`, exceeds
+/// [`SMALLEST_SOFTENING`].
 fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) -> bool {
     let scene = problem.scene();
     // The thickest place and the shortest wave bound the effect of all modes.
@@ -291,7 +297,8 @@ fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) ->
     LARGEST_SLOPE * (wave * radius).powi(2) * (1.0 + flexibility) > SMALLEST_SOFTENING
 }
 
-/// Relative reduction of the squared frequency of each measured mode by shear deformation and rotary inertia.
+/// Relative reduction of the squared frequency of each measured mode, about the equilibrium, by shear deformation with this
+/// `flexibility` and by rotary inertia.
 fn reductions(
     problem: &Problem,
     frequencies: &ModeFrequencies,
@@ -302,7 +309,7 @@ fn reductions(
     Ok(effects.iter().map(|effect| effect.reduction(flexibility)).collect())
 }
 
-/// Relative reduction of the squared frequency of the first bending mode about the rest shape: without loads it is
+/// Relative reduction of the squared frequency of the first bending mode about the rest shape: without loads that is
 /// proportional to Young's modulus.
 fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
@@ -314,11 +321,12 @@ fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Erro
 struct ShearDisplacements {
     /// Changes of the measured coordinates, m.
     changes: Vec<f64>,
-    /// Largest displacement over the largest deflection.
+    /// Largest displacement by shear over the largest deflection from the rest shape.
     relative: f64,
 }
 
-/// Shear displacements of the measured points of a shape, as the camera records them.
+/// Displacements of the measured points of a `shape` by shear with this `flexibility`, in the coordinates that the camera
+/// records.
 fn shear_displacements(
     problem: &Problem,
     shape: &EquilibriumShape,

@@ -1,4 +1,9 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
+//!
+//! [`ExtendedExperiments::new`] goes through the table of omitted effects. It leaves out those that are identified, known
+//! inputs, stated in the scenes or not defined for them, and adds the terms of all others to the experiments. Plausible sizes
+//! are those of the analysis options, else those common in laboratories. Score tests differentiate the residuals by the
+//! resulting changes.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -11,10 +16,10 @@ use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
-/// An omitted effect that is tested.
+/// An omitted effect that is tested in a fit.
 pub(crate) struct TestedEffect {
     pub effect: &'static OmittedEffect,
-    /// Name in these scenes.
+    /// Name in these scenes, as text.
     pub name: String,
     /// Plausible size in the unit of its number.
     pub plausible_size: f64,
@@ -25,12 +30,13 @@ pub(crate) struct TestedEffect {
 /// Experiments with all effects added that their scenes can have.
 pub(crate) struct ExtendedExperiments {
     pub experiments: Vec<Experiment>,
+    /// The effects that at least one of them has.
     pub effects: Vec<TestedEffect>,
 }
 
 impl ExtendedExperiments {
     /// Adds the effects to `experiments`, those of the fit or a coarse model of them. Numbers that are identified or known
-    /// inputs are no omitted effects.
+    /// inputs are no omitted effects. Error: an experiment does not allow the values of the optimum.
     pub fn new(
         fitted: Fitted,
         analysis: &Analysis,

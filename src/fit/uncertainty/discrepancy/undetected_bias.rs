@@ -1,13 +1,14 @@
 //! Bias of the estimates by effects that the model omits and the data do not reveal.
 //!
-//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow
-//! all but `u`. Residuals `r` with the variance `v` along `u` give its likelihood, a normal distribution about
-//! `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the
-//! scale one. Where the data determine the size they prevail, however large it is. Where the parameters follow all
-//! of the effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds with 5 %.
+//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow all
+//! but `u`. Residuals `r` with the variance `v` along `u` give its likelihood, a normal distribution about `-u.r/|u|^2` with
+//! the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the scale one. Where the
+//! data determine the size they prevail, however large it is. Where the parameters follow all of the effect (`u = 0`) the
+//! posterior is the prior. The listed size is the one that the posterior exceeds with 5 %.
 //!
 //! The response of the parameters is linear. Where the data determine a large size it is linearized again: the run with the
-//! effect of the most probable size has derivatives of its own.
+//! effect of the most probable size has derivatives of its own. [`undetected_biases`] lists the bias of every estimate by
+//! every effect at its listed size.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
@@ -19,22 +20,23 @@ use std::cmp::Reverse;
 
 /// Degrees of freedom of the prior: with its heavy tails one in 20 effects is beyond 2.8 plausible sizes.
 const PRIOR_FREEDOM: f64 = 4.0;
-/// Probability with which the size of an effect is below the listed one.
+/// Probability with which the absolute size of an effect is below the listed one.
 const LISTED: f64 = 0.95;
-/// Points of the posterior, which is normalized by sums.
+/// Number of points of the posterior, which is normalized by sums. Larger: finer sizes.
 const POINTS: usize = 2000;
 /// Range of the posterior, in standard deviations of the likelihood from the estimate and from zero.
 const FARTHEST: f64 = 8.0;
 /// Largest size of the posterior, in plausible sizes: no linear model holds as far.
 const LARGEST_SIZE: f64 = 60.0;
-/// Standard deviations from zero of an effect that is linearized again.
+/// Distance of the most probable size from zero, in standard deviations of the likelihood, above which an effect is
+/// linearized again.
 const SIGNIFICANT: f64 = 2.0;
 /// Change of a parameter on its scale (2 % of a positive one) above which an effect is linearized again: second-order terms then
 /// begin to matter.
 const LARGE: f64 = 0.02;
-/// Largest change of a parameter on its scale for which the linear response has a meaning.
+/// Largest change of a parameter on its scale for which the linear response has a meaning: eight is a factor of 3000.
 const LARGEST_CHANGE: f64 = 8.0;
-/// Effects that are linearized again: a run with derivatives each.
+/// Largest number of effects that are linearized again: a run with derivatives each.
 pub(crate) const MOST_RELINEARIZED: usize = 3;
 
 /// Normal likelihood of the size of an effect, in units of its plausible size.
@@ -49,12 +51,13 @@ pub(crate) struct Likelihood {
 pub(crate) struct Posterior {
     /// Most probable size.
     pub mode: f64,
-    /// Exceeded in absolute value with a probability of 5 %; with the sign of the more probable side.
+    /// Size that is exceeded in absolute value with a probability of 5 %; with the sign of the most probable size.
     pub limit: f64,
 }
 
 impl Posterior {
-    /// Posterior by the prior and the data, if these determine the size; negative sizes are excluded if it `is_one_sided`.
+    /// Posterior by the prior and, if the data determine the size, by its `likelihood`, on [`POINTS`] sizes. Negative sizes
+    /// are excluded if it `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
         let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {
@@ -69,6 +72,7 @@ impl Posterior {
             low = 0.0;
             high = high.max(f64::MIN_POSITIVE);
         }
+        // Midpoints of equal parts of the range.
         let size = |k: usize| low + (high - low) * (k as f64 + 0.5) / POINTS as f64;
         let log_density = |a: f64| {
             let prior = -0.5 * (PRIOR_FREEDOM + 1.0) * (a * a / PRIOR_FREEDOM).ln_1p();
@@ -109,12 +113,12 @@ pub(crate) struct EffectResponse {
 }
 
 impl EffectResponse {
-    /// Change of parameter `j` for an effect of this size.
+    /// Change of parameter `j`, on its scale, by an effect of this `size` in plausible sizes; none if it does not respond.
     fn change(&self, j: usize, size: f64) -> Option<f64> {
         Some(self.moved[j]? + (size - self.about) * self.slope[j]?)
     }
 
-    /// The largest change of a parameter on its scale for an effect of this size.
+    /// The largest absolute change of a parameter on its scale by an effect of this `size`; 0 without a response.
     fn largest_change(&self, size: f64) -> f64 {
         let changes = (0..self.slope.len()).filter_map(|j| self.change(j, size));
         changes.map(f64::abs).fold(0.0, f64::max)
@@ -132,13 +136,15 @@ pub(crate) struct EffectPosterior<'a> {
     pub tested: &'a TestedEffect,
     /// None where the parameters follow all of the effect.
     likelihood: Option<Likelihood>,
+    /// Posterior of the size.
     posterior: Posterior,
     /// Response of the parameters.
     pub response: EffectResponse,
 }
 
 impl<'a> EffectPosterior<'a> {
-    /// Posterior by the likelihood, with the response `slope` of the parameters at the optimum.
+    /// Posterior by the likelihood, with the response `slope` of the parameters, on their scales and per plausible size, at
+    /// the optimum.
     pub fn new(
         tested: &'a TestedEffect,
         likelihood: Option<Likelihood>,
@@ -149,7 +155,8 @@ impl<'a> EffectPosterior<'a> {
         Self { tested, likelihood, posterior, response }
     }
 
-    /// Whether the data determine a large effect, which is linearized again about its most probable size.
+    /// Whether the data determine a large effect: above [`SIGNIFICANT`] standard deviations, and with a change of a parameter
+    /// above [`LARGE`]. It is linearized again about its most probable size.
     pub fn is_large(&self) -> bool {
         let Self { likelihood, posterior, response, .. } = self;
         let is_significant =
@@ -157,7 +164,8 @@ impl<'a> EffectPosterior<'a> {
         is_significant && response.largest_change(posterior.mode) > LARGE
     }
 
-    /// Replaces likelihood and response by those that `relinearize` returns for the most probable size.
+    /// Replaces likelihood, posterior and response by those that `relinearize` returns for the most probable size. Error: its
+    /// run fails.
     pub fn relinearize(
         &mut self,
         relinearize: impl FnOnce(f64) -> Result<Relinearization, Error>,
@@ -168,13 +176,14 @@ impl<'a> EffectPosterior<'a> {
         Ok(())
     }
 
-    /// The largest change of a parameter on its scale at the listed size.
+    /// The largest absolute change of a parameter on its scale at the listed size.
     pub fn largest_change(&self) -> f64 {
         self.response.largest_change(self.posterior.limit)
     }
 }
 
-/// Biases of all estimates by all effects at their listed sizes, by their number of standard errors, the largest first.
+/// Biases of all estimates with a standard error by all effects at their listed sizes, by their number of standard errors,
+/// the largest first. Responses above [`LARGEST_CHANGE`] are left out.
 pub(crate) fn undetected_biases(
     effects: &[EffectPosterior],
     unknowns: &[Unknown],

@@ -1,17 +1,22 @@
 //! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
+//!
+//! [`DiscretizationBias`] has this distance for each unknown on its scale, and the discretization error of the residuals,
+//! separately for mesh and step. Where the program chose mesh or step, the estimates are corrected by it, and
+//! [`REMAINING_FRACTION`] of the correction may remain as an error of the interval. It also decides whether discretization
+//! errors explain the residuals, and how much finer mesh and step must be so that they do not.
 
 use crate::fit::unknown::Unknown;
 
 /// Part of a correction by which the corrected value may still be off: at an order of 1.5 instead of 2 the error is 1.5 times
 /// the correction, at an order of 3 half of it.
 pub(crate) const REMAINING_FRACTION: f64 = 0.5;
-/// Part of the residuals by discretization errors from which on these explain them.
+/// Part of the residuals by discretization errors above which these explain the residuals.
 pub(crate) const EXPLAINING_FRACTION: f64 = 0.5;
 /// Part of the residuals by discretization errors that explains a weak excess over the noise: a quarter adds 3 % to the
 /// residuals.
 const VISIBLE_FRACTION: f64 = 0.25;
-/// Part of the residuals by discretization errors that is left after a refinement: tests for autocorrelation of 2000 values detect
-/// a part of about 0.05.
+/// Part of the residuals by discretization errors that is left after a refinement: tests for autocorrelation of 2000 values
+/// detect a part of about 0.05.
 const INVISIBLE_FRACTION: f64 = 0.03;
 
 /// Bias of all unknowns by the mesh, or by the step.
@@ -20,13 +25,13 @@ pub(crate) struct BiasPart {
     /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh or
     /// step to compare with.
     pub shifts: Vec<Option<f64>>,
-    /// Whether the program chose it for all experiments. The estimates are then corrected.
+    /// Whether the program chose the mesh, or the step, for all experiments. The estimates are then corrected.
     pub is_chosen: bool,
     /// Norm of the discretization errors of the residuals over that of the residuals.
     pub residual_fraction: f64,
 }
 
-/// Bias of all unknowns by mesh and step.
+/// Bias of all unknowns by mesh and by step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DiscretizationBias {
     pub mesh: BiasPart,
@@ -34,12 +39,12 @@ pub(crate) struct DiscretizationBias {
 }
 
 impl BiasPart {
-    /// Difference of unknown `i`, on its scale, to the limit; none where it is not identifiable or has none.
+    /// Difference of unknown `i`, on its scale, from the optimum to the limit; none where it is not identifiable or has none.
     pub fn shift(&self, i: usize) -> Option<f64> {
         self.shifts.get(i).copied().flatten()
     }
 
-    /// Correction of unknown `i` on its scale; 0 for numerics that the scene gives.
+    /// Correction of unknown `i` on its scale, to be added; 0 for numerics that the scene gives.
     fn correction(&self, i: usize) -> f64 {
         self.shift(i).filter(|_| self.is_chosen).unwrap_or(0.0)
     }
@@ -56,7 +61,7 @@ impl DiscretizationBias {
         self.parts().map(|part| part.correction(i))
     }
 
-    /// Corrections, for mesh and for step, of the sum of the unknowns with these factors.
+    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`.
     pub fn corrections_along(&self, factors: &[f64]) -> [f64; 2] {
         let own = |part: &BiasPart| -> f64 {
             factors.iter().enumerate().map(|(i, factor)| factor * part.correction(i)).sum()
@@ -64,12 +69,12 @@ impl DiscretizationBias {
         self.parts().map(own)
     }
 
-    /// Correction of unknown `i` for mesh and step, on its scale.
+    /// Correction of unknown `i` for mesh and step together, on its scale.
     pub fn correction(&self, i: usize) -> f64 {
         self.corrections(i).iter().sum()
     }
 
-    /// The corrected value of unknown `i`, on its scale and within its bounds.
+    /// The value `x` of unknown `i` on its scale, corrected, within its bounds.
     pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
         let [low, high] = unknown.scaled_bounds();
         match self.correction(i) {
@@ -79,7 +84,7 @@ impl DiscretizationBias {
         }
     }
 
-    /// Discretization error of unknown `i` that may remain after its correction, on its scale.
+    /// Discretization error of unknown `i` that may remain after its correction, on its scale; 0 for given numerics.
     pub fn remaining(&self, i: usize) -> f64 {
         remaining_error(self.corrections(i))
     }
@@ -90,13 +95,13 @@ impl DiscretizationBias {
         self.mesh.residual_fraction.max(self.step.residual_fraction)
     }
 
-    /// Whether chosen numerics cause a visible part of the residuals.
+    /// Whether chosen numerics cause more than [`VISIBLE_FRACTION`] of the residuals.
     pub fn is_visible(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
     }
 
-    /// Factors by which mesh and step are refined, so that their errors are no visible part of the residuals. One where they
-    /// cause most of the residuals: exact data have no noise to compare with.
+    /// Factors, 1 or more, by which mesh and step are to be refined, so that their errors are no visible part of the
+    /// residuals. 1 where they already are none, or cause most of the residuals: exact data have no noise to compare with.
     pub fn refinement(&self) -> [f64; 2] {
         let is_comparable = self.is_visible() && !self.explains_residuals();
         // Of second order.
@@ -105,18 +110,19 @@ impl DiscretizationBias {
         self.parts().map(|part| if is_comparable { factor(part) } else { 1.0 })
     }
 
-    /// Whether chosen numerics cause most of the residuals.
+    /// Whether chosen numerics cause more than [`EXPLAINING_FRACTION`] of the residuals.
     pub fn explains_residuals(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > EXPLAINING_FRACTION
     }
 
-    /// Whether the program chose both mesh and step.
+    /// Whether the program chose both mesh and step for all experiments.
     fn is_corrected(&self) -> bool {
         self.parts().iter().all(|part| part.is_chosen)
     }
 }
 
-/// Error that may remain after the corrections for mesh and step.
+/// Error that may remain after the `corrections` for mesh and step: [`REMAINING_FRACTION`] of the sum of their absolute
+/// values.
 pub(crate) fn remaining_error(corrections: [f64; 2]) -> f64 {
     corrections.iter().map(|correction| REMAINING_FRACTION * correction.abs()).sum()
 }

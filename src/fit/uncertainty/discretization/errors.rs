@@ -1,4 +1,8 @@
 //! Discretization errors of the estimates in a report, and warnings where they exceed the intervals.
+//!
+//! [`discretization_errors`] converts the bias of the unknowns by mesh and step to fractions of the estimates. For numerics
+//! that the scene gives the error is the whole bias; for those that the program chose it is the part that may remain after
+//! the correction. An error by given numerics above [`LARGE_ERROR`] half-widths of the 95 % interval is a warning.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::Experiment;
@@ -12,6 +16,10 @@ use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
 use crate::scene::{Parameter, Shape};
 use serde::{Deserialize, Serialize};
+
+/// Discretization error by given numerics, in half-widths of the 95 % interval, above which there is a warning. The bias of
+/// given numerics is an upper estimate: it is extrapolated as of first order. Larger: later warnings.
+const LARGE_ERROR: f64 = 2.0;
 
 /// Discretization error of a parameter, as fractions of its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +45,8 @@ pub struct DiscretizationError {
 }
 
 /// Discretization errors of the `estimates` by the `bias` of their unknowns: all of it for numerics that the scene gives, the
-/// remaining error for chosen ones. Errors beyond the intervals are warnings.
+/// remaining error for chosen ones. Errors of given numerics beyond the intervals are warnings, and one where they may
+/// explain a misfit. `noise` has the degrees of freedom of the intervals.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,
@@ -58,6 +67,7 @@ pub(crate) fn discretization_errors(
                      discretization error. Refine the numerics before searching for a missing effect";
         warnings.add(severity, Code::NumericsNotModel, format!("{text} ({remedy})"));
     }
+    // Each unknown: its errors by mesh and by step, as fractions of its value.
     let coverage_factor = quantile95(noise.degrees_of_freedom);
     let mut errors = Vec::new();
     for (i, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
@@ -87,7 +97,7 @@ pub(crate) fn discretization_errors(
         // Errors of chosen numerics are corrected, and in the interval.
         let relative = sum(|part| !part.is_chosen);
         if let (Some(value), Some(sd)) = (estimate.value, estimate.std_error)
-            && relative * value.abs() > 2.0 * coverage_factor * sd
+            && relative * value.abs() > LARGE_ERROR * coverage_factor * sd
         {
             let name = estimate.name;
             let size = match name.is_positive() {
@@ -106,7 +116,7 @@ pub(crate) fn discretization_errors(
     errors
 }
 
-/// The action against discretization errors of given numerics.
+/// The action, as text, against discretization errors of given numerics; the mesh of a polyline cannot be chosen.
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
     match experiments.iter().any(is_line) {

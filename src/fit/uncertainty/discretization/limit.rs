@@ -1,14 +1,14 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another step.
 //!
-//! Mesh and step are changed alone, and the change of the parameters is extrapolated to zero. Numerics of the scene are
-//! extrapolated as of first order: for a method of second order that is two and a half to three times the error, and mesh and
-//! step never cancel. Numerics that are twice as coarse cost one simulation, 1.5 times as coarse ones 1.3. Finer ones cost
-//! 2.5 simulations by a quarter and 4 by half, with the same coverage
-//! (`cargo run --release --example discretization_error -- 400`). Where coarser numerics do not resolve the motion, or fail,
-//! they are finer by a quarter.
+//! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is extrapolated
+//! to zero. Numerics of the scene are extrapolated as of first order: for a method of second order that is two and a half to
+//! three times the error, and mesh and step never cancel. Numerics that are twice as coarse cost one simulation, 1.5 times as
+//! coarse ones 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage (`cargo run --release
+//! --example discretization_error -- 400`). Where coarser numerics do not resolve the motion, or fail, they are finer by a
+//! quarter.
 //!
 //! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method, and
-//! the values are corrected.
+//! the values are corrected. [`estimate_bias`] returns this distance for each unknown as a [`DiscretizationBias`].
 
 use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
@@ -30,19 +30,19 @@ const COARSER: [f64; 2] = [2.0, 1.5];
 const COARSER_CHOSEN: [f64; 1] = [1.5];
 /// Ratio of finer element or step sizes, where no coarser ones resolve the motion.
 const FINER: f64 = 1.25;
-/// Fewest edges of a coarser model.
+/// Fewest edges of a coarser model. Below it, a mesh is refined instead of coarsened.
 const FEWEST_EDGES: f64 = 16.0;
 /// Fewest edges of a coarser model for each mode up to the highest measured one.
 const FEWEST_PER_MODE: f64 = 4.0;
-/// Fewest steps in the first period of a coarser model, where the scene gives the step.
+/// Fewest steps in the first period of a coarser model, where the scene gives the step. Below it, a step is refined instead.
 const FEWEST_STEPS: f64 = 100.0;
 /// The same where the program chose the step.
 const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
-/// An experiment with another mesh or step.
+/// An experiment with another mesh or step, and its extrapolation.
 struct OtherNumerics {
     experiment: Experiment,
-    /// Discretization error of the original experiment over its difference to this one.
+    /// Discretization error of the original experiment over its difference to this one, by the order of the method.
     error_ratio: f64,
 }
 
@@ -60,13 +60,15 @@ struct LimitDifference {
     work: f64,
 }
 
-/// Ratios of coarser numerics in the order of the trials, for chosen or given ones.
+/// Ratios of coarser element or step sizes, in the order of the trials: for numerics that the program chose, or that the
+/// scene gives.
 fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
 
-/// An experiment on a mesh that is coarser by [`coarser_ratios`], else finer: by [`FINER`], or twice as fine with markers at the
-/// nodes.
+/// An experiment on a mesh with fewer edges by the first of [`coarser_ratios`] that resolves the measured modes, if
+/// `coarser`; else with more by [`FINER`], or twice as many with recorded markers at the nodes. Error: a scene that does not
+/// allow the mesh.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -90,8 +92,8 @@ fn on_other_mesh(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// An experiment with a step that is larger by [`coarser_ratios`], else smaller by [`FINER`]; none without a motion, or where
-/// beta is identified: its damping depends on the step.
+/// An experiment with a step that is larger by the first of [`coarser_ratios`] that resolves the motion, if `coarser`; else
+/// smaller by [`FINER`]. None without a motion, or where beta is identified: its damping depends on the step.
 fn with_other_step(
     search: &Search,
     experiment: &Experiment,
@@ -125,13 +127,15 @@ fn with_other_step(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// Norm of residuals, with the weights of growing sensitivities.
+/// Euclidean norm of `residuals`, with the weights of growing sensitivities.
 fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
     let weighted = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
     weighted.map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Difference of an optimum to its limit, from runs with other numerics of every experiment; none where no experiment has any.
+/// Difference of an optimum to its limit, from one run with other numerics of every experiment, or from a refit if the
+/// `method` is [`Refinement::Refitted`]. `variation` creates the numerics, coarser ones if `coarser`. None where no
+/// experiment has any.
 fn limit_difference(
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
@@ -150,6 +154,7 @@ fn limit_difference(
     let (experiments, ratios): (Vec<Experiment>, Vec<f64>) =
         others.into_iter().zip(search.experiments).map(or_same).unzip();
     let other = Search { experiments: &experiments, ..search.detached() };
+    // A refit includes nonlinear responses; the linear response costs one simulation.
     let LinearResponse { unknowns: shifts, residuals } = match method {
         Refinement::Refitted => {
             let refitted = other.polish(&optimum.x)?;
@@ -182,7 +187,8 @@ fn limit_difference(
     Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
 }
 
-/// Bias of an optimum by mesh and step; none where it is not requested or not defined. Runs that fail are a warning.
+/// Bias of an optimum by mesh and step. None where it is not requested, without convergence, or where the residuals are
+/// rounding errors. Runs that fail are a warning. Error: the fit is stopped.
 pub(crate) fn estimate_bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -208,7 +214,8 @@ pub(crate) fn estimate_bias(
     }
 }
 
-/// Bias of an optimum by mesh and step. Chosen numerics are always corrected.
+/// Bias of an optimum by mesh and step, computed in parallel. Chosen numerics are always corrected, also where the `method`
+/// is [`Refinement::None`]; else that yields none, as does an optimum without convergence.
 fn bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -232,6 +239,7 @@ fn bias(
             found => found,
         }
     };
+    // Mesh and step are changed alone, so that their errors cannot cancel.
     let (mesh, step) = rayon::join(|| part(on_other_mesh), || part(with_other_step));
     let norm = weighted_norm(search, &optimum.residuals);
     let part = |difference: Option<LimitDifference>, is_chosen: bool| {

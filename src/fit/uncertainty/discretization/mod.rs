@@ -1,4 +1,7 @@
-//! Discretization error of the parameters: bias by mesh and step, its correction, and residuals on finer numerics.
+//! Discretization error of the parameters by mesh and step.
+//!
+//! `limit` estimates the bias from runs with other numerics, `bias` has the correction and the remaining error. `errors` are
+//! those of the report, with their warnings. `refined_residuals` has the residuals on finer numerics.
 
 pub(crate) mod bias;
 pub(crate) mod errors;

@@ -1,8 +1,10 @@
 //! Residuals of an optimum on a mesh and with a step that are much finer than the parameters need.
 //!
-//! Chosen numerics are as fine as the parameters require, which follow large and slow motion. Small fast vibrations may be out
-//! of phase at the end of a record: residuals that are no fault of the model. So before residuals lower a grade, the model runs
-//! once more with half the element and step size. The unknowns follow the change linearly, and the change is extrapolated.
+//! Chosen numerics are as fine as the parameters require, which follow large and slow motion. Small fast vibrations may be
+//! out of phase at the end of a record: residuals that are no fault of the model. So before residuals lower a grade, the
+//! model runs once more with element and step size divided by [`REFINEMENT`]. The unknowns follow the change linearly, and
+//! the change is extrapolated to zero element and step size, as of second order. [`RefinedResiduals::residuals`] returns the
+//! residuals in this limit, or none where they are not needed or too expensive ([`MOST_WORK`]).
 
 use crate::accuracy::Extrapolation;
 use crate::error::Error;
@@ -14,7 +16,7 @@ use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
 use std::sync::OnceLock;
 
-/// Factor on edges and on steps of the finer numerics.
+/// Factor on edges and on steps of the finer numerics. Larger: more accurate and, by its square, more expensive.
 const REFINEMENT: usize = 2;
 /// Extrapolation of the change to zero element and step size, as of second-order errors.
 const TO_LIMIT: Extrapolation = Extrapolation { ratio: REFINEMENT as f64, order: 2.0 };
@@ -24,12 +26,15 @@ const MOST_WORK: f64 = 4e7;
 /// them.
 const DETECTABLE: f64 = 2.0;
 
-/// Residuals on finer numerics, computed on demand.
+/// Residuals on finer numerics, computed on demand and once.
 pub(crate) struct RefinedResiduals<'a> {
     fitted: Fitted<'a>,
     bias: &'a DiscretizationBias,
+    /// Covariance at the optimum, for the linear response of the unknowns.
     covariance: Covariance,
+    /// Weights of the residuals.
     weights: Vec<f64>,
+    /// Change of the residuals, once it is computed; none inside where it is not available.
     change: OnceLock<Option<Vec<f64>>>,
 }
 
@@ -40,7 +45,8 @@ impl<'a> RefinedResiduals<'a> {
         Self { fitted, bias, covariance, weights, change: OnceLock::new() }
     }
 
-    /// The residuals; none where the scene gives the numerics, the change is not detectable, or the run is too large or fails.
+    /// Unweighted residuals in the limit of zero element and step size, in units of sigma. None where the scene gives the
+    /// numerics, the change is below [`DETECTABLE`], or the run is too large or fails.
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
         let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();
@@ -51,7 +57,8 @@ impl<'a> RefinedResiduals<'a> {
         Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
     }
 
-    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed.
+    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed. None where the
+    /// run exceeds [`MOST_WORK`]. Error: it fails.
     fn change(&self) -> Result<Option<Vec<f64>>, Error> {
         let Fitted { search, optimum } = self.fitted;
         // The original mesh and step, both refined.

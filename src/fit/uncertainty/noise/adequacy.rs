@@ -14,7 +14,8 @@ use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
 use crate::fit::uncertainty::noise::noise_scale::{CoordinateSamples, NoiseScale};
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 
-/// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale.
+/// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale. Larger:
+/// smaller missing effects are found, with more false alarms.
 const FALSE_ALARM: f64 = 0.003;
 /// Ratio of a stated sigma and the scatter of the data, either way, from which on the sigma is reported as doubtful. The
 /// scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
@@ -24,13 +25,15 @@ const DOUBTFUL: f64 = 0.05;
 
 /// Noise of one coordinate: its scale from the samples, and its autocorrelation from the residuals.
 pub(crate) struct CoordinateNoise {
+    /// Noise scale of the samples, compared with the residuals.
     pub scale: NoiseScale,
     /// Index of the measurement among all.
     pub measurement: usize,
     /// Rows of the values among all residuals.
     rows: Vec<usize>,
-    /// Unit of the residuals, in the unit of the measurement.
+    /// Standard deviation by which the residuals are divided, in the unit of the measurement.
     nominal: f64,
+    /// The stated sigma of the measurement, in its unit.
     pub stated_sigma: Option<f64>,
     /// Correlation of neighboring residuals; 0 where it is not significant.
     pub correlation: f64,
@@ -40,41 +43,47 @@ pub(crate) struct CoordinateNoise {
     pub has_outliers: bool,
 }
 
-/// Noise of all coordinates of all recorded motions, and of shapes without a stated sigma.
+/// Noise of all coordinates of all recorded motions, and of shapes without a stated sigma, as evidence on the adequacy of the
+/// model.
 pub(crate) struct Adequacy {
     pub coordinates: Vec<CoordinateNoise>,
 }
 
-/// Variance of the residuals along a direction.
+/// Variance of the noise of the weighted residuals along a direction.
 pub(crate) struct VarianceAlong {
+    /// `d'Vd` for the direction `d` and the covariance `V` of the noise, in squared units of the residuals.
     pub variance: f64,
     /// None where the variance is known.
     pub degrees_of_freedom: Option<f64>,
 }
 
-/// Whether a stated sigma differs from the scatter of the data by [`WRONG_SIGMA`] or more.
+/// Whether a stated `sigma` differs from the `scatter` of the data, in the same unit, by more than a factor of
+/// [`WRONG_SIGMA`].
 pub(crate) fn is_sigma_doubtful(sigma: f64, scatter: f64) -> bool {
     !(1.0 / WRONG_SIGMA..=WRONG_SIGMA).contains(&(sigma / scatter))
 }
 
 impl CoordinateNoise {
-    /// Whether a stated sigma is far from the noise scale.
+    /// Whether a stated sigma is far from the noise scale, by [`is_sigma_doubtful`]; false without either.
     fn is_sigma_wrong(&self) -> bool {
         let both = self.stated_sigma.zip(self.scale.value);
         both.is_some_and(|(sigma, value)| is_sigma_doubtful(sigma, value))
     }
 
-    /// Whether the residuals are white noise of the noise scale; `coordinates` is the number of all tests.
+    /// Whether the residuals are white noise of the noise scale: neither an excess nor a correlation. False without a scale.
+    /// `coordinates` is the number of all tests.
     pub fn is_explained(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
     }
 
-    /// Whether the residuals exceed the noise scale, by Bonferroni's correction for all `coordinates`.
+    /// Whether the residuals exceed the noise scale: a p-value below [`FALSE_ALARM`] over the number of all `coordinates`
+    /// (Bonferroni's correction). False without a scale.
     pub fn is_exceeded(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some_and(|p| p < FALSE_ALARM / coordinates.max(1) as f64)
     }
 
-    /// Whether the residuals do not show the noise: score tests then use the noise scale.
+    /// Whether the residuals may be no measure of the noise: a significant correlation, a wrong sigma, or an excess over the
+    /// scale with a p-value below [`DOUBTFUL`]. Score tests then use the noise scale.
     fn is_doubtful(&self) -> bool {
         self.correlation > 0.0
             || self.is_sigma_wrong()
@@ -83,13 +92,15 @@ impl CoordinateNoise {
 }
 
 impl Adequacy {
-    /// Compares the residuals at an optimum with the samples; without coordinates where the residuals are rounding errors.
+    /// Compares the residuals at an optimum with the samples of each coordinate. Empty where the residuals are rounding
+    /// errors.
     pub fn new(fitted: Fitted, correlations: &NoiseCorrelations) -> Self {
         let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();
         if search.is_rounding(optimum) {
             return Self { coordinates };
         }
+        // Part of the degrees of freedom that the unknowns use up.
         let used = search.unknowns.len() as f64 / optimum.residuals.len() as f64;
         for own in fitted.measured() {
             let MeasuredResiduals { index, experiment, measurement, .. } = own;
@@ -118,18 +129,20 @@ impl Adequacy {
         Self { coordinates }
     }
 
-    /// Whether the residuals of a measurement are white noise of the noise scale in all coordinates.
+    /// Whether the residuals of measurement number `measurement` are white noise of the noise scale in all coordinates; false
+    /// without any.
     pub fn is_explained(&self, measurement: usize) -> bool {
         let count = self.coordinates.len();
         let mut own = self.coordinates.iter().filter(|c| c.measurement == measurement).peekable();
         own.peek().is_some() && own.all(|c| c.is_explained(count))
     }
 
-    /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom.
+    /// Variance of the noise along a `direction` of the weighted residuals (one number per row), and its degrees of freedom.
     ///
-    /// Where the residuals of a coordinate are doubtful, its noise is white with its noise scale, or without one with the variance
-    /// of its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have the noise of
-    /// the residuals with its autocorrelation.
+    /// Where the residuals of a coordinate are doubtful, its noise is white with its noise scale, or without one with the
+    /// variance of its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have
+    /// the noise of the residuals with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite; none
+    /// where the variance is known.
     pub fn variance_along(
         &self,
         direction: &[f64],

@@ -7,9 +7,10 @@
 //! (J'J)^-1 J'VJ (J'J)^-1,    V = v R in each coordinate of each measurement
 //! ```
 //!
-//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. For motions of a few frequencies least squares is
-//! asymptotically as efficient as any weighting (Grenander 1954). Coverage factors are Student's t with the degrees of freedom
-//! of the variance of each unknown (Satterthwaite 1946).
+//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Variances and correlations are estimated from
+//! the residuals by moment matching; white series need neither. For motions of a few frequencies least squares is
+//! asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of the standard
+//! deviation, and the degrees of freedom of its variance (Satterthwaite 1946), which determine Student's t of the intervals.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
@@ -20,26 +21,30 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Probability of white noise below which the innovations of a series are taken for motion: its AR(1) model is then rejected.
 const COLORED_INNOVATIONS: f64 = 4e-4;
-/// Rounds of moment matching: correlations and variances depend on each other through the covariance of the unknowns.
+/// Rounds of moment matching: correlations and variances depend on each other through the covariance of the unknowns. More
+/// rounds change the result less.
 const ROUNDS: usize = 8;
-/// Eigenvalues of the scaled normal matrix below this part of the largest count as zero.
+/// Eigenvalues of the scaled normal matrix below this part of the largest count as zero: rounding errors.
 const ZERO_EIGENVALUE: f64 = 1e-12;
-/// Step of a correlation, over its distance from 1, for the numerical derivative of a variance.
+/// Step of a correlation, over its distance from 1, for the numerical derivative of a variance. Larger: truncation error;
+/// smaller: rounding error.
 const CORRELATION_STEP: f64 = 1e-3;
 
 /// Noise of all coordinates, and its effect on every unknown.
 pub(crate) struct NoiseCorrelations {
+    /// Series of residuals with their noise models, one per coordinate with enough values.
     pub series: Vec<CoordinateSeries>,
     /// `J'VJ` over the common variance of the noise; none for white noise.
     pub score_covariance: Option<DMatrix<f64>>,
-    /// Factor on the standard deviation of each unknown compared with white noise.
+    /// Standard deviation of each unknown over that for white noise.
     pub inflation: Vec<f64>,
     /// Degrees of freedom of the variance of each unknown; none where it is known.
     pub degrees_of_freedom: Vec<Option<f64>>,
 }
 
 impl NoiseCorrelations {
-    /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise.
+    /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise. All series
+    /// count as white where the residuals are rounding errors or have no variance.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
@@ -52,6 +57,7 @@ impl NoiseCorrelations {
         if search.is_rounding(optimum) || !noise.variance.is_normal() {
             return found;
         }
+        // Most records have white noise and end here: the covariance is then that of Gauss and Newton.
         found.series = coordinate_series(fitted, rows, noise);
         if found.is_white() {
             return found;
@@ -88,6 +94,7 @@ impl NoiseCorrelations {
         }
         let scores = score_covariance(&found.series);
         let covariance = &inverse * &scores * &inverse;
+        // Inflation of the standard deviation of each unknown.
         for j in (0..n).filter(|j| covariance[(*j, *j)] > 0.0) {
             let white = noise.variance * inverse[(j, j)];
             found.inflation[j] = (covariance[(j, j)] / white).sqrt();
@@ -102,7 +109,7 @@ impl NoiseCorrelations {
         !self.series.iter().any(CoordinateSeries::has_own_noise)
     }
 
-    /// Variance `d'Vd` of the noise along a `direction` of the weighted residuals.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row.
     pub fn variance_along(&self, direction: &[f64], noise: &ResidualNoise) -> f64 {
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let mut variance = noise.variance * square(direction);
@@ -116,22 +123,23 @@ impl NoiseCorrelations {
         variance
     }
 
-    /// The series of a coordinate of a measurement; none where it has few values.
+    /// The series of coordinate `axis` of measurement number `measurement`; none where it has few values.
     pub fn series_of(&self, measurement: usize, axis: &str) -> Option<&CoordinateSeries> {
         self.series.iter().find(|s| s.measurement == measurement && s.axis == axis)
     }
 
-    /// Correlation of neighboring residuals of a coordinate; 0 where it is not significant.
+    /// Correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it is not
+    /// significant.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         self.series_of(measurement, axis).map_or(0.0, |s| s.correlation)
     }
 
-    /// Half-width of the 95 % interval of unknown `j` in standard deviations.
+    /// Half-width of the 95 % interval of unknown `j` in standard deviations: Student's t with its degrees of freedom.
     pub fn coverage_factor(&self, j: usize) -> f64 {
         quantile95(self.degrees_of_freedom[j])
     }
 
-    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations.
+    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations: Student's t with its degrees of freedom.
     pub fn one_sided_factor(&self, j: usize) -> f64 {
         one_sided95(self.degrees_of_freedom[j])
     }
@@ -142,8 +150,9 @@ impl NoiseCorrelations {
     }
 }
 
-/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e` of the
-/// variance, which stems from the errors of variance and correlation of each series.
+/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e` of
+/// the variance, which stems from the errors of variance and correlation of each series. `inverse` is that of the normal
+/// matrix, `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,
@@ -160,6 +169,7 @@ fn degrees_of_freedom(
         let nearby =
             (s.correlation > step).then(|| inverse * s.score_covariance_below(step) * inverse);
         for j in (0..n).filter(|j| covariance[(*j, *j)] > 0.0) {
+            // Share of this series in the variance of the unknown; the relative error of its own variance is `sqrt(2/n)`.
             let share = part[(j, j)] / covariance[(j, j)];
             common[j] -= share;
             if !s.is_sigma_stated {
@@ -179,7 +189,8 @@ fn degrees_of_freedom(
     error.into_iter().zip(common).map(freedom).collect()
 }
 
-/// Pseudo-inverse of a normal matrix, whose columns are scaled to a unit diagonal before small eigenvalues are left out.
+/// Pseudo-inverse of a normal matrix, whose rows and columns are scaled to a unit diagonal before eigenvalues below
+/// [`ZERO_EIGENVALUE`] are left out. Unknowns without effect have zeros.
 fn pseudo_inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let n = normal.nrows();
     let scale = normal.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });

@@ -1,8 +1,10 @@
 //! Residuals of one coordinate of a measurement in the order of time, and the AR(1) model of their noise.
 //!
-//! For noise of the covariance `V` the residuals at an optimum have the covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`:
-//! the fit absorbs a part of the noise. [`CoordinateSeries::refine`] matches the variance and the lag-one correlation of the
-//! residuals with these expectations, for `V = v R` with an [AR(1) correlation](Ar1Correlation) `R`.
+//! [`coordinate_series`] splits the residuals of an optimum into series, and tests each for a significant lag-one correlation
+//! and for a variance of its own (Bartlett's test). For noise of the covariance `V` the residuals at an optimum have the
+//! covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`]
+//! matches the variance and the lag-one correlation of the residuals with these expectations, for `V = v R` with an [AR(1)
+//! correlation](Ar1Correlation) `R`.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -10,27 +12,33 @@ use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Fewest values of a series whose correlation is estimated.
+/// Fewest values of a series whose correlation is estimated. Fewer have a standard error of the correlation above 0.3.
 const FEWEST: usize = 12;
-/// Standard deviations by which the correlation of neighbors must exceed that of white noise.
+/// Standard deviations of white noise by which the correlation of neighbors must exceed zero to be modeled. Smaller: more
+/// white series get wider intervals.
 const SIGNIFICANT: f64 = 2.0;
 /// Probability of equal variances below which the coordinates of a measurement get a variance each.
 const UNEQUAL_VARIANCES: f64 = 1e-2;
 /// Largest distance of neighbors, in usual spacings; pairs across a gap are left out.
 const MOST_SPACINGS: f64 = 1.5;
-/// Largest part of the squared residuals that the fit is assumed to have absorbed.
+/// Largest part of the squared residuals that the fit is assumed to have absorbed; it bounds the correction of the variance.
 const MOST_ABSORBED: f64 = 0.9;
+
+/// Number of bisections of a correlation between 0 and 1: to 1e-15.
+const BISECTIONS: usize = 50;
 
 /// Residuals and Jacobian of one coordinate of one measurement, with the model of its noise.
 #[derive(Clone)]
 pub(crate) struct CoordinateSeries {
     /// Index of the measurement among all.
     pub measurement: usize,
+    /// Name of the coordinate, such as x.
     pub axis: &'static str,
     /// Correlation of residuals one usual spacing apart; 0 where it is not significant.
     pub correlation: f64,
     /// Rows of the values among all residuals, in the order of time.
     pub rows: Vec<usize>,
+    /// Ascending, s; of a shape arc lengths, m.
     times: Vec<f64>,
     /// Median distance of the times.
     spacing: f64,
@@ -40,6 +48,7 @@ pub(crate) struct CoordinateSeries {
     jacobian: DMatrix<f64>,
     /// Variance of the noise in units of sigma.
     pub variance: f64,
+    /// Whether the data state sigma, so that the variance is not estimated.
     pub is_sigma_stated: bool,
     /// Whether its variance differs significantly from that of other coordinates of the measurement.
     has_own_variance: bool,
@@ -63,12 +72,12 @@ struct NeighborSums {
 }
 
 impl CoordinateSeries {
-    /// Number of values.
+    /// Number of values of the series.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether the noise is not the common white one.
+    /// Whether the noise differs from the common white one, by its variance or by its correlation.
     pub fn has_own_noise(&self) -> bool {
         self.has_own_variance || self.is_correlated
     }
@@ -78,17 +87,18 @@ impl CoordinateSeries {
         Ar1Correlation::new(&self.times, self.spacing, self.correlation)
     }
 
-    /// Innovations of the residuals, which are white where the AR(1) model holds.
+    /// Innovations of the residuals, `R^(-1/2) r`, which are white where the AR(1) model holds.
     pub fn innovations(&self) -> Vec<f64> {
         self.ar1().whiten(&self.residuals)
     }
 
-    /// Models the residuals as white noise of the given variance.
+    /// Models the residuals as white noise of the given `variance`, in units of sigma squared.
     pub fn set_white(&mut self, variance: f64) {
         (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
     }
 
-    /// Length of the blocks of a block bootstrap (Politis and White 2004); none for white noise.
+    /// Number of values in each block of a block bootstrap, `(1.5 g^2 n)^(1/3)` with `g = 2 r/(1 - r^2)` for the correlation
+    /// `r` of `n` values (Politis and White 2004); none for white noise.
     pub fn block_length(&self) -> Option<usize> {
         let excess = 2.0 * self.correlation / (1.0 - self.correlation.powi(2));
         let length = (1.5 * excess * excess * self.len() as f64).cbrt().ceil() as usize;
@@ -111,14 +121,15 @@ impl CoordinateSeries {
         sums
     }
 
-    /// Whether neighbors correlate by [`SIGNIFICANT`] standard deviations of white noise.
+    /// Whether neighbors correlate by more than [`SIGNIFICANT`] standard deviations of white noise. False for fewer than
+    /// [`FEWEST`] values.
     fn has_significant_correlation(&self) -> bool {
         let NeighborSums { pairs, products, squares } = self.neighbors();
         let n = pairs.len();
         n + 1 >= FEWEST && products > SIGNIFICANT * squares / (n as f64).sqrt()
     }
 
-    /// `R J`: the rows of its Jacobian times the AR(1) correlation matrix.
+    /// `R J`: the AR(1) correlation matrix times the rows of the Jacobian of the series.
     fn correlated_jacobian(&self) -> DMatrix<f64> {
         let (ar1, mut product) = (self.ar1(), self.jacobian.clone());
         for mut column in product.column_iter_mut() {
@@ -128,12 +139,12 @@ impl CoordinateSeries {
         product
     }
 
-    /// `J'J` of its rows of the Jacobian.
+    /// `J'J` of the rows of the series, by the unknowns.
     pub fn normal_matrix(&self) -> DMatrix<f64> {
         self.jacobian.tr_mul(&self.jacobian)
     }
 
-    /// `J'VJ` of its rows: their part of the covariance of the gradient of the misfit.
+    /// `J'VJ` of the rows of the series: their part of the covariance of the gradient of the misfit.
     pub fn score_covariance(&self) -> DMatrix<f64> {
         self.variance * self.jacobian.tr_mul(&self.correlated_jacobian())
     }
@@ -150,6 +161,7 @@ impl CoordinateSeries {
     /// Updates the variance and, where it is significant, the correlation by one round of moment matching. It takes the
     /// `inverse` of the normal matrix, and the `covariance` of the unknowns by the noise of all series.
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
+        // Expectations for the present model, from the hat matrix restricted to the rows of the series.
         let (n, correlated) = (self.len(), self.correlated_jacobian());
         let white = &self.jacobian * inverse;
         let all = &self.jacobian * covariance / self.variance;
@@ -173,6 +185,7 @@ impl CoordinateSeries {
                 expected_squares += 0.5 * (diagonal[*first] + diagonal[first + 1]);
                 expected_products += absorbed(*first, first + 1);
             }
+            // The observed ratio of the sums is the expected one: solved for the mean correlation of the noise.
             let mean = (products / squares * expected_squares - expected_products) / count;
             // The ratio of the sums is biased by -2 r/n (Marriott and Pope 1954).
             let unbiased = correlation_with_mean(&pairs, mean) * (1.0 + 2.0 / count);
@@ -192,15 +205,16 @@ impl CoordinateSeries {
     }
 }
 
-/// The largest estimate of a correlation between neighbors that `pairs` pairs of them allow.
+/// Largest estimate of a correlation between neighbors that this number of pairs allows: `1 - 2/pairs`.
 fn largest_correlation(pairs: f64) -> f64 {
     1.0 - 2.0 / pairs
 }
 
-/// The correlation at the usual spacing for which the AR(1) correlations of the pairs have the given mean, by bisection.
+/// Correlation at the usual spacing for which the AR(1) correlations of the pairs have this `mean`, between 0 and 1, by
+/// bisection.
 fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..50 {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         let sum: f64 = pairs.iter().map(|pair| ar1_factor(middle, pair.spacings)).sum();
         let end = if sum > mean * pairs.len() as f64 { &mut high } else { &mut low };
@@ -209,8 +223,8 @@ fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The series of every coordinate with at least [`FEWEST`] values, from the `rows` of the Jacobian in units of the noise;
-/// significant correlations and unequal variances are marked.
+/// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in units
+/// of the noise. Significant correlations and unequal variances are marked; all variances are still the common one.
 pub(crate) fn coordinate_series(
     fitted: Fitted,
     rows: &[Vec<f64>],
@@ -260,7 +274,8 @@ pub(crate) fn coordinate_series(
     found
 }
 
-/// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937).
+/// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937) at the level
+/// [`UNEQUAL_VARIANCES`]. False for a single series.
 fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
     // The squares of autocorrelated noise carry the information of fewer independent ones.
     let count = |s: &CoordinateSeries| {

@@ -1,4 +1,9 @@
-//! Noise of the data, estimated from residuals and samples: variance, autocorrelation, noise scale and coverage factors.
+//! Noise of the data, estimated from residuals and samples.
+//!
+//! `residual_noise` is the variance of the residuals, `coordinate_series` and `autocorrelation` are its AR(1) correlation and
+//! the effect on the estimates. `noise_scale` is the noise by differences of the samples, without the model; `adequacy`
+//! compares both. `coverage_factor` has the quantiles of intervals, `outlying_experiments` compares the residuals of
+//! experiments.
 
 pub(crate) mod adequacy;
 pub(crate) mod autocorrelation;

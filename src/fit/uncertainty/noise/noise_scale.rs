@@ -1,4 +1,10 @@
-//! Samples of one coordinate of a measurement, and the noise scale from their differences.
+//! Noise scale of one coordinate of a measurement: the standard deviation of its noise without the model, from differences of
+//! its samples.
+//!
+//! [`CoordinateSamples::scale`] takes the lower of the estimates from the observed values and from the residuals, each by
+//! [divided differences](crate::numerics::noise_scale). The resolution of the values sets a lower limit, `q/sqrt(12)`. The
+//! p-value is that of the root mean square residual over the scale, by chi-squared. The result, [`NoiseScale`], is part of
+//! the report; a coordinate without a usable estimate has the reason instead.
 
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
@@ -12,7 +18,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Degrees of freedom of quantization errors: those of a slow motion are strongly autocorrelated, with a few
 /// independent values in a record.
 const QUANTIZATION_FREEDOM: f64 = 8.0;
-/// A residual this many robust standard deviations off is an outlier.
+/// Size of an outlier, in robust standard deviations of the residuals: one of 150,000 normal residuals is beyond.
 const OUTLYING: f64 = 4.5;
 /// Median of the absolute value of a standard normal deviate.
 const MEDIAN_DEVIATION: f64 = 0.674_489_75;
@@ -48,12 +54,15 @@ pub struct NoiseScale {
     pub unavailable: Option<String>,
 }
 
-/// Samples of one coordinate in the order of time, in the unit of the measurement.
+/// Samples of one coordinate in the order of time, with their residuals, in the unit of the measurement.
 pub(crate) struct CoordinateSamples {
     /// Rows of the values among all residuals.
     pub rows: Vec<usize>,
+    /// Ascending, s; of a shape arc lengths, m.
     times: Vec<f64>,
+    /// Measured values.
     observed: Vec<f64>,
+    /// Simulated less measured values.
     residuals: Vec<f64>,
     /// Standard deviation of each value over the typical one.
     factors: Vec<f64>,
@@ -64,7 +73,7 @@ pub(crate) struct CoordinateSamples {
 }
 
 impl CoordinateSamples {
-    /// Samples of a coordinate of a measurement, of a fit that uses the part `used` of the degrees of freedom.
+    /// Samples of a `coordinate` of a measurement, of a fit that uses the part `used` of the degrees of freedom.
     pub fn new(
         search: &Search,
         MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,
@@ -90,14 +99,15 @@ impl CoordinateSamples {
         }
     }
 
-    /// Noise scale of values at the times of the samples, from their differences.
+    /// Noise scale of `values` at the times of the samples, from their differences without excluded values.
     fn noise(&self, values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
         let Self { times, factors, excluded, .. } = self;
         NoisySeries { times, values, factors, excluded }.noise()
     }
 
-    /// The lower of the noise scales from residuals and from samples: each is that of the noise and of the motion that leaks
-    /// into the differences.
+    /// The lower of the noise scales from residuals and from observed values: each is that of the noise and of the motion
+    /// that leaks into the differences. The observed values count only if theirs is lower by [`CLEARLY_LOWER`] standard
+    /// errors. Err with the reason where they are constant or oversampled, or the residuals have no estimate.
     fn estimate(&self) -> Result<NoiseEstimate, NoEstimate> {
         let observed = self.noise(&self.observed);
         if let Err(reason @ (NoEstimate::Constant | NoEstimate::Oversampled { .. })) = observed {
@@ -112,7 +122,8 @@ impl CoordinateSamples {
         Ok(if is_lower { observed } else { residual })
     }
 
-    /// Whether each residual is an outlier: of normal noise one in 150,000 is.
+    /// Whether each residual is an outlier: above [`OUTLYING`] robust standard deviations, from the median of the absolute
+    /// residuals.
     pub fn outliers(&self) -> Vec<bool> {
         let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -122,8 +133,8 @@ impl CoordinateSamples {
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }
 
-    /// Noise scale of a coordinate, compared with its residuals. Points of a shape at rest, no motion, have none: they are
-    /// not ordered in time.
+    /// Noise scale of the coordinate `axis` of an `observation`, compared with its residuals. Points of a shape at rest (not
+    /// `is_motion`) have none: they are not ordered in time.
     pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
@@ -172,8 +183,9 @@ impl CoordinateSamples {
     }
 }
 
-/// Probability that the residuals of white noise, with `count` degrees of freedom, are `ratio` times its scale, which has
-/// `freedom` degrees of freedom and the same samples.
+/// Probability that the residuals of white noise, with `count` degrees of freedom, are `ratio` or more times its scale, which
+/// has `freedom` degrees of freedom and the same samples. 1 for a ratio up to 1; 0 for a larger one with a scale that is
+/// certain.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     // A scale with as many degrees of freedom as the residuals is certain.
     if ratio <= 1.0 || freedom >= count {
@@ -183,7 +195,7 @@ fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.cdf(freedom / (ratio * ratio)))
 }
 
-/// Text of the reason why there is no noise scale.
+/// Text of the reason why there is no noise scale, for the report.
 fn description(reason: NoEstimate) -> String {
     match reason {
         NoEstimate::Constant => "all values are the same".into(),

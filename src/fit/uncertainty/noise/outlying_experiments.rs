@@ -1,12 +1,13 @@
 //! Experiments whose residuals are an outlier among those of all experiments.
 //!
 //! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point.
-//! The unexplained part of a motion is the root mean square residual over the size of the motion. That of an experiment is
-//! compared with the median over all experiments.
+//! The unexplained part of a motion is the root mean square residual over the size of the motion. [`UnexplainedParts`]
+//! collects it for every measurement. An experiment is an outlier if its part is above the median over all experiments, its
+//! residuals are no noise, and those of most others are.
 
 use crate::numerics::total_order;
 
-/// Fewest experiments of which one can stand out.
+/// Fewest experiments of which one can be an outlier: the median of two is no reference.
 const FEWEST: usize = 3;
 
 /// The unexplained part of the motion of an experiment.
@@ -15,6 +16,7 @@ struct UnexplainedPart {
     experiment: String,
     /// Sum over the measurements of the squared unexplained part times the number of values.
     square: f64,
+    /// Number of values.
     values: f64,
     /// Whether the residuals of any of its measurements are no noise.
     is_unexplained: bool,
@@ -25,7 +27,8 @@ struct UnexplainedPart {
 pub(crate) struct UnexplainedParts(Vec<UnexplainedPart>);
 
 impl UnexplainedParts {
-    /// Adds a measurement with so many values, `relative` being the unexplained part of its motion.
+    /// Adds a measurement of `experiment` with this number of values. `relative` is the unexplained part of its motion,
+    /// `is_unexplained` whether its residuals are no noise. Measurements of one experiment must follow each other.
     pub fn add(&mut self, experiment: &str, relative: f64, values: usize, is_unexplained: bool) {
         let values = values as f64;
         let square = values * relative * relative;
@@ -47,7 +50,7 @@ impl UnexplainedParts {
         self.0.len()
     }
 
-    /// Median of the unexplained parts of all experiments.
+    /// Median of the unexplained parts of all experiments; 0 without any.
     pub fn median(&self) -> f64 {
         let mut parts: Vec<f64> = self.0.iter().map(UnexplainedPart::relative).collect();
         parts.sort_by_cached_key(|x| total_order(*x));
@@ -57,8 +60,8 @@ impl UnexplainedParts {
         }
     }
 
-    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, most of them explained,
-    /// must be there to compare with, and the part must be above the median.
+    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, most of them
+    /// explained, are required to compare with, and the part must be above the median.
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;
@@ -70,7 +73,7 @@ impl UnexplainedParts {
 }
 
 impl UnexplainedPart {
-    /// Root mean square residual over the size of the motion.
+    /// Root mean square residual over the size of the motion, of all measurements together.
     fn relative(&self) -> f64 {
         (self.square / self.values.max(1.0)).sqrt()
     }

@@ -2,8 +2,9 @@
 //!
 //! Residuals are in units of sigma. With a stated sigma their variance is 1, else it is `sum (w r)^2/nu`, with the leverage
 //! weights `w` and `nu` degrees of freedom: values less unknowns. A robust loss `rho` with `psi = rho'/2` reduces the
-//! information of every value to `(mean psi')^2/mean psi^2`; a rise of twice the misfit then has the scale
-//! `sum psi^2/sum psi'` (Huber 1981).
+//! information of every value to `(mean psi')^2/mean psi^2`; a rise of twice the misfit then has the scale `sum psi^2/sum
+//! psi'` (Huber 1981). [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] and [`loss_effects`] are
+//! entries of the report.
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
@@ -14,7 +15,7 @@ use crate::fit::search::optimum::Optimum;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// Size of an outlier of a [`LossEffect`], in sigma.
+/// Size of a residual, in sigma, above which a [`LossEffect`] counts it as beyond five sigma.
 const OUTLYING: f64 = 5.0;
 
 /// Scale of the residuals at an optimum, without autocorrelation.
@@ -23,7 +24,8 @@ pub(crate) struct ResidualNoise {
     pub variance: f64,
     /// Whether `variance` is estimated from the residuals.
     pub is_estimated: bool,
-    /// Rise of twice the misfit per squared standard deviation of a parameter.
+    /// Rise of twice the misfit by one standard deviation of a parameter: the variance, or `sum psi^2/sum psi'` of robust
+    /// losses.
     pub misfit_scale: f64,
     /// Degrees of freedom of an estimated sigma; none where all sigmas are stated.
     pub degrees_of_freedom: Option<f64>,
@@ -32,7 +34,7 @@ pub(crate) struct ResidualNoise {
 }
 
 impl ResidualNoise {
-    /// Estimates the variance of the residuals at an optimum, and the weights of their rows.
+    /// Estimates the variance of the residuals at an optimum, its degrees of freedom, and the weights of the rows.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -51,6 +53,7 @@ impl ResidualNoise {
         let square: f64 = optimum.residuals.iter().enumerate().map(weighted).sum();
         let variance = if is_estimated { square / freedom } else { 1.0 };
 
+        // Weights by the losses; the sums are those of the misfit scale.
         let mut weights = Vec::with_capacity(total);
         let (mut sum_of_slopes, mut sum_of_squares) = (0.0, 0.0);
         for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
@@ -65,6 +68,7 @@ impl ResidualNoise {
                 sum_of_squares += psi * psi;
             }
         }
+        // Priors have squares and no leverage weight.
         weights.resize(total, 1.0);
         weights.iter_mut().zip(&search.leverage_weights).for_each(|(w, leverage)| *w *= leverage);
         let is_robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
@@ -84,12 +88,12 @@ pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>>
     rows.iter().zip(weights).map(scaled).collect()
 }
 
-/// `psi(r)` of the residuals `r` of a measurement with a loss.
+/// `psi(r)`, half the derivative of the loss, of the residuals `r` of a measurement.
 fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
     residuals.iter().map(move |r| loss.influence(*r)[0])
 }
 
-/// `psi` of all residuals, priors included as they are, times the weights of their rows.
+/// `psi` of all residuals, those of priors as they are, times the weights of their rows.
 pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVector<f64> {
     let all = &fitted.optimum.residuals;
     let own = fitted.measured().flat_map(|own| influences(own.measurement.loss(), own.residuals));
@@ -99,14 +103,14 @@ pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVect
     weighted.into()
 }
 
-/// Derivatives of the misfit by the plain residuals: `w psi(w r)` with the leverage weights `w`.
+/// Derivatives of the misfit by the plain residuals at an optimum: `w psi(w r)` with the leverage weights `w`.
 pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64> {
     let losses = residuals.weighted_losses();
     losses.iter().zip(&optimum.residuals).map(|(loss, r)| loss.influence(*r)).collect()
 }
 
-/// Covariance of the gradient of the misfit, `sum psi^2 j j'` over the rows `j` of the Jacobian: with the mean of `psi^2`
-/// in each measurement, and 1 for priors.
+/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the rows `j` of the
+/// Jacobian: with the mean of `psi^2` in each measurement, 1 for priors, and squared leverage weights.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
     let mut squares = Vec::with_capacity(optimum.residuals.len());
@@ -123,7 +127,7 @@ pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
 }
 
 /// Root mean square residual of all positions, m; without positions of all frequencies, rad/s; else of all measurements with
-/// the unit of the first one.
+/// the unit of the first one. 0 without measurements.
 pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
@@ -172,7 +176,7 @@ impl LossEffect {
     }
 }
 
-/// Effects of the robust losses, one entry per measurement; all markers of a recording share one.
+/// Effects of the robust losses, one entry per measurement with such a loss; all markers of a recording share one.
 pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {
@@ -191,6 +195,7 @@ pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEff
             values: residuals.len(),
             std_error_factor: largest_weight.map_or(1.0, f64::recip),
         };
+        // Markers of one recording follow each other.
         match effects.last_mut() {
             Some(last)
                 if measurement.marker().is_some() && last.observation == effect.observation =>

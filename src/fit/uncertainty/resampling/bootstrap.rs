@@ -1,9 +1,11 @@
 //! Parametric bootstrap and Monte Carlo: fits of data made by the fitted model and random noise.
 //!
 //! Every replicate adds noise to the simulated values at the optimum and fits them again; the spread of the estimates is that
-//! of the parameters. The noise is normal. Autocorrelated noise of a bootstrap consists of random blocks of the residuals, longer
-//! than its correlation (Kuensch 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the known
-//! inputs from their distributions: it verifies the linear uncertainty budget (JCGM 101).
+//! of the parameters. The noise is normal. Autocorrelated noise of a bootstrap consists of random blocks of the residuals,
+//! longer than its correlation (Kuensch 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the
+//! known inputs from their distributions: it verifies the linear uncertainty budget (JCGM 101). [`spreads`] returns the
+//! standard deviation and the 2.5 and 97.5 percentiles of each estimate. Replicate `n` has the random stream `n`, so that
+//! results do not depend on threads.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -23,7 +25,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Replicates between two reports of progress.
+/// Number of replicates between two reports of progress, run in parallel. Larger: fewer reports and a later stop.
 const BATCH: usize = 16;
 
 /// Spread of an estimate over bootstrap replicates.
@@ -47,6 +49,7 @@ pub(crate) struct Resampling<'a> {
     pub name: &'static str,
     /// Numbers of the replicates, each with a random stream of its own.
     pub numbers: Range<usize>,
+    /// Seed of the random numbers of all replicates.
     pub seed: u64,
     /// Whether the estimates of each replicate are stored.
     pub stores_estimates: bool,
@@ -54,6 +57,7 @@ pub(crate) struct Resampling<'a> {
     pub sigma: &'a [f64],
     /// Inputs with random errors.
     pub knowns: &'a [Known],
+    /// Series of autocorrelated noise.
     pub correlations: &'a NoiseCorrelations,
     /// Whether autocorrelated noise consists of blocks of the residuals, instead of draws from its AR(1) model.
     pub draws_blocks: bool,
@@ -77,7 +81,8 @@ struct ReplicateInputs<'a> {
     root: DMatrix<f64>,
 }
 
-/// Changes known inputs of the experiments by `errors`, in units of their standard uncertainties.
+/// Changes the known inputs of the experiments by `errors`, in units of their standard uncertainties. Error: a scene does not
+/// allow the changed value.
 fn add_input_errors(
     experiments: &mut [Experiment],
     knowns: &[Known],
@@ -99,7 +104,8 @@ fn add_input_errors(
 }
 
 impl ReplicateInputs<'_> {
-    /// Estimates of one replicate, on the unknowns' scales, and the work of its fit, steps times segments.
+    /// Estimates of replicate `number`, on the unknowns' scales, and the work of its fit, steps times segments. Error: a fit
+    /// that fails or does not converge.
     fn replicate(&self, number: usize) -> (Result<Vec<f64>, Error>, f64) {
         let Resampling { seed, knowns, correlations, draws_blocks, .. } = self.resampling;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
@@ -116,6 +122,7 @@ impl ReplicateInputs<'_> {
             }
         }
         let errors = &self.root * DVector::from_fn(knowns.len(), |_, _| draw());
+        // Autocorrelated noise: random blocks of the residuals, or the AR(1) model driven by the white noise.
         for series in &correlations.series {
             let (rows, Some(length)) = (&series.rows, series.block_length()) else { continue };
             if *draws_blocks {
@@ -143,6 +150,7 @@ impl ReplicateInputs<'_> {
         }
         let (experiments, unknowns) = (&experiments[..], &unknowns[..]);
         let search = Search { experiments, unknowns, ..self.search.detached() };
+        // All replicates start at the optimum: they differ from it by their noise only.
         let found = match &self.runs {
             Some(runs) => search.polish_from_runs(self.start, runs),
             None => search.polish(self.start),
@@ -155,8 +163,8 @@ impl ReplicateInputs<'_> {
     }
 }
 
-/// Spread of every estimate over the replicates; none where the fit is stopped before all are done. Failed replicates are a
-/// warning.
+/// Spread of every estimate over the replicates; none where the fit is stopped before all are done, or fewer than two
+/// converge. Failed replicates are a warning.
 pub(crate) fn spreads(
     fitted: Fitted,
     resampling: &Resampling,
@@ -187,7 +195,8 @@ pub(crate) fn spreads(
     search.unknowns.iter().enumerate().map(spread).collect()
 }
 
-/// Runs the replicates in parallel; estimates of the converged ones on the unknowns' scales.
+/// Runs the replicates in parallel. Returns the estimates of the converged ones on the unknowns' scales, in the order of
+/// their numbers; fewer after a stop.
 fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, Error> {
     let Fitted { search, optimum } = fitted;
     let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
@@ -220,6 +229,7 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
         ReplicateInputs { resampling, search, simulated, noise, residuals, start, runs, root };
     let mut found = Vec::new();
     let Range { start, end } = resampling.numbers;
+    // Batches, so that progress is reported and a stop takes effect.
     for first in (start..end).step_by(BATCH) {
         if search.is_stopped() {
             break;
@@ -238,14 +248,16 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
 }
 
 impl Bootstrap {
-    /// Spread of the estimates of all replicates of a shared bootstrap, in the parameter's unit, about its `value`.
+    /// Spread of the estimates of all replicates of a shared bootstrap, in the parameter's unit, about its `value`; none for
+    /// fewer than two.
     #[cfg(feature = "cli")]
     pub(crate) fn from_estimates(unknown: &Unknown, value: f64, all: &[f64]) -> Option<Self> {
         let x = all.iter().map(|estimate| unknown.to_scale(*estimate)).collect();
         Self::from_scaled(unknown, value, x)
     }
 
-    /// Spread of estimates on the unknown's scale, with percentiles by linear interpolation; none for fewer than two.
+    /// Spread of estimates `x` on the unknown's scale about its `value` in its unit. Percentiles are by linear interpolation;
+    /// none for fewer than two.
     fn from_scaled(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Self> {
         if x.len() < 2 {
             return None;

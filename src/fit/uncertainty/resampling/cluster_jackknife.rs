@@ -10,15 +10,16 @@
 //!
 //! and the variance of `x` is `(n - 1)/n` times the sum of `(x_c - x)(x_c - x)'` over all `n` experiments. This jackknife is
 //! the cluster-robust sandwich with the leverage of each experiment. It is exact for experiments with equal Hessians, with
-//! Student's t of `n - 1` degrees of freedom. Where few experiments determine an unknown it is corrected. If the gradients had
-//! the covariances of their Hessians, the steps would have the covariances
+//! Student's t of `n - 1` degrees of freedom. Where few experiments determine an unknown it is corrected. If the gradients
+//! had the covariances of their Hessians, the steps would have the covariances
 //!
 //! ```text
 //! M_cd = u_c' (H_c delta_cd - H_c (2/H - S/H^2) H_d) u_d,    S = sum H_c,
 //! ```
 //!
-//! with the unknown's row `u_c` of `(H - H_c)^-1`. The variance is scaled to be unbiased in that case, and has
-//! `(tr M)^2/tr(M^2)` degrees of freedom (Bell and McCaffrey 2002). No simulation is needed.
+//! with the unknown's row `u_c` of `(H - H_c)^-1`. The variance is scaled to be unbiased in that case, and has `(tr
+//! M)^2/tr(M^2)` degrees of freedom (Bell and McCaffrey 2002). No simulation is needed. With [`FEWEST`] experiments or more
+//! the interval is added to each estimate, and replaces that by the residuals where it is wider.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
@@ -26,12 +27,15 @@ use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate};
 use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use nalgebra::{DMatrix, DVector};
 
-/// Fewest experiments that are compared.
+/// Fewest experiments that are compared. Smaller: wider intervals, by Student's t of fewer degrees of freedom (2.8 standard
+/// errors for five experiments, 12.7 for two).
 const FEWEST: usize = 5;
 
 /// Gradient and Gauss-Newton Hessian of the misfit of one experiment.
 struct ExperimentMisfit {
+    /// By the determined unknowns on their scales.
     gradient: DVector<f64>,
+    /// By the same unknowns.
     hessian: DMatrix<f64>,
 }
 
@@ -42,7 +46,8 @@ struct JackknifeDeviation {
     degrees_of_freedom: f64,
 }
 
-/// Standard deviations of all unknowns, with the Hessian of the `prior`; none where one experiment alone determines an unknown.
+/// Standard deviations of all unknowns by the jackknife over `experiments`, with the Hessian of the `prior`; none where one
+/// experiment alone determines an unknown.
 fn deviations(
     experiments: &[ExperimentMisfit],
     prior: DMatrix<f64>,
@@ -62,6 +67,7 @@ fn deviations(
         variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s * (n - 1.0) / n);
         inverses.push((&own.hessian * &inverse, inverse));
     }
+    // The expected variance and its degrees of freedom, if the gradients had the covariances of their Hessians.
     let inverse = whole.cholesky()?.inverse();
     let covariance = &inverse * data * &inverse;
     let common = &inverse * 2.0 - &covariance;
@@ -84,7 +90,7 @@ fn deviations(
     Some(variance.into_iter().enumerate().map(scaled).collect())
 }
 
-/// Gradients and Hessians of all experiments, by the unknowns with these indices.
+/// Gradients and Hessians of the misfit of all experiments, by the unknowns with these indices.
 fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfit> {
     let k = unknowns.len();
     let mut experiments: Vec<ExperimentMisfit> = Vec::new();
@@ -95,6 +101,7 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
             experiments.push(ExperimentMisfit { gradient, hessian });
         }
         let Some(ExperimentMisfit { gradient, hessian }) = experiments.last_mut() else { continue };
+        // Robust losses and leverage weights enter as in the fit.
         for (row, r) in rows.zip(residuals) {
             let weight = fitted.search.leverage_weight(row);
             let [psi, slope] = measurement.loss().influence(weight * r);
@@ -107,8 +114,9 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
     experiments
 }
 
-/// Adds the jackknife over experiments to the estimates, as their interval where it is the wider one. Experiments share the
-/// discretization error: its `bias` corrects the values and widens the intervals.
+/// Adds the jackknife over experiments to the estimates with a standard error, as their interval where it is the wider one.
+/// The discretization error is common to all experiments: its `bias` corrects the values and widens the intervals. Nothing is
+/// added for fewer than [`FEWEST`] experiments, or without convergence.
 pub(crate) fn add_cluster_jackknife(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -134,6 +142,7 @@ pub(crate) fn add_cluster_jackknife(
         prior += &by * by.transpose();
     }
     let Some(found) = deviations(&experiments, prior) else { return };
+    // The wider of the two intervals is reported; the other one is kept beside it.
     for (j, JackknifeDeviation { value: sd, degrees_of_freedom }) in
         determined.into_iter().zip(found)
     {
@@ -164,7 +173,7 @@ pub(crate) fn add_cluster_jackknife(
     }
 }
 
-/// Whether all standard errors have been compared with the differences between experiments.
+/// Whether all standard errors have been compared with the differences between experiments; false without any standard error.
 pub(crate) fn compares_experiments(estimates: &[Estimate]) -> bool {
     let mut own = estimates.iter().filter(|e| e.std_error.is_some()).peekable();
     own.peek().is_some() && own.all(|e| e.cluster_jackknife.is_some())

@@ -1,4 +1,8 @@
-//! Warnings about data and numerics: recordings, leverage, and time steps.
+//! Warnings about the data and the numerics of a fit: defects of recordings, values with a high leverage, and time steps.
+//!
+//! Each function receives a result of an earlier stage (constant coordinates, repeated frames, growth of sensitivities,
+//! leverage weights, halved steps) and adds its warnings to the list, as *finding. consequence. action.* with a code. Steps
+//! and repeated frames lower the grade; the others are notes.
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
@@ -7,7 +11,8 @@ use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 
-/// Warns of an optimum that is inexact because halved time steps make the misfit discontinuous.
+/// Warns of an optimum that is inexact because the integrator halved time steps there, which makes the misfit discontinuous.
+/// None where the fit converged and its residuals are noise.
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
@@ -18,7 +23,8 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     }
 }
 
-/// Warns of recorded motions whose supports move too fast for the steps.
+/// Warns, for every experiment with a motion, of time steps that do not resolve the motion of a support, or exceed the
+/// simulation.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, text) in experiment.problem.step_warnings() {
@@ -28,7 +34,7 @@ pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warning
     }
 }
 
-/// Notes coordinates that are left out of the fit.
+/// Adds a note for each coordinate with one value only, which is left out of the fit.
 pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
     for ConstantAxis { observation, axis, value, samples } in axes {
         let text = format!(
@@ -39,7 +45,7 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
     }
 }
 
-/// Warns of videos that were converted to a higher frame rate.
+/// Warns of each observation whose frames repeat the one before, as in a video that was converted to a higher frame rate.
 pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings) {
     for RepeatedFrames { observation, repeated, frames } in found {
         let text = format!(
@@ -50,7 +56,7 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
     }
 }
 
-/// Notes defects of the recordings that drive the ends of rods.
+/// Adds notes on defects of the recordings that drive the ends of rods: lost frames, jumps, exchanged labels and others.
 pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, text) in experiment.problem.recording_warnings() {
@@ -65,7 +71,7 @@ pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warni
     }
 }
 
-/// Notes sensitivities that grow exponentially.
+/// Adds a note for each experiment whose sensitivities grow exponentially, so that later positions are down-weighted.
 pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     if search.growth_weights().is_empty() {
         return;
@@ -77,7 +83,8 @@ pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings
     }
 }
 
-/// Notes values with a high leverage, where it is not that of growing sensitivities.
+/// Adds one note on the number of values with a leverage weight below 1, by experiment. None where these weights are those of
+/// growing sensitivities, which have a note of their own.
 pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let search = fitted.search;
     let count_in = |experiment: &Experiment| {
@@ -85,6 +92,7 @@ pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
         let rows = own.flat_map(|MeasuredResiduals { rows, .. }| rows);
         rows.filter(|row| search.leverage_weight(*row) < 1.0).count()
     };
+    // The number of down-weighted values of each experiment, and of all.
     let counts: Vec<usize> = search.experiments.iter().map(count_in).collect();
     let total: usize = counts.iter().sum();
     // Weights of growing sensitivities have a note of their own.

@@ -1,4 +1,9 @@
 //! Warnings about residuals that are no noise, or noise of another size than stated.
+//!
+//! Inputs are the optimum and its local analysis. Residuals are compared with the observed motion ([`unexplained_motion`]),
+//! with white or AR(1) noise ([`test_residuals`]), with the noise scale from differences of the samples
+//! ([`excess_over_noise_scale`]) and with a stated sigma ([`doubtful_sigmas`]). [`is_noise`] is whether none of these finds a
+//! misfit. The severity of each warning determines the grade of the fit.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -16,29 +21,33 @@ use crate::numerics::total_order;
 use crate::summary::quantity::p_value;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Ratio of root mean square residual and noise above which the residuals are too large, for many values.
+/// Ratio of root mean square residual and noise above which the residuals are too large, for many values; for few values
+/// chance alone exceeds it. Smaller: weak misfits are warned of too.
 const TOO_LARGE: f64 = 1.5;
-/// Probability that noise alone is below the limit for few values.
+/// Probability with which noise alone is below the limit of that ratio for few values (chi-squared).
 const TOO_LARGE_QUANTILE: f64 = 0.999;
-/// Root mean square residual, in stated sigmas, up to which residuals are never unexplained.
+/// Root mean square residual, in stated sigmas, up to which residuals are never unexplained, however small the motion.
 const EXPLAINED_SIGMAS: f64 = 3.0;
-/// Effective sample size over the number of samples below which autocorrelation is noted.
+/// Effective sample size over the number of samples below which autocorrelation is noted. Larger: weaker correlations are
+/// noted.
 const NOTED_INFORMATION: f64 = 0.7;
-/// Independent values for each unknown from which on intervals are accurate.
+/// Independent values for each unknown from which on intervals are accurate; below it the note calls them uncertain.
 const ENOUGH_EACH: f64 = 15.0;
 /// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with white
 /// noise three exceed 0.3 and none 0.56.
 const STRONG_CORRELATION: f64 = 0.5;
 
-/// Whether residuals of this root mean square, in units of their noise, are too large for so many values.
+/// Whether residuals of this root mean square, in units of their noise, are too large for so many `values`: above
+/// [`TOO_LARGE`] and above the chi-squared quantile of [`TOO_LARGE_QUANTILE`].
 pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     let n = values.max(1) as f64;
     let quantile = ChiSquared::new(n).map_or(0.0, |chi| chi.inverse_cdf(TOO_LARGE_QUANTILE));
     rms > (quantile / n).sqrt().max(TOO_LARGE)
 }
 
-/// Warns of measurements with residuals that are large compared with the motion and no noise, and of residuals beyond a stated
-/// sigma. `narrow` is the consequence for the intervals, as a sentence.
+/// Warns of each measurement whose residuals exceed a tenth of the observed motion and are no noise, and of each whose
+/// residuals are too large for its stated sigma. One bad experiment among good ones is an outlier. `narrow` is the
+/// consequence for the intervals, as a sentence. None where all residuals are rounding errors.
 pub(crate) fn unexplained_motion(
     fitted: Fitted,
     LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
@@ -99,6 +108,7 @@ pub(crate) fn unexplained_motion(
             );
             warnings.add_for(name, severity, Code::LargeResiduals, text);
         }
+        // A stated sigma is a second scale, independent of the size of the motion.
         let is_beyond = |sigma: &f64| is_too_large(rms / sigma, residuals.len());
         if let Some(sigma) = measurement.sigma().filter(is_beyond) {
             let text = format!(
@@ -112,7 +122,7 @@ pub(crate) fn unexplained_motion(
     }
 }
 
-/// Text of a factor with one decimal, such as `2.4 times`.
+/// Text of a factor with one decimal, such as `2.4 times`; `more than 1000 times` for larger ones and NaN.
 pub(crate) fn factor_text(factor: f64) -> String {
     match factor {
         f if f.is_nan() || f > 1000.0 => "more than 1000 times".into(),
@@ -120,8 +130,9 @@ pub(crate) fn factor_text(factor: f64) -> String {
     }
 }
 
-/// Tests of the residuals of all coordinates, with warnings of those that are no noise or have outliers. `narrow` is the
-/// consequence for the intervals, as a sentence.
+/// Tests the residuals of every coordinate for whiteness, normality and trend. Coordinates that fail whiteness or trend are
+/// warnings of misfit, those with outliers only are notes, strong autocorrelation is one note. `correlations` are the AR(1)
+/// correlations of the noise, `narrow` is the consequence for the intervals, as a sentence. Returns all tests.
 pub(crate) fn test_residuals(
     fitted: Fitted,
     correlations: &NoiseCorrelations,
@@ -130,6 +141,7 @@ pub(crate) fn test_residuals(
 ) -> Vec<ResidualTests> {
     let (mut all, significance) = (Vec::new(), fitted.search.significance_level());
     let mut found = Vec::new();
+    // Each coordinate of each measurement is tested by itself, at a level that allows for their number.
     for own in fitted.measured() {
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
         for tests in residual_tests(&own, correlation, significance) {
@@ -159,7 +171,8 @@ pub(crate) fn test_residuals(
     all
 }
 
-/// Whether the residuals of every measurement are noise of the size that the samples show.
+/// Whether the residuals of every measurement are noise: no misfit by motion, by tests of whiteness, or by the noise scale of
+/// the samples. No warnings are added.
 pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     let mut warnings = Warnings::default();
     unexplained_motion(fitted, local, "", &mut warnings);
@@ -168,8 +181,9 @@ pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     !warnings.has_misfit()
 }
 
-/// Warns of residuals that autocorrelated noise or a missing effect would leave: those beyond the noise scale of the
-/// samples, and strongly autocorrelated ones without any scale.
+/// Warns of coordinates whose residuals may be autocorrelated noise or a missing effect: outliers or an excess over the noise
+/// scale of the samples, a correlation above [`STRONG_CORRELATION`] without any scale, or one at the limit of its estimate.
+/// With a stated sigma only the last one counts.
 pub(crate) fn excess_over_noise_scale(
     search: &Search,
     adequacy: &Adequacy,
@@ -186,6 +200,7 @@ pub(crate) fn excess_over_noise_scale(
         let is_unresolved = *correlation > STRONG_CORRELATION && scale.value.is_none();
         let is_stated = stated_sigma.is_some();
         let (code, text) = match (scale.p_value, scale.value) {
+            // With a stated sigma an excess is a warning on sigma, not an ambiguity.
             _ if is_exceeded && coordinate.has_outliers && !is_stated => (
                 Code::Outliers,
                 format!(
@@ -202,6 +217,7 @@ pub(crate) fn excess_over_noise_scale(
                     p_value(p)
                 ),
             ),
+            // Residuals without an independent scale: strong correlation only.
             _ if *is_at_cap || is_unresolved && !is_stated => {
                 let reason = scale.unavailable.as_ref().map(|reason| format!(" ({reason})"));
                 let reason = reason.unwrap_or_default();
@@ -219,7 +235,8 @@ pub(crate) fn excess_over_noise_scale(
     }
 }
 
-/// Notes stated sigmas that differ from the scatter of the data by a factor of about three or more.
+/// Adds a note for each stated sigma that differs from the scatter of the data by a factor of 2.5 or more, either way. The
+/// scatter is the largest noise scale of its coordinates, or their root mean square residual where there is none.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
     for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
         let Some(sigma) = measurement.sigma() else { continue };
@@ -248,7 +265,8 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
     }
 }
 
-/// Notes the number of independent values that carry the information of autocorrelated ones.
+/// Adds a note where the effective sample size of all coordinates is below [`NOTED_INFORMATION`] of the number of samples.
+/// `unknowns` is their number; with fewer than [`ENOUGH_EACH`] independent values each, the intervals are called uncertain.
 fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
     let values: f64 = tests.iter().map(|t| t.values as f64).sum();
     let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
