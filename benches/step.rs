@@ -1,7 +1,8 @@
-//! The parts of a Newton iteration, the band solver against faer's sparse LDL^T, and the time per
-//! step over the number of nodes.
+//! Time of a step: the parts of a Newton iteration, the band solver against faer's sparse LDL^T, the cost of sensitivities,
+//! and the time per step over the number of segments with its exponent.
 //!
-//! `cargo bench --package rodfit-benches --bench step`; `cargo bench --package rodfit-benches --bench step -- scaling` prints the exponent as well.
+//! `cargo bench --package rodfit-benches --bench step`; `cargo bench --package rodfit-benches --bench step -- scaling`
+//! prints the exponent as well.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -16,9 +17,12 @@ use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Problem, Scene, Tr
 use std::hint::black_box;
 use std::time::Duration;
 
+/// Folder of the shipped scenes.
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data");
+/// Names of the shipped scenes: a planar and a spatial one.
 const SCENES: [&str; 2] = ["cantilever", "helix"];
 
+/// A shipped scene with this number of segments and steps.
 fn scene(name: &str, segments: usize, steps: usize) -> Problem {
     let mut scene = Scene::load(format!("{DATA}/{name}.toml")).expect("shipped scene");
     scene.rod.segments = Some(segments);
@@ -28,6 +32,7 @@ fn scene(name: &str, segments: usize, steps: usize) -> Problem {
     scene.problem().expect("a valid scene")
 }
 
+/// The parts of an iteration for both scenes with 50 segments.
 fn iterations(c: &mut Criterion) {
     for name in SCENES {
         match scene(name, 50, 1000).discretized() {
@@ -37,7 +42,8 @@ fn iterations(c: &mut Criterion) {
     }
 }
 
-/// The parts of an iteration on the rod in motion.
+/// The parts of a Newton iteration after 200 steps of 1 ms: gradient and tangent (by hand and by dual numbers), factorization and
+/// solution by the band solver, and the same matrix in faer.
 fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<'_, M>) {
     let mut simulation = discretized.simulation().unwrap();
     for k in 1..=200 {
@@ -49,6 +55,7 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     let (mut gradient, mut tangent) = (vec![0.0; q.len()], rod.zero_tangent());
     rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let end = 1e-6 / 4.0;
+    // The tangent of a step: masses plus the stiffness times the square of the step over 4 (beta 1/2).
     let mut factors = tangent.new_factors();
     let mut group = c.benchmark_group(format!("{name}, 50 segments"));
     for route in [Derivatives::Hand, Derivatives::Dual] {
@@ -59,6 +66,7 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
             b.iter(|| rod.tangent(black_box(q), frames, route, &mut gradient, &mut tangent))
         });
     }
+    // The linear solver alone, then a whole iteration.
     let mass = rod.mass();
     group.bench_function("factor", |b| {
         b.iter(|| factors.factor_sum(mass, 1.0, black_box(&tangent), end, free.clone()))
@@ -133,7 +141,7 @@ fn iteration<M: Model>(c: &mut Criterion, name: &str, discretized: &Discretized<
     group.finish();
 }
 
-/// A run of `steps` steps with `parameters`, stepping alone.
+/// Wall time of `steps` steps with derivatives of the tip by `parameters`, without output.
 fn stepping(problem: &Problem, steps: usize, parameters: &[Parameter]) -> Duration {
     let tip = problem.nodes() - 1;
     let mut trajectory = Trajectory::new(problem, &[tip], parameters).expect("a record");
@@ -141,6 +149,7 @@ fn stepping(problem: &Problem, steps: usize, parameters: &[Parameter]) -> Durati
     trajectory.stepping()
 }
 
+/// Time of 1000 steps with 0, 1, 2 and 4 parameters, and the ratio of one sensitivity to none.
 fn runs(c: &mut Criterion) {
     let all = [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius, Parameter::Beta];
     for name in SCENES {
@@ -153,7 +162,7 @@ fn runs(c: &mut Criterion) {
             });
         }
         group.finish();
-        // Pairs in turn, so that a slow spell of the machine hits both.
+        // Pairs in alternation, so that a slow period of the machine affects both.
         let mut ratios: Vec<f64> = (0..31)
             .map(|_| {
                 let plain = stepping(&problem, 1000, &[]);
@@ -165,17 +174,20 @@ fn runs(c: &mut Criterion) {
     }
 }
 
+/// The scaling of four schemes.
 fn scaling(_: &mut Criterion) {
     for scheme in [Scheme::NewmarkBeta, Scheme::Rodas4, Scheme::Verlet, Scheme::Pefrl] {
         scaling_of(scheme);
     }
 }
 
+/// Prints the time per step for 10 to 100 000 segments, and its exponent by a least-squares line in logarithms. The median of
+/// seven runs counts.
 fn scaling_of(scheme: Scheme) {
     for name in SCENES {
         let mut points = Vec::new();
         for segments in [10, 100, 1000, 10_000, 100_000] {
-            // A coarse polygon of the helix is another rod: the same turn per edge at every size.
+            // A coarse polygon of a helix is a different rod: the turning angle per edge is kept for all sizes.
             let steps = (200_000 / segments).clamp(20, 2000);
             let mut problem = match name {
                 "helix" => long_helix(segments, steps),
@@ -200,7 +212,7 @@ fn scaling_of(scheme: Scheme) {
             );
             points.push(((segments as f64).ln(), time.ln()));
         }
-        // Least squares through all five.
+        // Slope of the least-squares line through all five points.
         let n = points.len() as f64;
         let [x, y] = [0, 1].map(|c| points.iter().map(|p| [p.0, p.1][c]).sum::<f64>() / n);
         let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
@@ -209,7 +221,7 @@ fn scaling_of(scheme: Scheme) {
     }
 }
 
-/// The problem with another scheme; explicit ones at nine tenths of their largest step.
+/// The problem with another scheme; explicit schemes have nine tenths of their largest stable step.
 fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
     let mut scene = problem.scene().clone();
     if let Some(time) = &mut scene.time {
@@ -226,7 +238,7 @@ fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
     scene.problem().expect("a valid scene")
 }
 
-/// A helix whose length grows with its segments, weightless but for a pull at its tip.
+/// A helix whose length is proportional to its number of segments, without gravity but with a force at its tip.
 fn long_helix(segments: usize, steps: usize) -> Problem {
     let mut scene = Scene::load(format!("{DATA}/helix.toml")).expect("shipped scene");
     if let rodfit::scene::Shape::Helix { length, .. } = &mut scene.rod.shape {

@@ -1,7 +1,7 @@
-//! The residuals of a fit in argmin's own solvers, which know nothing of rods: Brent's method and
-//! Nelder-Mead on the misfit, L-BFGS on its gradient, a trust region on its exact Hessian.
+//! The residuals of a fit in the solvers of the crate argmin: Brent's method and Nelder-Mead on the misfit, L-BFGS on its
+//! gradient, and a trust region on its exact Hessian. Prints E of the cantilever and the number of iterations of each.
 //!
-//! They find a minimum near where they start; the search for that start is what `Fit::solve` adds.
+//! These solvers converge to a minimum near their start; `Fit::solve` also searches for that start.
 //! `cargo run --release --example argmin_solver`
 
 use argmin::core::{CostFunction, Error, Executor, State};
@@ -13,7 +13,7 @@ use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use rodfit::fit::Residuals;
 use rodfit::{Fit, Observation, Parameter, Scene};
 
-/// BrentOpt wants a number where Nelder-Mead wants a vector.
+/// The cost of a single parameter as a number: `BrentOpt` requires a number, Nelder-Mead a vector.
 struct Scalar(Residuals);
 
 impl CostFunction for Scalar {

@@ -1,12 +1,12 @@
-//! Checking one's own derivatives: an energy written once, its hand-derived gradient and Hessian,
-//! and what a forgotten term looks like.
+//! Verification of hand-derived derivatives: an energy is written once, its gradient and Hessian are compared with
+//! automatic derivatives, and a Hessian with a missing term is reported as wrong.
 //!
 //! `cargo run --release --example check_hessian`
 
 use rodfit::check::{Tolerance, check, check_hessian};
 use rodfit::{Analytic, Energy, Scalar};
 
-/// A pendulum spring: 1/2 k (r - l)^2 + m g y of a mass at (x, y) hung at the origin.
+/// A pendulum with a spring: `1/2 k (r - l)^2 + weight y` of a mass at (x, y), suspended at the origin.
 struct SpringPendulum {
     k: f64,
     l: f64,
@@ -40,7 +40,7 @@ fn main() {
     let states = [[0.1, -0.4], [0.3, 0.0], [-0.2, 0.25]];
     println!("{}\n", check(&pendulum, &states, Tolerance::default()));
 
-    // The classic slip: the geometric stiffness left out.
+    // A frequent error: the geometric stiffness is omitted.
     let q = states[0];
     let r2 = q[0] * q[0] + q[1] * q[1];
     let material = |a: f64, b: f64| pendulum.k * a * b / r2;

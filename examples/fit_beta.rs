@@ -1,4 +1,4 @@
-//! The numerical dissipation of a recorded simulation: which beta was it computed with?
+//! Identifies beta of Newmark-beta, the numerical dissipation of a recorded simulation, alone and together with E.
 //!
 //! `cargo run --release --example fit_beta`
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), Error> {
     let fit = Fit::new(&problem).observe(tip.clone()).identify(Parameter::Beta).solve()?;
     println!("{fit}");
 
-    // Together with E: stiffness sets the period, beta the decay.
+    // Together with E: stiffness determines the period, beta the decay.
     let both = Fit::new(&problem)
         .observe(tip)
         .identify(Parameter::YoungsModulus)

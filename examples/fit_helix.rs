@@ -1,5 +1,5 @@
-//! Identifies Young's modulus from the tip of a helix, and then shear modulus beside it: bending
-//! and twisting both stretch a helix, and its motion determines both.
+//! Identifies Young's modulus from the tip of a helix, and then the shear modulus in addition: a helix bends and twists when
+//! it is stretched, so that its motion determines both.
 //!
 //! `cargo run --release --example fit_helix`
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), rodfit::Error> {
     println!("{}\n", FitFile::load(format!("{folder}/helix-fit.toml"))?.fit().solve()?);
 
     let mut scene = Scene::load(format!("{folder}/helix.toml"))?;
-    // The values do not matter: neither is given as a start.
+    // Moduli without a start value are searched for: those of the scene have no influence.
     (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(1.0));
     let report = Fit::new(&scene.problem()?)
         .observe(Observation::read(format!("{folder}/helix-tip.csv"))?)

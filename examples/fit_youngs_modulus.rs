@@ -1,4 +1,5 @@
-//! Young's modulus of a rod from the recorded motion of its tip, without a start.
+//! Identifies Young's modulus of a rod from the recorded motion of its tip: without a start value, from a start a hundred
+//! times too small, and together with the density, which these data do not determine.
 //!
 //! `cargo run --release --example fit_youngs_modulus`
 
@@ -12,7 +13,7 @@ fn main() -> Result<(), Error> {
     let fit = Fit::new(&problem).observe(tip.clone()).identify(Parameter::YoungsModulus).solve()?;
     println!("{fit}");
 
-    // A start may be a hundred times off: it is a hint, not a commitment.
+    // A start may be wrong by a factor of a hundred: the search also scans other values.
     let far = Unknown::new(Parameter::YoungsModulus).start(1e6);
     println!("from 1e6 Pa: {}", Fit::new(&problem).observe(tip.clone()).identify(far).solve()?);
 

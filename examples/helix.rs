@@ -1,4 +1,5 @@
-//! Simulates the shipped helix and prints how far its tip drops, and what its energy does.
+//! Simulates the shipped helix and prints the drop of its tip and its energies over time, the change of the total energy,
+//! and the Newton iterations per step.
 //!
 //! `cargo run --release --example helix`
 

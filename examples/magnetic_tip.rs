@@ -1,5 +1,5 @@
-//! A magnet at the tip of a rod in a uniform field: an energy that the library does not have, written
-//! here, and its magnetic moment identified from the rod's motion.
+//! A magnet at the tip of a rod in a uniform field: a user-defined energy, whose magnetic moment is identified from the rod's
+//! motion together with E.
 //!
 //! `cargo run --release --example magnetic_tip`
 
@@ -10,7 +10,7 @@ use rodfit::scene::number::{Candidates, Quantity};
 use rodfit::scene::{Material, Scene, Section, Shape, Time};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Scalar};
 
-/// A magnet along the rod: `E = -moment t.B`, with the tangent `t` of the edge it sits on.
+/// A magnet along the rod: `E = -moment t.B`, with the tangent `t` of the edge at its place.
 struct Magnet {
     /// B, T.
     field: [f64; 3],
@@ -48,7 +48,7 @@ fn main() -> Result<(), Error> {
     let problem = scene.problem()?;
     let moment: Parameter = "energy.magnet.moment".parse()?;
 
-    // What a camera would see of the tip.
+    // Synthetic data of the tip.
     let run = problem.simulate_with(&[moment])?;
     let mut samples = Vec::new();
     for k in 1..=60 {

@@ -1,5 +1,5 @@
-//! Remakes the target trajectories in `data/`: simulated with a finer mesh or step than they are
-//! fitted with, with seeded Gaussian noise.
+//! Generates the measured trajectories in `data/`: simulations on a finer mesh or with smaller steps than those of the fits,
+//! with seeded Gaussian noise.
 //!
 //! `cargo run --release --example make_data`
 
@@ -11,8 +11,7 @@ use rodfit::{Observation, Parameter, Point, Scene, Trajectory};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-/// Simulates `scene` and writes its tip with noise of `sigma` m a coordinate, 100 samples a second,
-/// to `file`.
+/// Simulates `scene` and writes its tip at 100 samples a second, with noise of standard deviation `sigma`, m, to `file`.
 fn record(
     scene: &Scene,
     seed: u64,
@@ -48,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     record(&scene, 1, 1e-3, &format!("{folder}/cantilever-tip.csv"))?;
 
-    // Parameter::Beta: its dissipation goes with the step, which therefore stays; finer in space.
+    // Beta: numerical dissipation depends on the step, which therefore is that of the fit; the mesh is finer.
     let mut scene = Scene::load(format!("{folder}/cantilever-coarse-steps.toml"))?;
     scene.rod.segments = Some(200);
     Parameter::Beta.set(&mut scene, 0.75)?;
@@ -61,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     record(&scene, 3, 2e-4, &format!("{folder}/helix-tip.csv"))?;
 
-    // E and density: a rod at rest under a known pull, and what it rings at without it.
+    // E and density: the shape of a rod at rest under a known force, and its natural frequencies without the force.
     let mut scene = Scene::load(format!("{folder}/droop.toml"))?;
     scene.rod.segments = Some(200);
     (scene.material.youngs_modulus, scene.material.density) = (1.2e8, 1100.0);
@@ -74,12 +73,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         natural_frequencies.iter().map(|w| w / TAU).collect::<Vec<_>>()
     );
 
-    // A camera that starts late, loses the tip now and then, and at times takes something else for
-    // it.
+    // A camera with a late clock, lost frames and outliers.
     spoil(&format!("{folder}/cantilever-tip.csv"), 5, &format!("{folder}/outliers-tip.csv"))
 }
 
-/// Where 20 points of `scene` at rest are, with noise of `sigma` m.
+/// Writes the positions of 20 points of `scene` at rest, mm, with noise of standard deviation `sigma`, m.
 fn droop(
     scene: &Scene,
     seed: u64,
@@ -101,8 +99,8 @@ fn droop(
     put(file, &text)
 }
 
-/// A recording with its clock 30 ms late, a fifth of its frames missing and a twentieth of its
-/// coordinates 50 mm off.
+/// Writes a recording with its clock 30 ms late, a fifth of its frames missing and a twentieth of its coordinates wrong by
+/// 50 mm.
 fn spoil(from: &str, seed: u64, file: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut text = String::from("t[s],x[m],y[m]\n");
@@ -124,7 +122,7 @@ fn spoil(from: &str, seed: u64, file: &str) -> Result<(), Box<dyn std::error::Er
     put(file, &text)
 }
 
-/// Writes a file, unless it says that already: what is made of it need not be made again.
+/// Writes a file unless it already has this text, so that files derived from it stay current.
 fn put(file: &str, text: &str) -> Result<(), Box<dyn std::error::Error>> {
     if !std::fs::read_to_string(file).is_ok_and(|there| there == text) {
         std::fs::write(file, text)?;

@@ -1,5 +1,5 @@
-//! The natural curvature of every joint of a rod, from the motion of twelve points: what derivatives by hundreds of
-//! numbers cost, and what a fit of them finds.
+//! The natural curvature of every joint of a rod, identified from the motion of twelve points. Prints the cost of derivatives
+//! by hundreds of parameters (adjoint method) in time and memory, and the error of the fitted curvatures.
 //!
 //! `cargo run --release --example natural_shape`, or with other numbers of joints and
 //! seconds: `-- 200 4`.
@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
     found(&arc(joints, Dimension::Planar, end.min(1.0)), joints)
 }
 
-/// An arc that hangs from a wall and swings when a force at its tip lets go, of so many joints with a natural curvature
+/// An arc, clamped at a wall, that swings when a force at its tip is removed, with `joints` joints of one natural curvature
 /// each.
 fn arc(joints: usize, dimension: Dimension, end: f64) -> Scene {
     let shape = Shape::Arc { length: 0.5, angle: 2.0 };
@@ -45,7 +45,7 @@ fn arc(joints: usize, dimension: Dimension, end: f64) -> Scene {
     scene
 }
 
-/// The least of three times, s.
+/// The shortest of three durations, s.
 fn least(mut run: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
     let mut times = Vec::new();
     for _ in 0..3 {
@@ -56,7 +56,7 @@ fn least(mut run: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
     Ok(times.into_iter().fold(f64::INFINITY, f64::min))
 }
 
-/// Most memory so far, MB; 0 where the system does not say.
+/// Largest memory of the process so far, MB; 0 if the system does not report it.
 fn most_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -64,7 +64,7 @@ fn most_memory() -> f64 {
     kilobytes.unwrap_or(0.0) / 1024.0
 }
 
-/// What a run costs, and one with the derivatives of a misfit.
+/// Prints the time of a run, and the time and memory of a run with the derivatives of a misfit.
 fn costs(problem: &Problem) -> Result<(), Error> {
     let (tip, steps) = (problem.nodes() - 1, problem.time()?.steps());
     let parameters = Parameter::list(problem.scene(), "natural_curvature")?;
@@ -73,6 +73,7 @@ fn costs(problem: &Problem) -> Result<(), Error> {
         run.run(problem, steps, |_| {})
     })?;
     let mut memory = vec![most_memory()];
+    // The adjoint method stores the run within a limit of memory, and recomputes parts that do not fit.
     let back = |bytes: usize| -> Result<f64, Error> {
         least(|| {
             let run = Reversible::run_within(problem, &[tip], steps, bytes)?;
@@ -119,6 +120,7 @@ fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
         let point = Point::Node(node);
         fit = fit.observe(Observation::new(samples).at(point).sigma(NOISE));
     }
+    // A Gaussian-process prior along the rod: standard deviation 0.4 1/m, correlation length 0.05 m.
     let name = "natural_curvature".into();
     let report = fit.along(Field { name, sigma: 0.4, length: 0.05 }).solve()?;
     let found = &report.fields[0];

@@ -1,6 +1,6 @@
-//! Remakes Fig. 3 of Huang & Jawed (2019): tip deflection of the cantilever (a) and of the helix (b)
+//! Reproduces Fig. 3 of Huang & Jawed (2019): tip deflection of the cantilever (a) and of the helix (b)
 //! over time for three values of beta (1 to 3), and the first minimum over the step (4), with the
-//! paper's discretisation. Writes the curves as CSV and the figure as SVG.
+//! paper's discretization. Writes the curves as CSV and the figure as SVG.
 //!
 //! `cargo run --release --example paper_figure_3 [FOLDER]`, by default `target/paper_figure_3`
 
@@ -8,16 +8,18 @@ use kuva::prelude::{Figure, Layout, LinePlot, Plot, SvgBackend};
 use rodfit::scene::{Clamp, Scene, Time};
 use std::path::PathBuf;
 
+/// Colors of the curves of a panel.
 const COLORS: [&str; 3] = ["#0072b2", "#d55e00", "#009e73"];
+/// Points of a curve: abscissa and ordinate.
 type Curve = Vec<(f64, f64)>;
 
-/// Deflection along gravity over `scale`, at every step until `end`.
+/// Deflection of the tip along gravity over the length `scale`, m, at every step until `end`, s. None if the simulation fails.
 fn deflection(scene: &Scene, scale: f64, beta: f64, step: f64, end: f64) -> Option<Curve> {
     let mut scene = scene.clone();
     scene.supports.clamp = Clamp::Nodes;
     scene.time = Some(Time { beta, ..Time::new(end, step) });
     let down = scene.loads.gravity.iter().position(|g| *g < 0.0)?;
-    // A step that finds no solution ends the curve for good: there is nothing to draw.
+    // A failed step ends the simulation: there is no curve to draw.
     let run = scene.problem().ok()?.simulate().ok()?;
     let drop = |k: usize| (run.tip(0)[down] - run.tip(k)[down]) / scale;
     Some(run.times().iter().enumerate().map(|(k, t)| (*t, drop(k))).collect())
@@ -57,6 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let curves = [5e-3, 2e-3, 1e-3].into_iter().filter_map(curve).collect();
             draw(curves, part, format!("({panel}{part}) {name}, beta = {beta}"), "time, s")?;
         }
+        // The fourth panel has the first minimum over the step, which shows the numerical dissipation.
         let minimum = |beta: f64, step: f64| {
             let curve = deflection(&scene, scale, beta, step, window[1])?;
             let inside = curve.iter().filter(|(t, _)| *t >= window[0]);

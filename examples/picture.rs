@@ -1,4 +1,5 @@
-//! Draws the README's picture: the falling cantilever, and its tip against the recorded one.
+//! Draws the picture of the README as SVG: the falling cantilever at seven times, and its simulated tip height against the
+//! recorded one.
 //!
 //! `cargo run --release --example picture`
 
@@ -19,6 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          <rect width=\"760\" height=\"250\" fill=\"#fff\"/>\n\
          <rect x=\"22\" y=\"10\" width=\"8\" height=\"50\" fill=\"#888\"/>\n",
     );
+    // Shapes of the rod, later ones darker.
     for k in (0..=300).step_by(50) {
         let points = (0..run.nodes()).map(|i| run.node(i, k));
         let points: String = points

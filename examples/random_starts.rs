@@ -1,6 +1,6 @@
-//! From starts up to a hundred times off, does every fit reach the global minimum, or say that it
-//! did not? Random rods, planar and helical, whose modulus spans three decades and whose length is
-//! 0.1 to 2 m, filmed at 240 Hz for 1 or 5 s with noise of 0.03 % of the length.
+//! Reliability of the search: does every fit from a start up to a hundred times too large or small reach the global minimum, or
+//! report that it did not? Random rods, planar and helical, whose modulus spans three decades and whose length is
+//! 0.1 to 2 m, recorded at 240 Hz for 1 or 5 s with noise of 0.03 % of the length.
 //!
 //! `cargo run --release --example random_starts` for 6 rods, `-- 500` for the campaign.
 
@@ -13,11 +13,12 @@ use rodfit::fit::{Analysis, Refinement, Sample};
 use rodfit::scene::{Handedness, Material, Section, Shape, Time};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Scene, Unknown};
 
+/// Frames per second of the data.
 const FPS: f64 = 240.0;
-/// Part of the length.
+/// Standard deviation of the noise over the length.
 const NOISE: f64 = 3e-4;
 
-/// A random rod with the seed's number; every other one is a helix.
+/// A random rod; every odd seed is a helix.
 fn rod(seed: u64, random: &mut ChaCha8Rng) -> Scene {
     let log = |random: &mut ChaCha8Rng, low: f64, high: f64| -> f64 {
         low * (high / low).powf(random.random_range(0.0..1.0))
@@ -45,7 +46,7 @@ fn rod(seed: u64, random: &mut ChaCha8Rng) -> Scene {
     scene
 }
 
-/// How a fit ended.
+/// The result of a fit: description, whether it reached the global minimum, whether it warned, and its cost.
 struct Outcome {
     words: String,
     reached: bool,
@@ -53,12 +54,13 @@ struct Outcome {
     simulations: f64,
 }
 
+/// Simulates a random rod, fits E from a random start, and compares the estimate with the truth.
 fn outcome(seed: u64) -> Result<Outcome, Error> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut scene = rod(seed, &mut random);
     let truth = scene.material.youngs_modulus;
     let factor = 100f64.powf(random.random_range(-1.0..1.0));
-    // A rod that whips about may need smaller steps than its first period suggests.
+    // A fast motion may need smaller steps than the first period suggests: the step is halved until the run succeeds.
     let (problem, run) = loop {
         let problem = scene.problem()?;
         match (problem.simulate(), &mut scene.time) {
@@ -78,7 +80,7 @@ fn outcome(seed: u64) -> Result<Outcome, Error> {
     };
     let frames = (end * FPS) as usize;
     let data = Observation::new((1..=frames).map(&mut sample).collect::<Result<_, _>>()?);
-    // Mesh and step are the data's own.
+    // Data and model have the same mesh and step.
     let quick = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
     let unknown = Unknown::new(Parameter::YoungsModulus).start(factor * truth);
     let fit = Fit::new(&problem).observe(data).identify(unknown).analyse(quick);

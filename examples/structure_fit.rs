@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::{Error, Scalar, Structure, StructureScene};
 
-/// The identified numbers of the scene.
+/// Paths of the identified parameters in the scene.
 const PATHS: [&str; 2] = ["materials.rubber.youngs_modulus", "joints.0.rotation"];
 /// Their values in the data: Pa, and rad/(N m).
 const TRUTH: [f64; 2] = [2.4e6, 35.0];
@@ -18,7 +18,7 @@ const SIGMA: f64 = 1e-4;
 /// Number of observed times.
 const TIMES: usize = 100;
 
-/// An arm that is sprung against a mast and sags when it is released.
+/// An arm that is connected to a mast by a spring joint and sags when it is released.
 const SCENE: &str = r#"
 [[rods]]
 name = "mast"
@@ -51,7 +51,7 @@ end = 0.5
 step = 5e-3
 "#;
 
-/// The tip of the arm at all times, m; `seed` converts the identified numbers.
+/// The coordinates of the arm's tip at all times, m; `seed` returns the value of an identified parameter by its index.
 fn tip<D: rodfit::numerics::scalar::Nestable>(
     structure: &Structure,
     seed: impl Fn(usize) -> D,

@@ -20,31 +20,35 @@ use rodfit::scene::{
 };
 use rodfit::{Error, Fit, FitReport, Observation, Parameter, Point};
 
-/// Of each coordinate, m.
+/// Standard deviation of the noise of each coordinate, m.
 const SIGMA: f64 = 5e-4;
-/// Frames a second.
+/// Frames per second.
 const RATE: f64 = 100.0;
-/// Of all rods: fine enough that a clamp which gives hardly, and an arc hardly bent, move as those of none.
+/// Edges of all rods: so many that small compliances and curvatures have effects free of the mesh.
 const EDGES: usize = 40;
+/// Time step of all simulations, s.
 const STEP: f64 = 2e-3;
-/// Standard errors by which the modulus is off.
+/// Bias of the modulus by each term, standard errors.
 const BIAS: f64 = 2.0;
-/// Sigmas beyond which a term is made no stronger: Kelvin-Voigt damping hardly moves the modulus of a rod that swings, and would
-/// have to stop it within a swing.
+/// Contribution to the residuals, in standard deviations, to which a term is limited: Kelvin-Voigt damping hardly biases the
+/// modulus, and would have to stop the rod within one swing.
 const CLEAR: f64 = 100.0;
 /// Contribution to the residuals, in standard deviations, above which a term is detectable.
 const DETECTABLE: f64 = 3.0;
+/// Name of the stiffness of internal friction.
 const FRICTION: &str = "loads.damping.friction.stiffness";
-/// Relative error of an effect that is right.
+/// Largest relative error of a listed effect that counts as right.
 const RIGHT: f64 = 0.2;
 
-/// What is missing, a first guess of its size, and how the truth has it; friction yields at a curvature, 1/m.
+/// An omitted term: its name, a first guess of its size, and the function that adds it to a scene; friction also gets a yield
+/// curvature, 1/m.
 struct Wrong {
     place: &'static str,
     size: f64,
     there: fn(&mut Scene, f64, f64),
 }
 
+/// The omitted terms.
 const WRONG: [Wrong; 10] = [
     Wrong {
         place: "supports.start_compliance.rotation",
@@ -104,7 +108,7 @@ const WRONG: [Wrong; 10] = [
     },
 ];
 
-/// What is recorded: of rods of these free lengths, m, so long, s, at these places over the length.
+/// The recorded quantities: free lengths of the rods, m, duration, s, and observed places over the length.
 struct Laboratory {
     name: &'static str,
     lengths: &'static [f64],
@@ -112,12 +116,13 @@ struct Laboratory {
     places: &'static [f64],
 }
 
+/// The laboratories.
 const LABORATORIES: [Laboratory; 2] = [
     Laboratory { name: "the tip", lengths: &[0.5], end: 1.2, places: &[1.0] },
     Laboratory { name: "three markers", lengths: &[0.5], end: 2.4, places: &[0.35, 0.7, 1.0] },
 ];
 
-/// The scene that is fitted: a rod that falls.
+/// The fitted scene: a rod released under gravity.
 fn model(length: f64, end: f64) -> Scene {
     let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
     let section = Section::Circle { radius: 0.005 };
@@ -129,7 +134,7 @@ fn model(length: f64, end: f64) -> Scene {
 }
 
 impl Laboratory {
-    /// The experiments without noise, of rods with a term of some size, fitted by scenes without.
+    /// The experiments without noise: data of rods with a term of some size, to be fitted by scenes without it.
     fn records(&self, wrong: Option<(&Wrong, f64, f64)>) -> Result<Vec<Experiment>, Error> {
         let experiment = |length: &f64| {
             let scene = model(*length, self.end);
@@ -145,6 +150,7 @@ impl Laboratory {
                     1.0 => Point::Tip,
                     place => Point::ArcLength(place * length),
                 };
+                // Time offset and scale of the camera act on the data, not on the motion.
                 let frame = |k: usize| {
                     let time = (k + 1) as f64 / RATE;
                     let ([x, y, _], _) = run.at(point, (time - camera.time_offset).max(0.0))?;
@@ -161,6 +167,7 @@ impl Laboratory {
     }
 }
 
+/// The experiments with normal noise of [`SIGMA`] from a seed.
 fn with_noise(mut experiments: Vec<Experiment>, seed: u64) -> Vec<Experiment> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -172,6 +179,7 @@ fn with_noise(mut experiments: Vec<Experiment>, seed: u64) -> Vec<Experiment> {
     experiments
 }
 
+/// Fits modulus and damping, with the sensitivity analysis if required.
 fn fitted(experiments: Vec<Experiment>, sensitivity_analysis: bool) -> Result<FitReport, Error> {
     let analysis = Analysis {
         discretization_error: Refinement::None,
@@ -185,7 +193,7 @@ fn fitted(experiments: Vec<Experiment>, sensitivity_analysis: bool) -> Result<Fi
         .solve()
 }
 
-/// By how much the modulus is off, Pa, and its standard error.
+/// The bias of the modulus, Pa, and its standard error.
 fn bias(report: &FitReport) -> [f64; 2] {
     let estimate = &report.parameters[0];
     match (estimate.value, estimate.std_error) {
@@ -217,6 +225,7 @@ struct Count {
 }
 
 impl Count {
+    /// Adds the counts of other fits.
     fn add(&mut self, other: &Self) {
         self.first += other.first;
         self.placed += other.placed;
@@ -226,6 +235,7 @@ impl Count {
         self.naming += other.naming;
     }
 
+    /// The counts as a part of a line.
     fn words(&self) -> String {
         let Self { first, placed, hides, good, terms, naming } = self;
         let terms = *terms as f64 / (*naming).max(1) as f64;
@@ -233,7 +243,7 @@ impl Count {
     }
 }
 
-/// The fits of a term of this size, with these seeds.
+/// Counts the fits of a wrong model with a term of this size, whose bias is `off`, with these seeds.
 fn count(
     (laboratory, wrong): (&Laboratory, &Wrong),
     (size, yields): (f64, f64),
@@ -268,14 +278,14 @@ fn count(
     Ok(count)
 }
 
-/// The smallest size that moves the modulus by so many standard errors, and by how much that is, Pa.
+/// The smallest size of a term that biases the modulus by [`BIAS`] standard errors, and this bias, Pa.
 fn strength(laboratory: &Laboratory, wrong: &Wrong, yields: f64) -> Result<(f64, f64), Error> {
     let moved = |size: f64| -> Result<[f64; 2], Error> {
         let [moved, error] =
             bias(&fitted(laboratory.records(Some((wrong, size, yields)))?, false)?);
         Ok([moved, BIAS * error])
     };
-    // A term of no size may be another mesh: a clamp that gives has a joint of its own.
+    // A term of size zero may change the mesh: a compliant clamp has a joint of its own. Its effect is subtracted.
     let [none, _] = moved(1e-6 * wrong.size)?;
     let (mut size, mut before) = (1e-2 * wrong.size, 0.0);
     for _ in 0..40 {
@@ -288,7 +298,7 @@ fn strength(laboratory: &Laboratory, wrong: &Wrong, yields: f64) -> Result<(f64,
         }
         (size, before) = (2.0 * size, off.abs());
     }
-    // Counted as neither named nor hidden.
+    // Counted as neither named nor listed.
     Ok((size, f64::NAN))
 }
 
@@ -302,13 +312,14 @@ fn main() -> Result<(), Error> {
     {
         println!("{k}: {}", laboratory.name);
         let right = fitted(with_noise(laboratory.records(None)?, 1_000_000), true)?;
-        // Where friction yields that the fit looks for.
+        // The yield curvature that the library assumes for friction.
         let friction = right.undetected_bias.iter().find(|h| h.source == FRICTION);
         let yields = friction.and_then(|h| h.effect.split_whitespace().rev().nth(1)?.parse().ok());
         let yields = yields.unwrap_or(0.15);
         println!("  friction yields at {yields} 1/m");
         let mut all = [Count::default(), Count::default()];
         for wrong in &WRONG {
+            // The contribution to the residuals is taken from the right model, and limits the size.
             let (mut size, mut off) = strength(laboratory, wrong, yields)?;
             let mut sigmas = undetected_effect(&right, wrong.place)
                 .map_or(0.0, |[visible, _]| visible * size.abs());

@@ -1,12 +1,14 @@
-//! Codes: short stable names of grades, warnings and reasons for which a computation ended.
+//! Codes: short stable names of grades, warnings and reasons for which a computation ended, such as `beyond-sigma`.
 //!
-//! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. `rodfit explain`
-//! prints its entry of `docs/codes/`. Messages may change; a renamed code is still read by its former name.
+//! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry with
+//! meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it. Messages may
+//! change; a renamed code is still read by its former name. Exit codes of the program have entries too.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Documents with the entries of all codes, in the order of [`Code`]. Each entry has a heading of the second level.
+/// Documents with the entries of all codes, in the order of [`Code`], then those of the exit codes. Each entry has a heading of
+/// the second level.
 const PAGES: [&str; 5] = [
     include_str!("../docs/codes/grades.md"),
     include_str!("../docs/codes/residuals.md"),
@@ -153,12 +155,12 @@ codes! {
 }
 
 impl Code {
-    /// Meaning, test and remedy of the code.
+    /// Meaning, test and remedy of the code, in Markdown.
     pub fn explained(self) -> &'static str {
         explained(self.name()).unwrap_or_default()
     }
 
-    /// A text followed by the code in brackets.
+    /// A text followed by the code in brackets: `text [code]`.
     pub(crate) fn behind(self, text: impl fmt::Display) -> String {
         format!("{text} [{self}]")
     }
@@ -180,13 +182,14 @@ pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// The code with this name, or with this former name.
+/// The code with this name, or with this former name; none of another text.
 pub fn named(name: &str) -> Option<Code> {
     let is_name = |code: &&Code| code.name() == name || code.former_name() == Some(name);
     Code::ALL.iter().find(is_name).copied()
 }
 
-/// Meaning, test and remedy of a code, also by its former name, or of an exit code of the program.
+/// Meaning, test and remedy, in Markdown, of a code by its current or former name, or of an exit code of the program; none of
+/// another text.
 pub fn explained(name: &str) -> Option<&'static str> {
     let name = named(name).map_or(name, |code| code.name());
     all_explained().find(|(other, _)| *other == name).map(|(_, text)| text)

@@ -1,4 +1,8 @@
-//! The error type of the crate. Its messages have the file, the key or the line, the found value, and the allowed ones.
+//! The error type of the library, and constructors of its variants.
+//!
+//! Two groups: invalid input (file, key or line, found value, allowed values) and failed computations (time, quantity,
+//! remedy), which have a [`Code`]. The command returns exit code 2 for the first group and 3 for the second. Texts from files
+//! are shortened, and their control characters escaped.
 
 use crate::code::Code;
 use marker_files::printable::{
@@ -6,7 +10,7 @@ use marker_files::printable::{
 };
 use std::path::{Path, PathBuf};
 
-/// The value of a result; none of a failure. An interruption by the user remains an error.
+/// The value of a result; `None` of a failure. An interruption by the user remains an error.
 pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
     match result {
         Ok(value) => Ok(Some(value)),
@@ -15,7 +19,7 @@ pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, 
     }
 }
 
-/// An error unless a condition `holds`: the `key`, the value `found`, and the `allowed` values.
+/// `Ok` if a condition `holds`, else the error of the `key` with the value `found` and the `allowed` values.
 pub(crate) fn ensure(
     holds: bool,
     key: impl Into<String>,
@@ -228,7 +232,8 @@ pub enum Error {
     Fit(String),
 }
 
-/// A change of the energy as a fraction of the largest kinetic energy, in words; nothing if there is hardly any motion.
+/// The fraction of a change of energy over the largest kinetic energy as text in per cent; empty for a fraction that is huge
+/// or not finite, as without motion.
 fn kinetic_percentage(fraction: f64) -> String {
     match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
@@ -237,18 +242,18 @@ fn kinetic_percentage(fraction: f64) -> String {
     }
 }
 
-/// The path of a file with a colon, in front of a message; nothing without a file.
+/// The path of a file, followed by a colon and a space, in front of a message; empty without a file.
 fn prefix(file: &Option<PathBuf>) -> String {
     file.as_ref().map(|path| format!("{}: ", printable_path(path))).unwrap_or_default()
 }
 
 impl Error {
-    /// The error of the operating system for a path.
+    /// The error of the operating system for the file at a path.
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { named_in: None, path: path.into(), source }
     }
 
-    /// The error of a key or an option with an invalid value.
+    /// The error of a key or an option with an invalid value: found value and description of the allowed ones.
     pub(crate) fn invalid(
         key: impl Into<String>,
         found: impl ToString,
@@ -262,7 +267,7 @@ impl Error {
         }
     }
 
-    /// The error with the file that it comes from, unless it has one.
+    /// The error with the file that it comes from; unchanged if it already has a file, or if `path` is `None`.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
         if let Self::Parse { file, .. }
         | Self::Invalid { file, .. }
@@ -305,7 +310,7 @@ impl Error {
         self
     }
 
-    /// Whether the error is one of the input, and not of the computation.
+    /// Whether the error is one of the input (exit code 2), and not of the computation (3).
     pub fn is_input(&self) -> bool {
         self.code().is_none()
     }

@@ -1,26 +1,27 @@
-//! Numerics picked by hand: the cheapest of an accuracy, and errors of schemes by their steps.
+//! Numerics selected by hand, for comparison with those that the program chooses: the least work that reaches an accuracy, and
+//! the errors of schemes over their number of steps.
 
 use crate::scenes::{KINDS, scene};
 use crate::{Motion, distance, read, simulate};
 use rodfit::Error;
 
-/// The schemes that are picked from.
+/// Schemes among which the cheapest is selected, as lines of a scene.
 const SCHEMES: [&str; 3] = [
     "scheme = \"newmark-beta\"",
     "scheme = \"generalised-alpha\"\nrho_inf = 0.8",
     "scheme = \"rodas4\"",
 ];
-/// Other numerical dampings, of which the errors are compared.
+/// Schemes with other numerical damping, whose errors are compared too.
 const OTHER_DAMPINGS: [&str; 2] = [
     "scheme = \"generalised-alpha\"\nrho_inf = 0.5",
     "scheme = \"generalised-alpha\"\nrho_inf = 0",
 ];
 /// Factor between neighboring meshes and steps.
 const RATIO: f64 = std::f64::consts::SQRT_2;
-/// Meshes from the coarsest that is exact enough on, of which the cheapest is picked.
+/// Number of meshes from the coarsest accurate one on, among which the cheapest is selected.
 const MESHES: usize = 3;
 
-/// A run with given edges and steps; none where its steps fail.
+/// A run with given numbers of segments and steps up to `end`, s; none if the run fails.
 fn run(text: &str, segments: f64, steps: f64, end: f64, scheme: &str) -> Option<Motion> {
     let step = format!("step = {}\n{scheme}", end / steps);
     let scene = read(text, "", &format!("segments = {segments}"), &step).ok()?;
@@ -28,7 +29,8 @@ fn run(text: &str, segments: f64, steps: f64, end: f64, scheme: &str) -> Option<
     Motion::of(&problem, &trajectory).ok()
 }
 
-/// The least work of a run whose error is at most `requested`, among meshes and steps about those that were chosen.
+/// The least work (edges times Newton iterations) of a run whose error against `reference` is at most `requested`, among
+/// meshes and steps about those that were `chosen`. None without such a run.
 pub fn cheapest(
     text: &str,
     requested: f64,
@@ -44,6 +46,7 @@ pub fn cheapest(
     meshes.dedup();
     let can =
         |n: &f64| [2.0, 12.0].iter().any(|by| exact(*n, by * chosen.steps, SCHEMES[1]).is_some());
+    // The coarsest accurate mesh is rarely the cheapest, as it needs the most accurate steps: two finer ones are tried too.
     let first = meshes.iter().position(can)?;
     let mut best: Option<f64> = None;
     for segments in meshes.iter().skip(first).take(MESHES) {
@@ -61,7 +64,7 @@ pub fn cheapest(
     best
 }
 
-/// Prints the errors of the step alone on 24 edges, by scheme and number of steps.
+/// Prints the error of the time step alone on 24 edges, by scheme and number of steps, for the scenes with these seeds.
 pub fn compare_schemes(seeds: std::ops::Range<u64>) -> Result<(), Error> {
     for seed in seeds {
         let text = scene(seed);

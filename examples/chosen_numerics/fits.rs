@@ -1,4 +1,5 @@
-//! Fits with chosen numerics: does the 95 % interval of E hold where discretization errors and noise are alike?
+//! Fits with chosen numerics, where discretization error and noise are of similar size: how often does the 95 % interval of E
+//! contain the truth? Each fit uses the tip of a random scene, with noise of [`NOISE`] of the length.
 
 use crate::scenes::{KINDS, scene};
 use crate::{read, simulate};
@@ -30,6 +31,7 @@ enum Outcome {
     },
 }
 
+/// Fits E to the noisy tip of the scene with a seed, whose truth is simulated with the accuracy [`TRUTH`].
 fn fitted(seed: u64) -> Result<Outcome, Error> {
     let text = scene(seed);
     let (problem, run) = simulate(&read(&text, &format!("accuracy = {TRUTH}"), "", "")?)?;
@@ -46,6 +48,7 @@ fn fitted(seed: u64) -> Result<Outcome, Error> {
         Ok(Sample { time, position: place })
     };
     let samples = (1..=SAMPLES).map(&mut sample).collect::<Result<_, _>>()?;
+    // The fit chooses its own numerics, with a larger error than that of the truth.
     let open = read(&text, "", "", "")?.problem_for(rodfit::accuracy::Aim::Guess)?;
     let fit = Fit::new(&open)
         .observe(Observation::new(samples))
@@ -53,6 +56,7 @@ fn fitted(seed: u64) -> Result<Outcome, Error> {
     let report = fit.solve()?;
     let truth = problem.scene().material.youngs_modulus;
     let estimate = &report.parameters[0];
+    // A fit without a two-sided interval counts as covered.
     let interval = estimate.interval95.unwrap_or([0.0, f64::INFINITY]);
     Ok(Outcome::Fitted {
         is_covered: (interval[0]..=interval[1]).contains(&truth),
@@ -68,7 +72,7 @@ fn fitted(seed: u64) -> Result<Outcome, Error> {
     })
 }
 
-/// Fits of scenes with these seeds, and how many intervals hold.
+/// Fits scenes with these seeds, and prints how many intervals contain the truth, with failures and costs.
 pub fn cover(seeds: Range<u64>) {
     let outcomes: Vec<(u64, Outcome)> = seeds
         .into_par_iter()

@@ -22,19 +22,20 @@ use scenes::{KINDS, scene};
 
 /// Requested errors over the length.
 const REQUESTED: [f64; 2] = [1e-2, 1e-3];
-/// Times and parts of the rod at which motions are compared.
+/// Number of times at which motions are compared.
 const TIMES: usize = 200;
+/// Number of points along the rod at which motions are compared.
 const PARTS: usize = 8;
-/// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
+/// Newton iterations that take as much time as a step of `rodas4`, in a plane and in space.
 const ITERATIONS_OF_RODAS4: [usize; 2] = [5, 3];
 
-/// A scene with its numerics, where they are given.
+/// The scene of a text, with lines in the places of its numerics; an empty line leaves the choice to the program.
 fn read(text: &str, accuracy: &str, segments: &str, step: &str) -> Result<Scene, Error> {
     let text = text.replace("ACCURACY", accuracy).replace("SEGMENTS", segments);
     Scene::from_toml(&text.replace("STEP", step), ".")
 }
 
-/// A run whose numerics are chosen and checked where they are left open; the nodes about the compared points are recorded.
+/// Simulates a scene. Numerics that it leaves open are chosen and checked; the nodes about the compared points are recorded.
 fn simulate(scene: &Scene) -> Result<(Problem, Trajectory), Error> {
     let (problem, check) = scene.checked_problem()?;
     simulate_checked(problem, check, |problem| {
@@ -58,7 +59,7 @@ fn points(problem: &Problem) -> impl Iterator<Item = Point> {
     })
 }
 
-/// A run at the points and times of comparison.
+/// A run, reduced to positions at the compared points and times, with its cost.
 struct Motion {
     /// Places over the length.
     places: Vec<[f64; 3]>,
@@ -71,6 +72,7 @@ struct Motion {
 }
 
 impl Motion {
+    /// Reduces a run to the compared positions. The work of `rodas4`, which has no Newton iterations, is converted.
     fn of(problem: &Problem, run: &Trajectory) -> Result<Self, Error> {
         let (time, length) = (problem.time()?, problem.length());
         let mut places = Vec::new();
@@ -90,12 +92,14 @@ impl Motion {
     }
 }
 
+/// The largest distance of two lists of positions.
 fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let square =
         |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
     a.iter().zip(b).map(square).fold(0.0, f64::max).sqrt()
 }
 
+/// The median of values (the upper one of an even number); NaN of none.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -161,6 +165,7 @@ fn compare(seed: u64, with_costs: bool) -> Scenes {
         let motion = Motion::of(&problem, &run)?;
         Ok::<_, Error>((problem, motion))
     });
+    // One reference for both requests: it is finer than the finer run.
     let finest = runs.iter().rev().find_map(|run| run.as_ref().ok());
     let reference = finest.map(|(problem, _)| Reference::new(&text, problem));
     let mut requests = REQUESTED.into_iter();
@@ -185,6 +190,7 @@ fn compare(seed: u64, with_costs: bool) -> Scenes {
         };
         let error = distance(&motion.places, &reference.places);
         let is_within = reference.is_within(error, requested);
+        // The comparison by hand takes many times as long as everything else.
         let by_hand = (with_costs && is_within.is_some())
             .then(|| by_hand::cheapest(&text, requested, &reference.places, &motion))
             .flatten();
@@ -245,6 +251,7 @@ fn summarize(requested: f64, outcomes: &[&Outcome]) {
         median(compared.iter().map(|one| one.choosing).collect()),
         compared.iter().map(|one| one.choosing).fold(0.0, f64::max),
     );
+    // The cost relative to numerics selected by hand.
     let costs: Vec<f64> = compared.iter().filter_map(|one| one.cost).collect();
     if !costs.is_empty() {
         let number = costs.len();

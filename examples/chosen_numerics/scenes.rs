@@ -1,4 +1,7 @@
-//! Random scenes of many kinds that leave mesh, step and scheme open.
+//! Random scenes of ten kinds whose mesh, step and scheme are left open.
+//!
+//! Length, slenderness, density, stiffness (by the sag under gravity), damping, loads and initial states are drawn from wide
+//! ranges with the seed. The duration is a few periods of the lowest mode.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -18,7 +21,8 @@ pub const KINDS: [&str; 10] = [
     "curved",
 ];
 
-/// A scene of the kind of its number, with SEGMENTS, STEP and ACCURACY in the places of its numerics.
+/// The text of the scene with a seed, of the kind `seed` modulo 10, with SEGMENTS, STEP and ACCURACY in the places of its
+/// numerics.
 pub fn scene(seed: u64) -> String {
     let kind = KINDS[(seed % KINDS.len() as u64) as usize];
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -35,8 +39,10 @@ pub fn scene(seed: u64) -> String {
         }
         _ => 10f64.powf(between(-2.0, 0.0)),
     };
+    // The stiffness follows from the sag; 3.516 is the square of the first root of a clamped beam.
     let modulus = density * gravity * length.powi(3) / (2.0 * radius * radius * sag);
     let rate = 3.516 * (modulus * radius * radius / 4.0 / density).sqrt() / length.powi(2);
+    // A limp rod swings like a pendulum, not like a beam.
     let rate = rate.max((gravity / length).sqrt());
     let periods = if kind == "limp" { between(0.5, 1.5) } else { between(1.0, 5.0) };
     let end = periods * TAU / rate;
@@ -62,6 +68,7 @@ pub fn scene(seed: u64) -> String {
         ),
         _ => format!("{{ kind = \"circle\", radius = {radius} }}"),
     };
+    // Half of the damped scenes have mass damping, the others stiffness damping; some other scenes weak mass damping.
     let damping = match kind {
         "damped" if between(0.0, 1.0) < 0.5 => format!("mass = {}", between(0.05, 0.5) * rate),
         "damped" => format!("stiffness = {}", between(0.005, 0.05) / rate),

@@ -1,8 +1,8 @@
-//! Do 95 % intervals contain the truth in 95 of 100 fits? Seeded data sets with known truth, and
-//! the share of intervals that cover it.
+//! Coverage of 95 % intervals: seeded data sets with known truth are fitted, and the share of intervals that contain the
+//! truth is printed, for Young's modulus, damping, clamp angle and camera clock, and for several kinds of noise.
 //!
 //! `cargo run --release --example coverage` for 40 data sets a case, `-- 2000` for the campaign,
-//! `-- 1000 noise` for the cases whose name begins so.
+//! `-- 1000 noise` for the cases whose name begins with `noise`.
 
 use indicatif::{ParallelProgressIterator, ProgressBar};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use rodfit::{Error, Fit, Observation, Parameter, Point, Scene, Unknown};
 mod noise;
 use noise::Noise;
 
-/// Fits of one kind of data.
+/// Fits of one kind of data: true scene, noise, number of samples, and identified parameters.
 struct Case {
     name: &'static str,
     scene: Scene,
@@ -27,7 +27,7 @@ struct Case {
     profile: bool,
 }
 
-/// A released cantilever of 11 nodes, damped.
+/// A released cantilever of 11 nodes over `end` s with mass damping, 1/s.
 fn cantilever(end: f64, damping: f64) -> Scene {
     let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
     let section = Section::Circle { radius: 0.005 };
@@ -38,18 +38,18 @@ fn cantilever(end: f64, damping: f64) -> Scene {
     scene
 }
 
-/// For every unknown: whether the interval covers, and whether the profile's does. None for a fit
-/// that did not give intervals.
+/// For every parameter: whether its interval contains the truth, and whether that of its profile does. None for a fit without
+/// intervals.
 fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(bool, bool)>>, Error> {
     let mut data = clean.clone();
     case.kind.add(&mut data, case.noise, 0, seed);
-    // Mesh and step are the data's own.
+    // Data and model have the same mesh and step.
     let analysis = Analysis {
         profile: case.profile,
         discretization_error: Refinement::None,
         ..Analysis::default()
     };
-    // Clamp and camera are set up by eye.
+    // The fitted scene assumes an exact clamp and an exact camera.
     let mut scene = case.scene.clone();
     (scene.supports.angle, scene.camera) = (0.0, Camera::default());
     let fit = Fit::new(&scene.problem()?).observe(data).analyse(analysis);
@@ -74,6 +74,7 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
 
 fn main() -> Result<(), Error> {
     let count: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(40);
+    // A tilted clamp and a late camera, both unknown to the fit.
     let mut tilted = cantilever(0.6, 0.0);
     (tilted.supports.angle, tilted.camera.time_offset) = (0.02, 0.013);
     let mut cases = vec![
@@ -118,6 +119,7 @@ fn main() -> Result<(), Error> {
             profile: true,
         },
     ];
+    // All kinds of noise on one damped motion, with enough samples to estimate a correlation.
     let mut swinging = cantilever(0.6, 0.8);
     swinging.rod.segments = Some(6);
     swinging.time = Some(Time::new(0.6, 8e-3));
@@ -142,6 +144,7 @@ fn main() -> Result<(), Error> {
     }));
     let wanted = std::env::args().nth(2).unwrap_or_default();
     for case in cases.iter().filter(|case| case.name.starts_with(&wanted)) {
+        // The data of a case differ in their noise only.
         let run = case.scene.problem()?.simulate()?;
         let end = case.scene.time.as_ref().map_or(0.0, |time| time.end);
         let sample = |k: u32| -> Result<Sample, Error> {
@@ -156,6 +159,7 @@ fn main() -> Result<(), Error> {
             .progress_with(ProgressBar::new(count))
             .map(|seed| covers(case, &clean, seed))
             .collect::<Result<_, _>>()?;
+        // Shares refer to fits that give intervals.
         let given: Vec<&Vec<(bool, bool)>> = results.iter().flatten().collect();
         println!("{}: {} of {count} fits gave intervals", case.name, given.len());
         for (i, unknown) in case.unknowns.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Noise as cameras have it, white and otherwise.
+//! Noise of cameras with a given standard deviation: white, autocorrelated, heavy-tailed, of whole pixels, and unequal in x
+//! and y.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,18 +11,18 @@ use rodfit::Observation;
 pub enum Noise {
     /// Normal and independent.
     White,
-    /// Neighbours in time correlate by this, as a process of first order.
+    /// Consecutive samples correlate by this coefficient, as in a process of first order.
     Correlated(f64),
     /// Student's t with 3 degrees of freedom: some values are far off.
     HeavyTailed,
-    /// White noise, and then whole pixels as wide as two standard deviations.
+    /// White noise, rounded to whole pixels as wide as two standard deviations.
     Pixels,
-    /// White, three times as large in y as in x.
+    /// White noise, three times as large in y as in x.
     Unlike,
 }
 
 impl Noise {
-    /// Adds it to every coordinate that was seen; `gap` samples are lost after every 50th.
+    /// Adds it to every measured coordinate; `gap` samples are lost after every 50th.
     pub fn add(self, observation: &mut Observation, sigma: f64, gap: usize, seed: u64) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         // Where pixels begin.

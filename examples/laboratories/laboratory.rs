@@ -1,4 +1,9 @@
-//! A laboratory that does not exist.
+//! A synthetic laboratory: a rod, a camera and their errors, drawn from a seed, and the scene, data and fit file that such a
+//! laboratory would have.
+//!
+//! Two motions: release of a straight rod under gravity, simulated on a mesh of [`EDGES`] edges; and release of a rod that is
+//! bent by a force at its tip, by the modes of an Euler-Bernoulli beam. Measured dimensions differ from the true ones by their
+//! standard uncertainties [`KNOWN`]; the camera has a wrong scale, a roll, a late clock, rounding to pixels and AR(1) noise.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,20 +14,21 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Edges of the data, and steps in their first period.
+/// Edges of the simulated data.
 const EDGES: usize = 384;
+/// Time steps of the simulated data in the first period.
 const STEPS: f64 = 960.0;
-/// Standard uncertainties of length, radius, density and the camera's scale, as parts.
+/// Relative standard uncertainties of length, radius, density and the scale of the camera.
 const KNOWN: [f64; 4] = [1e-3, 5e-3, 5e-3, 2e-3];
 /// Gravity, m/s^2.
 const GRAVITY: f64 = 9.81;
-/// `beta L` of the first modes of a clamped beam: cos cosh = -1.
+/// `beta L` of the first four modes of a clamped beam: roots of `cos x cosh x = -1`.
 const ROOTS: [f64; 4] =
     [1.8751040687119611, 4.694091132974175, 7.854757438237613, 10.99554073487547];
-/// Where the clamp is in the picture, pixels.
+/// Position of the clamp in the image, pixels.
 const CLAMP: [f64; 2] = [140.0, 310.0];
 
-/// How the rod is brought to move.
+/// The cause of the rod's motion.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     /// It falls from where it is straight.
@@ -31,7 +37,7 @@ enum Motion {
     LetGo(f64),
 }
 
-/// All that is true of it, and what it says.
+/// All true values of a laboratory, and its measured ones.
 #[derive(Debug)]
 pub struct Laboratory {
     motion: Motion,
@@ -44,27 +50,27 @@ pub struct Laboratory {
     /// End of the recording, s.
     end: f64,
     fps: f64,
-    /// Metres a pixel as said; the true scale over it, a roll, rad, and how late the clock is, s.
+    /// Nominal meters per pixel. After it: the true scale over the nominal one, the roll, rad, and the delay of the clock, s.
     scale: f64,
     lens: f64,
     roll: f64,
     late: f64,
-    /// By how much whoever clicked on the clamp missed it, pixels.
+    /// Error of the clicked position of the clamp, pixels.
     missed: [f64; 2],
-    /// Of the noise, pixels, and the correlation of neighbours.
+    /// Standard deviation of the noise, pixels; after it the correlation of neighboring frames.
     noise: f64,
     memory: f64,
     seed: u64,
 }
 
 impl Laboratory {
-    /// The same for the same seed.
+    /// The laboratory of a seed; equal seeds give equal laboratories.
     pub fn new(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
         let measured = [between(0.2, 0.5), between(1e-3, 3e-3), between(1000.0, 2000.0)];
         let falls = between(0.0, 1.0) < 0.6;
-        // The load over what bends the rod by about its length; frequencies of a soft or a stiff one.
+        // Weight over the load that bends the rod by about its length; or the frequency, Hz, of a rod bent by a force.
         let (load, hz) = (between(0.1_f64.ln(), 3.0_f64.ln()).exp(), between(1.0, 6.0));
         let (part, ratio) = (between(0.01, 0.025), between(5e-3, 0.03));
         let (periods, frames) = (between(3.0, 8.0), between(20.0, 50.0));
@@ -84,6 +90,7 @@ impl Laboratory {
             false => inertia * (TAU * hz / ROOTS[0].powi(2)).powi(2),
         };
         let first = ROOTS[0].powi(2) * (modulus / inertia).sqrt();
+        // Frame rate, damping and duration are relative to the lowest frequency.
         let fps = (frames * first / TAU).ceil();
         let motion = if falls { Motion::Falls } else { Motion::LetGo(part) };
         let (damping, late) = (2.0 * ratio * first, late / fps);
@@ -107,12 +114,12 @@ impl Laboratory {
         }
     }
 
-    /// What a fit looks for, and its true values.
+    /// The identified parameters with their true values, Pa and 1/s.
     pub fn truths(&self) -> [(Parameter, f64); 2] {
         [(Parameter::YoungsModulus, self.modulus), (Parameter::DampingMass, self.damping)]
     }
 
-    /// Edges of its data; those of the continuum have no end.
+    /// Number of edges of the data's mesh; infinite for data of the continuum.
     pub fn edges(&self) -> f64 {
         match self.motion {
             Motion::Falls => EDGES as f64,
@@ -135,12 +142,12 @@ impl Laboratory {
         Ok(())
     }
 
-    /// As it is written down, with what was measured.
+    /// The scene file (TOML) with the measured dimensions.
     fn scene(&self) -> String {
         let [length, radius, density] = self.measured;
         let moved = match self.motion {
             Motion::Falls => format!("[loads]\ngravity = [0, -{GRAVITY}, 0]\n"),
-            // A spring balance says it, 3 % off.
+            // The force is measured with an error of 3 %.
             Motion::LetGo(part) => format!(
                 "[initial]\nstate = \"equilibrium\"\npoint = [{{ node = \"tip\", force = [0, {:e}, 0] }}]\n",
                 1.03 * self.pull(part)
@@ -154,6 +161,7 @@ impl Laboratory {
         )
     }
 
+    /// The fit file (TOML): E, damping, camera and, if applied, the force; dimensions with their uncertainties.
     fn fit(&self) -> String {
         let mut text = format!(
             "scene = \"scene.toml\"\n[[observation]]\nfile = \"tip.csv\"\nfps = {}\nscale = {:e}\ny = \"down\"\n\
@@ -174,6 +182,7 @@ impl Laboratory {
         for name in unknowns {
             let _ = write!(text, "[[parameter]]\nname = \"{name}\"\n");
         }
+        // Dimensions and the camera's scale are inputs with standard uncertainties.
         let [length, radius, density] = self.measured;
         let known = [
             ("rod.shape.length", length),
@@ -187,7 +196,7 @@ impl Laboratory {
         text
     }
 
-    /// The table of a tracker: frames and whole pixels.
+    /// The table of a tracking program: frame numbers and positions of the tip in whole pixels.
     fn data(&self) -> Result<String, Error> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x5eed);
         let mut last: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut random));
@@ -210,7 +219,7 @@ impl Laboratory {
         Ok(text)
     }
 
-    /// Where the tip truly is at these times, from the clamp, m.
+    /// True positions of the tip at these times, from the clamp, m.
     fn tip(&self, times: &[f64]) -> Result<Vec<[f64; 2]>, Error> {
         match self.motion {
             Motion::Falls => self.falling(times),
@@ -218,7 +227,7 @@ impl Laboratory {
         }
     }
 
-    /// By a mesh far finer than a fit's.
+    /// Positions of the tip of a rod released under gravity, by a mesh far finer than that of a fit.
     fn falling(&self, times: &[f64]) -> Result<Vec<[f64; 2]>, Error> {
         let [length, radius, density] = self.rod;
         let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
@@ -239,17 +248,17 @@ impl Laboratory {
         (self.modulus / density).sqrt() * radius / 2.0 / length.powi(2)
     }
 
-    /// The force that pulls the tip aside by a part of the length, N.
+    /// The force that bends the tip by a part of the length (beam theory), N.
     fn pull(&self, part: f64) -> f64 {
         let [length, radius, _] = self.rod;
         3.0 * self.modulus * PI * radius.powi(4) / 4.0 * part / length.powi(2)
     }
 
-    /// By the modes of a beam: each begins with its part of the shape under the pull, and is damped alike. The tip comes
-    /// nearer by half the integral of the squared slope.
+    /// Position of the tip of a rod released from a bent shape, by the modes of a beam: each starts with its part of the static
+    /// shape and is damped equally. The tip approaches the clamp by half the integral of the squared slope.
     fn swinging(&self, part: f64, time: f64) -> [f64; 2] {
         let length = self.rod[0];
-        // Of modes with the mean square 1, whose tip is at 2 or -2; the shape is F s^2 (3 L - s)/(6 E I).
+        // Modes with mean square 1 have the tip at 2 or -2; the static shape is F s^2 (3 L - s)/(6 E I).
         let begins = |k: usize| {
             let sign = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
             3.0 * part * length * sign / ROOTS[k].powi(4)

@@ -1,10 +1,10 @@
 //! Reliability of reported intervals in synthetic laboratories. Each seeded laboratory has a rod, errors of its
-//! callipers and scales, a camera with a lens, a roll and a late clock, whole pixels and autocorrelated noise. Their
-//! data come from a mesh far finer than any fit's, or from the modes of the continuum; their fit files have no
-//! numerical setting. Of Young's modulus and damping: how many expanded intervals contain the truth; and how many
-//! verdicts ask for finer numerics, and what a fit costs.
+//! calipers and scales, a camera with a wrong scale, a roll and a late clock, whole pixels and autocorrelated noise. The
+//! data come from a mesh far finer than that of a fit, or from the modes of the continuum; fit files have no
+//! numerical settings. For Young's modulus and damping: the share of expanded intervals that contain the truth, the number of
+//! fits graded `refine-numerics`, and the cost of a fit.
 //!
-//! `cargo run --release --example laboratories` for a few, `-- 300` for the campaign, `-- 1 17` for the one of seed 17
+//! `cargo run --release --example laboratories` for six, `-- 300` for the campaign, `-- 1 17` for the one of seed 17
 //! with its report.
 
 use indicatif::{ParallelProgressIterator, ProgressBar};
@@ -15,13 +15,14 @@ use rodfit::{Error, FitReport, Parameter};
 mod laboratory;
 use laboratory::Laboratory;
 
-/// What the campaign asks for: per cent of intervals that cover, and full simulations.
+/// Required share of intervals that contain the truth, %: 95 within the scatter of a few hundred laboratories.
 const COVERED: [f64; 2] = [92.5, 97.5];
+/// Largest accepted median cost of a fit, full simulations.
 const COST: f64 = 25.0;
-/// From so many laboratories on the share that covers is known well enough.
+/// Number of laboratories from which on the share of intervals is judged.
 const ENOUGH: u64 = 200;
 
-/// What came of a laboratory.
+/// The result of the fit of a laboratory.
 struct Outcome {
     seed: u64,
     grade: Grade,
@@ -32,12 +33,14 @@ struct Outcome {
     finer: f64,
 }
 
+/// The report of the fit of a laboratory, by its files in a temporary folder.
 fn fitted(laboratory: &Laboratory) -> Result<FitReport, Error> {
     let folder = tempfile::tempdir().map_err(|e| Error::Fit(e.to_string()))?;
     laboratory.write(folder.path())?;
     FitFile::load(folder.path().join("fit.toml"))?.fit().solve()
 }
 
+/// Fits the laboratory of a seed and compares the estimates with the truth.
 fn outcome(seed: u64) -> Result<Outcome, Error> {
     let laboratory = Laboratory::new(seed);
     let report = fitted(&laboratory)?;
@@ -70,6 +73,7 @@ fn main() -> Result<(), Error> {
         .map(outcome)
         .collect::<Result<_, _>>()?;
 
+    // The share of intervals that contain the truth, and the RMS deviation in standard uncertainties (1 if these are right).
     let mut kept = true;
     for (k, (parameter, _)) in Laboratory::new(0).truths().into_iter().enumerate() {
         let given: Vec<(f64, bool)> =
@@ -95,6 +99,7 @@ fn main() -> Result<(), Error> {
     let refine: Vec<u64> =
         outcomes.iter().filter(|o| o.grade == Grade::RefineNumerics).map(|o| o.seed).collect();
     println!("verdicts that ask for finer numerics: {} {refine:?}", refine.len());
+    // The median cost of a fit.
     let mut costs: Vec<f64> = outcomes.iter().map(|o| o.simulations).collect();
     costs.sort_by(f64::total_cmp);
     let median = costs[costs.len() / 2];

@@ -17,12 +17,13 @@ use crate::grid::{Grid, legendre};
 use crate::rod::Cantilever;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// Positions are stored at this rate, 1/s: a multiple of the frame rates of all cameras.
+/// Rate at which positions are stored, 1/s: a multiple of the frame rates of all cameras.
 pub const STORED_RATE: usize = 3000;
-/// Step times highest angular frequency: a quarter of what is stable, for accuracy.
+/// Product of time step and highest angular frequency: about a quarter of the stability limit 2.83 of the classical
+/// Runge-Kutta method, for accuracy.
 const STABLE: f64 = 0.75;
 
-/// How fine the expansion and the integration are.
+/// Resolution of the expansion and of the time integration.
 #[derive(Clone, Copy)]
 pub struct Fineness {
     /// Legendre polynomials of each mode's bending moment.
@@ -53,7 +54,8 @@ pub struct Equations {
     step: f64,
 }
 
-/// Functions with polynomial bending moments at the quadrature nodes, and their elastic energies.
+/// Functions with polynomial bending moments at the quadrature nodes (columns), and the matrix of their elastic energies. A
+/// compliant clamp adds a constant function.
 fn polynomials(rod: &Cantilever, grid: &Grid, count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let (nodes, length) = (&grid.nodes, rod.length);
     let columns = count + usize::from(rod.compliance > 0.0);
@@ -74,7 +76,7 @@ fn polynomials(rod: &Cantilever, grid: &Grid, count: usize) -> (DMatrix<f64>, DM
     (functions, elastic)
 }
 
-/// Tangent angles with the rows of the Jacobian of the positions.
+/// Cosine and sine of the tangent angle, and the Jacobian of the positions x and y by the coordinates.
 struct Kinematics {
     cos: DVector<f64>,
     sin: DVector<f64>,
@@ -82,8 +84,10 @@ struct Kinematics {
 }
 
 impl Equations {
+    /// The equations of a rod at this resolution, in its lowest modes, with the time step from the highest frequency.
     pub fn new(rod: &Cantilever, fineness: Fineness) -> Self {
         let length = rod.length;
+        // A panel ends where the stiffness jumps.
         let bounds =
             if rod.grip == 1.0 { vec![0.0, length] } else { vec![0.0, 0.25 * length, length] };
         let grid = Grid::new(&bounds, fineness.nodes);
@@ -134,6 +138,7 @@ impl Equations {
         self.elastic.diagonal().iter().map(|square| square.sqrt()).collect()
     }
 
+    /// Tangent angles and Jacobian at the coordinates `q`.
     fn kinematics(&self, q: &DVector<f64>) -> Kinematics {
         let angle = &self.rest + &self.modes * q;
         let (cos, sin) = (angle.map(f64::cos), angle.map(f64::sin));
@@ -147,6 +152,7 @@ impl Equations {
         Kinematics { cos, sin, jacobian }
     }
 
+    /// The mass matrix `int rho A J^T J ds` by quadrature.
     fn mass_matrix(&self, jacobian: &[DMatrix<f64>; 2]) -> DMatrix<f64> {
         let part = |j: &DMatrix<f64>| {
             let mut scaled = j.clone();
@@ -158,6 +164,7 @@ impl Equations {
         part(&jacobian[0]) + part(&jacobian[1])
     }
 
+    /// The second derivative of the coordinates, by their values and rates; NaN if the mass matrix is singular.
     fn acceleration(&self, q: &DVector<f64>, rate: &DVector<f64>) -> DVector<f64> {
         let Kinematics { cos, sin, jacobian } = self.kinematics(q);
         let turning = &self.modes * rate;
@@ -167,6 +174,7 @@ impl Equations {
             &self.cumulative * DVector::from_fn(inner, |i, _| -turning[i] * turning[i] * tangent[i])
         });
         let across = |i: usize| cos[i] * velocity[1][i] - sin[i] * velocity[0][i];
+        // Gravity, mass damping, quadratic drag normal to the rod, and centripetal acceleration.
         let force = |axis: usize| {
             DVector::from_fn(inner + 1, |i, _| {
                 let (gravity, normal) =
@@ -185,6 +193,7 @@ impl Equations {
         }
     }
 
+    /// Position of the tip, m.
     fn tip(&self, q: &DVector<f64>) -> [f64; 2] {
         let angle = &self.rest + &self.modes * q;
         let last = self.cumulative.row(self.cumulative.nrows() - 1);
@@ -202,6 +211,7 @@ impl Equations {
         let mut positions = vec![self.tip(&q)];
         for _ in 0..(end * STORED_RATE as f64).round() as usize {
             for _ in 0..steps as usize {
+                // Classical Runge-Kutta method of fourth order.
                 let a1 = self.acceleration(&q, &rate);
                 let (r2, q2) = (&rate + &a1 * (0.5 * h), &q + &rate * (0.5 * h));
                 let a2 = self.acceleration(&q2, &r2);

@@ -1,4 +1,5 @@
-//! Checks of the solver: against beam theory, against itself at a finer resolution, and against the library's rod.
+//! Checks of the independent solver before its data are used: lowest frequency against beam theory, tip positions against a
+//! finer resolution, and E of the library's fit to data without noise.
 
 use crate::cantilever::{Equations, FINE, Fineness};
 use crate::kinds::{Kind, RECORD, reference};
@@ -8,15 +9,16 @@ use rodfit::Error;
 
 /// First root of `cos x cosh x = -1`.
 const FIRST_ROOT: f64 = 1.875104068711961;
-/// Largest accepted errors of the solver: relative, of the lowest frequency; of the tip, m; relative, of E by a fit of
-/// data without noise.
+/// Largest accepted relative error of the lowest frequency.
 const FREQUENCY_ERROR: f64 = 1e-6;
+/// Largest accepted error of the tip by truncation, m.
 const TIP_ERROR: f64 = 1e-6;
+/// Largest accepted relative error of E by a fit of data without noise.
 const MODULUS_ERROR: f64 = 1e-4;
 /// Kinds whose truncation error is checked: a jump of the stiffness, and the strongest taper.
 const CHECKED: [&str; 2] = ["grip 1.3 times stiffer", "taper 40 %"];
 
-/// Largest change of the tip with more modes and nodes in shorter steps, m.
+/// Largest change of the tip with more modes and nodes and shorter steps, m.
 fn truncation_error(kind: &Kind) -> f64 {
     let finer = Fineness {
         polynomials: FINE.polynomials + 4,
@@ -30,7 +32,7 @@ fn truncation_error(kind: &Kind) -> f64 {
     coarse.iter().zip(&fine).map(distance).fold(0.0, f64::max)
 }
 
-/// Panics where the solver is less accurate than the fits need.
+/// Panics if the solver is less accurate than the fits need; prints its errors.
 pub fn check_solver(kinds: &[Kind]) -> Result<(), Error> {
     let rod = reference();
     let lowest = Equations::new(&rod, FINE).frequencies()[0];

@@ -6,10 +6,10 @@
 
 use nalgebra::DMatrix;
 
-/// Newton iterations for a node: far more than the quadratic convergence from the usual guess needs.
+/// Newton iterations for a node: far more than the quadratic convergence from the usual initial guess needs.
 const NEWTON_ITERATIONS: usize = 20;
 
-/// Nodes and weights on `[0, end]`.
+/// Nodes and weights of a quadrature on `[0, end]`, with cumulative integrals.
 pub struct Grid {
     pub nodes: Vec<f64>,
     pub weights: Vec<f64>,
@@ -29,7 +29,7 @@ pub fn legendre(count: usize, x: f64) -> Vec<f64> {
     values
 }
 
-/// Nodes and weights on `[-1, 1]`.
+/// Nodes and weights of the Gauss-Legendre rule on `[-1, 1]`.
 fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let node = |i: usize| {
@@ -63,6 +63,7 @@ impl Grid {
                 for (j, earlier) in weights.iter().enumerate().take(first) {
                     cumulative[(row, j)] = *earlier;
                 }
+                // Within the panel: the integral of the interpolating polynomial up to node `x`.
                 let upper = legendre(count + 1, *x);
                 for (j, (y, weight_j)) in rule.iter().enumerate() {
                     let lower = legendre(count, *y);

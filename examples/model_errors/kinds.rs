@@ -4,26 +4,32 @@
 
 use crate::rod::Cantilever;
 
-/// What the scene of every fit states, m and kg/m^3.
+/// Length that every scene states, m.
 pub const LENGTH: f64 = 0.35;
+/// Radius that every scene states, m.
 pub const RADIUS: f64 = 2e-3;
+/// Density that every scene states, kg/m^3.
 pub const DENSITY: f64 = 1250.0;
+/// Gravity, m/s^2.
 pub const GRAVITY: f64 = 9.81;
-/// The truth, Pa and 1/s.
+/// True Young's modulus, Pa.
 const MODULUS: f64 = 2.6e8;
+/// True mass damping, 1/s.
 const DAMPING: f64 = 0.6;
-/// Recordings, s.
+/// Duration of a recording, s.
 pub const RECORD: f64 = 0.6;
+/// Duration of a short recording, s.
 const SHORT_RECORD: f64 = 0.3;
-/// Of the compliant clamp: its spring over EI/L.
+/// Stiffness of the compliant clamp over EI/L.
 const CLAMP_SPRING: f64 = 25.0;
-/// Drag of air on the circle at a drag coefficient of 1.2 is 2.9e-3 kg/m^2; this is three times as much.
+/// Quadratic drag, kg/m^2: three times that of air on this circle at a drag coefficient of 1.2, which is 2.9e-3.
 const DRAG: f64 = 9e-3;
 /// Turning angle of the curved rod from clamp to tip, rad.
 const ARC: f64 = 0.05;
+/// Angle of the tilted clamp, rad.
 const TILT: f64 = std::f64::consts::PI / 180.0;
 
-/// A true rod and how long it is recorded.
+/// A true rod and the duration of its recording.
 pub struct Kind {
     pub name: String,
     /// The number of the scene that is missing or off, by its place; none of a right model.
@@ -36,7 +42,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// The reference with `change`, for the usual time.
+    /// The reference with `change`, recorded for [`RECORD`].
     fn wrong(name: &str, cause: &'static str, change: fn(&mut Cantilever)) -> Self {
         let mut rod = reference();
         change(&mut rod);
@@ -69,8 +75,8 @@ fn set_taper(rod: &mut Cantilever, part: f64) {
     rod.taper = (1.0 - 0.5 * part) / (1.0 + 0.5 * part);
 }
 
-/// The errors with the places of their causes. A rod tapered by a part has radii from `1 + part/2` of the stated one at
-/// the clamp to `1 - part/2` at the tip.
+/// The rods with one error of the model, with the places of their causes. A rod tapered by a part has radii from `1 + part/2` of
+/// the stated one at the clamp to `1 - part/2` at the tip.
 pub fn wrong_models() -> Vec<Kind> {
     let wrong = Kind::wrong;
     let mass = "rod.mass.0.mass";
@@ -96,7 +102,7 @@ pub fn wrong_models() -> Vec<Kind> {
     ]
 }
 
-/// Soft to stiff and weakly to strongly damped rods that are as the scene states.
+/// Soft to stiff and weakly to strongly damped rods that have no error of the model.
 pub fn right_models() -> Vec<Kind> {
     let mut kinds = Vec::new();
     for modulus in [1.2e8, MODULUS, 8e8] {

@@ -1,4 +1,5 @@
-//! Cameras, recordings with noise, and fits of them.
+//! Cameras with white noise, recordings of tip positions, and their fits of E and mass damping with everything else chosen by
+//! the library.
 
 use crate::cantilever::STORED_RATE;
 use crate::kinds::{DENSITY, GRAVITY, LENGTH, RADIUS};
@@ -8,9 +9,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rodfit::fit::Sample;
 use rodfit::{Error, Fit, FitReport, Observation, Parameter, Scene};
 
-/// The modulus that the scene states, Pa: far from the truth, and without influence on a fit without a start.
+/// The modulus that the scene states, Pa: far from the truth, and without influence on a fit without a start value.
 const STATED_MODULUS: f64 = 1e7;
-/// The simulation goes on beyond the last frame by this, s.
+/// Time by which the simulation continues beyond the last frame, s.
 const MARGIN: f64 = 0.01;
 
 /// A camera with white noise.
@@ -24,14 +25,14 @@ pub struct Camera {
     pub accepted_silent: f64,
 }
 
-/// Two pixels of 0.5 mm at 60 frames per second, and a tenth of a millimetre at 1 kHz.
+/// Two pixels of 0.5 mm at 60 frames per second, and a tenth of a millimeter at 1 kHz.
 pub const CAMERAS: [Camera; 2] = [
     Camera { name: "poor", rate: 60, noise: 1e-3, accepted_silent: 0.10 },
     Camera { name: "good", rate: 1000, noise: 1e-4, accepted_silent: 0.02 },
 ];
 
 impl Camera {
-    /// The recorded tip; without a seed there is no noise.
+    /// The recorded tip, from positions at [`STORED_RATE`]; without a seed there is no noise.
     pub fn record(&self, positions: &[[f64; 2]], seed: Option<u64>) -> Observation {
         let mut random = seed.map(ChaCha8Rng::seed_from_u64);
         let mut seen = |x: f64| {
@@ -47,7 +48,7 @@ impl Camera {
     }
 }
 
-/// The stated rod; mesh, step and scheme are left to the library.
+/// The stated rod; mesh, step and scheme are chosen by the library.
 fn scene(end: f64) -> Result<Scene, Error> {
     let text = format!(
         "[rod]\n\
@@ -65,7 +66,7 @@ fn scene(end: f64) -> Result<Scene, Error> {
     Scene::from_toml(&text, ".")
 }
 
-/// E and mass damping, without start values and without a stated noise.
+/// Fits E and mass damping without start values and without a stated noise.
 pub fn fit(observation: Observation, end: f64) -> Result<FitReport, Error> {
     Fit::new(&scene(end + MARGIN)?.problem()?)
         .observe(observation)

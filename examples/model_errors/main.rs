@@ -33,10 +33,10 @@ use outcome::{Outcome, details};
 use rayon::prelude::*;
 use rodfit::{Error, FitReport};
 
-/// Right models are fitted so many times as often as wrong ones.
+/// Ratio of the number of fits of a right model to that of a wrong one.
 const RIGHT_REPEATS: u64 = 2;
 
-/// A fit to be done.
+/// A fit to be made.
 struct Task<'a> {
     kind: &'a Kind,
     positions: &'a [[f64; 2]],
@@ -46,7 +46,7 @@ struct Task<'a> {
     seed: u64,
 }
 
-/// A fit that was done.
+/// A fit with its comparison to the truth.
 struct Fitted<'a> {
     task: &'a Task<'a>,
     outcome: Outcome,
@@ -54,6 +54,7 @@ struct Fitted<'a> {
 }
 
 impl<'a> Fitted<'a> {
+    /// Records, fits and compares; a fit that fails has an empty comparison.
     fn new(task: &'a Task<'a>) -> Self {
         let report = fit(task.camera.record(task.positions, Some(task.seed)), task.kind.end);
         let outcome = match &report {
@@ -63,6 +64,7 @@ impl<'a> Fitted<'a> {
         Self { task, outcome, report }
     }
 
+    /// Prints grade, cause, estimates and tests of the fit.
     fn print_details(&self) {
         let Self { task, outcome, report } = self;
         print!("{}, {} camera, seed {}: ", task.kind.name, task.camera.name, task.repeat);
@@ -85,6 +87,7 @@ fn main() -> Result<(), Error> {
     let filter = arguments.next();
     let wanted = |kind: &Kind| filter.as_ref().is_none_or(|word| kind.name.contains(word.as_str()));
 
+    // The solver is checked first: its errors must be far below the effects.
     let mut all: Vec<Kind> = wrong_models();
     all.extend(right_models());
     checks::check_solver(&all)?;
@@ -95,7 +98,7 @@ fn main() -> Result<(), Error> {
     let trajectories: Vec<Vec<[f64; 2]>> = all.par_iter().map(trajectory).collect();
 
     let mut tasks = Vec::new();
-    // Seeds depend on the place in the whole list: a filter leaves them as they are.
+    // Seeds depend on the position in the whole list: a filter does not change them.
     let mut stream = 0;
     for (kind, positions) in all.iter().zip(&trajectories) {
         let repeats = if kind.cause.is_some() { seeds } else { RIGHT_REPEATS * seeds };

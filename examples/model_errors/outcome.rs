@@ -1,13 +1,14 @@
-//! What a fit reports, compared with the truth.
+//! Comparison of a fit's report with the truth: coverage of the interval of E, whether the true cause is named by the score
+//! tests, and the listed undetected bias over the true one.
 
 use crate::kinds::Kind;
 use rodfit::FitReport;
 use rodfit::fit::{Grade, UndetectedBias};
 use std::fmt::Write;
 
-/// Score tests up to this place count as named.
+/// Score tests up to this rank count as naming the cause.
 const NAMED_PLACES: usize = 2;
-/// An omitted effect listed at this part of the true bias covers it.
+/// Part of the true bias from which on a listed undetected bias covers it.
 pub const COVERING: f64 = 0.8;
 
 /// The comparison of one fit with the truth.
@@ -30,18 +31,19 @@ pub struct Outcome {
     pub changes: Vec<f64>,
 }
 
-/// The effects that these data could not reveal, of E.
+/// The effects that these data could not reveal, with a bias of E.
 fn listed(report: &FitReport) -> impl Iterator<Item = &UndetectedBias> {
     let modulus = report.parameters.first().map(|e| e.label()).unwrap_or_default();
     report.undetected_bias.iter().filter(move |hidden| hidden.parameter == modulus)
 }
 
-/// The plausible size of an effect, read from the JSON: reports without one have none.
+/// The plausible size of an effect, read from the JSON; none if the report has none.
 fn plausible(effect: &UndetectedBias) -> Option<f64> {
     serde_json::to_value(effect).ok()?.get("plausible")?.as_f64()
 }
 
 impl Outcome {
+    /// Compares a report with the truth of its kind.
     pub fn new(kind: &Kind, report: &FitReport) -> Self {
         let truth = kind.rod.modulus;
         let graded = Self {
@@ -60,6 +62,7 @@ impl Outcome {
         let named = |cause: &str| {
             tests.iter().any(|t| t.source == cause && t.rank <= NAMED_PLACES && significant(t.rank))
         };
+        // The listed bias of the true cause, or, for a right model, all listed biases.
         let of_cause = kind.cause.and_then(|cause| listed(report).find(|h| h.source == cause));
         let right = || listed(report).filter(|_| kind.cause.is_none());
         let ratio = |h: &UndetectedBias| Some((h.size / plausible(h)?).abs());
@@ -75,7 +78,7 @@ impl Outcome {
         }
     }
 
-    /// Graded without reservation although the interval misses the truth.
+    /// Whether the fit is graded without reservation although the interval misses the truth.
     pub fn is_silent(&self) -> bool {
         self.unreserved && self.covered == Some(false)
     }
@@ -94,6 +97,7 @@ pub fn details(kind: &Kind, report: &FitReport) -> String {
         }
         text.push('\n');
     }
+    // Residuals: autocorrelation and whiteness of each axis.
     let correlations: Vec<String> = report
         .residual_tests
         .iter()
@@ -107,6 +111,7 @@ pub fn details(kind: &Kind, report: &FitReport) -> String {
         sigmas.join(", "),
         correlations.join(", ")
     );
+    // The true cause is marked by an asterisk.
     for t in &report.score_tests {
         let mark = if kind.cause == Some(t.source.as_str()) { "*" } else { " " };
         let _ = writeln!(

@@ -1,4 +1,4 @@
-//! The true rod in numbers.
+//! The true rod of the independent solver: its numbers, and cross-section area, bending stiffness and mass from them.
 
 use std::f64::consts::PI;
 
@@ -29,19 +29,20 @@ pub struct Cantilever {
 }
 
 impl Cantilever {
+    /// Area of the circular cross-section at arc length `s`, m^2.
     pub fn area(&self, s: f64) -> f64 {
         let radius = self.radius * (1.0 + (self.taper - 1.0) * s / self.length);
         PI * radius * radius
     }
 
-    /// Bending stiffness, N m^2.
+    /// Bending stiffness EI at arc length `s`, N m^2.
     pub fn stiffness(&self, s: f64) -> f64 {
         let grip = if s < 0.25 * self.length { self.grip } else { 1.0 };
         let area = self.area(s);
         grip * self.modulus * area * area / (4.0 * PI)
     }
 
-    /// Mass without that of the tip, kg.
+    /// Mass without the tip mass, kg.
     pub fn mass(&self) -> f64 {
         let t = self.taper;
         self.density * self.area(0.0) * self.length * (1.0 + t + t * t) / 3.0

@@ -1,4 +1,4 @@
-//! The rows and totals of a camera.
+//! Prints the rows and totals of a camera: wrong models, right models, and the ratio of listed to true biases.
 
 use crate::Fitted;
 use crate::kinds::Kind;
@@ -17,7 +17,7 @@ fn tally<'a>(
     Tally::new(own.map(|fitted| &fitted.outcome))
 }
 
-/// The rows and totals of the wrong models.
+/// Prints the rows and totals of the wrong models of a camera; nothing without fits.
 pub fn print_wrong(camera: &Camera, kinds: &[&Kind], fits: &[Fitted]) {
     let of = |predicate: &dyn Fn(&Kind, &Outcome) -> bool| {
         tally(camera, fits, |kind, outcome| kind.cause.is_some() && predicate(kind, outcome))
@@ -34,6 +34,7 @@ pub fn print_wrong(camera: &Camera, kinds: &[&Kind], fits: &[Fitted]) {
             without_term.push(kind.name.as_str());
         }
     }
+    // Effects that the library has no term for cannot be named.
     let has_term = |kind: &Kind| !without_term.contains(&kind.name.as_str());
     let missed = |o: &Outcome| o.covered == Some(false);
     let apparent = of(&|k, _| !k.is_collinear);
@@ -51,7 +52,7 @@ pub fn print_wrong(camera: &Camera, kinds: &[&Kind], fits: &[Fitted]) {
     println!("{}", lines.join("\n"));
 }
 
-/// The rows and totals of the right models.
+/// Prints the rows and totals of the right models of a camera; nothing without fits.
 pub fn print_right(camera: &Camera, kinds: &[&Kind], fits: &[Fitted]) {
     let of = |predicate: &dyn Fn(&Kind) -> bool| {
         tally(camera, fits, |kind, _| kind.cause.is_none() && predicate(kind))
@@ -68,7 +69,7 @@ pub fn print_right(camera: &Camera, kinds: &[&Kind], fits: &[Fitted]) {
     println!("{}", all.right_requirements());
 }
 
-/// How large the listed biases are in all fits.
+/// Prints the median ratio of listed to true or plausible biases over all fits.
 pub fn print_ratio(fits: &[Fitted]) {
     println!("\n{}", Tally::new(fits.iter().map(|fitted| &fitted.outcome)).overall_ratio());
 }

@@ -1,13 +1,16 @@
-//! Counts over the fits of a kind or a camera, and the lines that print them.
+//! Counts and medians over the fits of a kind or a camera, their comparison with requirements, and the lines that print them.
 
 use crate::laboratory::Camera;
 use crate::outcome::{COVERING, Outcome};
 use std::collections::BTreeMap;
 
-/// Requirements, as shares of fits, and of the median ratio of a listed to a true bias.
+/// Required share of fits that name the cause.
 const NAMED: f64 = 2.0 / 3.0;
+/// Required share of listed biases that cover the true one.
 const COVERED_BIASES: f64 = 0.75;
+/// Upper limit of the median ratio of a listed to a true bias.
 const MEDIAN_RATIO: f64 = 3.0;
+/// Required share of fits of right models that are graded without reservation.
 const UNRESERVED: f64 = 0.96;
 
 /// Outcomes of several fits.
@@ -16,6 +19,7 @@ pub struct Tally<'a> {
     outcomes: Vec<&'a Outcome>,
 }
 
+/// The median of values; the mean of the two middle ones of an even number, NaN of none.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     match values.len() {
@@ -25,7 +29,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// Whether a requirement on `value` is met; values of no fits are NaN.
+/// Whether a requirement on `value` is met, as text; values of no fits are NaN.
 fn verdict(value: f64, is_met: bool) -> &'static str {
     match (value.is_nan(), is_met) {
         (true, _) => "no data",
@@ -35,30 +39,37 @@ fn verdict(value: f64, is_met: bool) -> &'static str {
 }
 
 impl<'a> Tally<'a> {
+    /// Collects references to outcomes; they need not be in order.
     pub fn new(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Self {
         Self { outcomes: outcomes.into_iter().collect() }
     }
 
+    /// Whether there are no outcomes.
     pub fn is_empty(&self) -> bool {
         self.outcomes.is_empty()
     }
 
+    /// Number of outcomes.
     fn len(&self) -> usize {
         self.outcomes.len()
     }
 
+    /// Number of fits for which a predicate holds.
     fn count(&self, predicate: impl Fn(&Outcome) -> bool) -> usize {
         self.outcomes.iter().filter(|o| predicate(o)).count()
     }
 
+    /// Share of fits for which a predicate holds; NaN without fits.
     fn share(&self, predicate: impl Fn(&Outcome) -> bool) -> f64 {
         self.count(predicate) as f64 / self.len() as f64
     }
 
+    /// Listed over true bias of all fits.
     fn ratios(&self) -> Vec<f64> {
         self.outcomes.iter().map(|o| o.bias_ratio).collect()
     }
 
+    /// The heading of the lines of wrong models.
     pub fn header() -> String {
         format!(
             "  {:<34} {:>5} {:>10} {:>7} {:>6} {:>9} {:>13}",
@@ -66,7 +77,7 @@ impl<'a> Tally<'a> {
         )
     }
 
-    /// The counts of a wrong model.
+    /// The line of a wrong model: its counts and median ratio.
     pub fn row(&self, name: &str) -> String {
         format!(
             "  {name:<34} {:>5} {:>10} {:>7} {:>6} {:>9} {:>13.2}",
@@ -79,7 +90,7 @@ impl<'a> Tally<'a> {
         )
     }
 
-    /// The counts of a right model.
+    /// The line of a right model: its counts and medians.
     pub fn right_row(&self, name: &str) -> String {
         let covered = self.count(|o| o.covered == Some(true));
         let intervals = self.count(|o| o.covered.is_some());
@@ -92,6 +103,7 @@ impl<'a> Tally<'a> {
         )
     }
 
+    /// The heading of the lines of right models.
     pub fn right_header() -> String {
         format!(
             "  {:<40} {:>5} {:>10} {:>9} {:>11} {:>8}",
@@ -99,7 +111,7 @@ impl<'a> Tally<'a> {
         )
     }
 
-    /// The median over true biases of wrong models and plausible ones of right models.
+    /// The median of listed over true biases of wrong models and over plausible sizes of right models.
     pub fn overall_ratio(&self) -> String {
         let wrong = self.outcomes.iter().filter(|o| o.has_term).map(|o| o.bias_ratio);
         let ratio = median(wrong.chain(self.size_ratios()).collect());
@@ -109,15 +121,17 @@ impl<'a> Tally<'a> {
         )
     }
 
+    /// Listed relative changes of E by all effects of all fits.
     fn changes(&self) -> Vec<f64> {
         self.outcomes.iter().flat_map(|o| o.changes.iter().copied()).collect()
     }
 
+    /// Ratios of the listed to the plausible size of each omitted effect, of all fits.
     fn size_ratios(&self) -> Vec<f64> {
         self.outcomes.iter().flat_map(|o| o.size_ratios.iter().copied()).collect()
     }
 
-    /// How often each grade was given.
+    /// Text with the number of fits of each grade; fits without a grade count as `failed`.
     pub fn grades(&self) -> String {
         let mut counts = BTreeMap::new();
         for outcome in &self.outcomes {
@@ -154,7 +168,7 @@ impl<'a> Tally<'a> {
         )
     }
 
-    /// How the listed undetected biases compare with the true ones.
+    /// Comparison of the listed undetected biases with the true ones.
     pub fn biases(&self, name: &str) -> String {
         let (covering, ratio) = (self.share(|o| o.bias_ratio >= COVERING), median(self.ratios()));
         format!(

@@ -1,4 +1,5 @@
-//! The recordings of a cable, its scenes and fits.
+//! The recordings of a cable, its scenes and its fits: a rod between two grippers whose motion is recorded, with the other
+//! markers as data.
 
 use rodfit::fit::{Analysis, Experiment, Glitches, Loss, Refinement};
 use rodfit::scene::{
@@ -10,26 +11,27 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Nobody weighed the cables: only moduli over this density have a meaning, kg/m^3.
+/// Assumed density, kg/m^3: the cables were not weighed, so that only moduli over the density have a meaning.
 pub const DENSITY: f64 = 1000.0;
-/// A radius that makes them hardly stretch, m.
+/// Assumed radius, m, at which the cables hardly stretch.
 pub const RADIUS: f64 = 1.2e-3;
 /// Residual of a good model, m; the loss down-weights larger residuals.
 pub const SIGMA: f64 = 0.01;
-/// Of the frames, one in so many is fitted.
+/// One of so many frames is fitted.
 pub const EVERY: usize = 10;
 
 /// Recordings of one cable.
 pub struct Cable {
     pub name: String,
     pub clips: Vec<(PathBuf, Arc<Track>)>,
-    /// Where its vertices were when it lay on a table.
+    /// File with the vertices of the cable at rest on a table.
     pub table: Option<PathBuf>,
     /// Median distances between its markers, m.
     pub lengths: Vec<f64>,
 }
 
 impl Cable {
+    /// Reads the recordings of a cable; edge lengths are the medians over all frames.
     pub fn new(
         name: String,
         mut files: Vec<PathBuf>,
@@ -56,8 +58,8 @@ impl Cable {
         Ok(Self { name, clips, table, lengths })
     }
 
-    /// A straight cable, or, `curved`, one with the turns it has on the table; with so many edges between any two
-    /// markers.
+    /// The scene of a straight cable, or, if `curved`, of one with the shape at rest on the table; with `edges` edges between
+    /// neighboring markers.
     pub fn scene(&self, curved: bool, edges: usize) -> Scene {
         let shape = match &self.table {
             Some(table) if curved => Shape::polyline(table),
@@ -69,6 +71,7 @@ impl Cable {
                 Shape::points(std::iter::once([0.0; 3]).chain(ends))
             }
         };
+        // Start values of moduli and damping; fits replace them.
         let section = Section::Circle { radius: RADIUS };
         let modulus = 1e8;
         let material =
@@ -87,7 +90,7 @@ impl Cable {
         scene
     }
 
-    /// The scene of a clip, in steps of its frames, with what is wrong in the recording mended.
+    /// The problem of a clip, with steps of its frame interval; lost frames and swapped labels of the recording are repaired.
     pub fn problem(&self, scene: &Scene, clip: usize) -> Result<Problem, rodfit::Error> {
         let mut scene = scene.clone();
         let (path, track) = &self.clips[clip];
@@ -100,7 +103,7 @@ impl Cable {
         let times = track.times();
         let mut time = Time::new(Time::TO_THE_END, times[1] - times[0]);
         time.scheme = Scheme::GeneralisedAlpha;
-        // A nanometre; markers are seen to 20 micrometres.
+        // A nanometer; markers are measured to 20 micrometers.
         time.tolerance = StepTolerance::Predicted(1e-9);
         scene.time = Some(time);
         scene.problem()
@@ -111,7 +114,7 @@ impl Cable {
         self.clips[clip].0.file_stem().unwrap_or_default().to_string_lossy().into()
     }
 
-    /// A fit of the free markers of these clips.
+    /// The fit of the free markers of these clips.
     pub fn fit(&self, scene: &Scene, clips: &[usize]) -> Result<Fit, rodfit::Error> {
         let mut experiments = Vec::new();
         for clip in clips {
@@ -123,17 +126,17 @@ impl Cable {
                 free.into_iter().fold(Experiment::new(self.name_of(*clip), &problem), observe),
             );
         }
-        // The edges between any two markers are part of the model.
+        // The number of edges between markers is a part of the model: its error is not estimated.
         let same_mesh = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
         Ok(Fit::of(experiments).analyse(same_mesh))
     }
 
-    /// Mean distance per coordinate of all markers but for the first two frames, m: the metric of the
-    /// recordings' authors.
+    /// Mean absolute difference per coordinate of all markers without the first two frames, m: the metric of the authors of the
+    /// recordings.
     pub fn error(&self, scene: &Scene, clip: usize) -> Result<f64, rodfit::Error> {
         let problem = self.problem(scene, clip)?;
         let run = problem.simulate()?;
-        // The recording as it is mended.
+        // The repaired recording.
         let path = problem.scene().supports.path.as_ref();
         let track = path.and_then(|path| path.track.as_ref()).unwrap_or(&self.clips[clip].1);
         let edges = scene.rod.segments.map_or(1, |segments| segments / self.lengths.len());
@@ -151,11 +154,12 @@ impl Cable {
     }
 }
 
+/// Distance of two points, m.
 pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The recordings `PREFIX_train_N.csv` of a folder.
+/// The recordings `NAME_train_N.csv` of a cable in a folder, with its shape at rest.
 pub fn recordings(folder: &Path, name: &str) -> Result<Cable, Box<dyn Error>> {
     let prefix = format!("{name}_train_");
     let mut files = Vec::new();

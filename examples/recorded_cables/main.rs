@@ -1,13 +1,14 @@
-//! From recordings of a cable to its physics: a ladder of models, each fitted to some of the
-//! recordings and judged on all the others, which it predicts from their first two frames.
+//! From recordings of a cable to its physical parameters: a sequence of models, each fitted to some of the
+//! recordings and tested on all others, which it predicts from their first two frames.
 //!
-//! `cargo run --release --example recorded_cables` makes a synthetic cable, moves it between two hands,
-//! and identifies it. With the environment variable `RODFIT_MOCAP_DIR` naming the folder of the DEFORM
+//! `cargo run --release --example recorded_cables` generates a synthetic cable, moves it between two grippers,
+//! and identifies it. With the environment variable `RODFIT_MOCAP_DIR` set to the folder of the DEFORM
 //! recordings (Chen et al., CoRL 2024, arXiv 2406.05931; files `DLO1_train_48.csv`, ..,
 //! `DLO1_rest_raw.csv`, ..) it identifies the real ones: all five, or those named behind `--`.
-//! Behind `--`, `fine` puts two edges between any two markers; `k` adds a curvature at rest for every marker; `halves` fits B3, T5 and T7 to two halves of
-//! the recordings, each without the other; `twins` asks how often intervals hold: it makes recordings with
-//! known numbers between the same hands, twenty times for every cable, and identifies them.
+//! Behind `--`, `fine` puts two edges between neighboring markers; `k` adds a curvature at rest for every marker; `halves`
+//! fits B3, T5 and T7 to two halves of the recordings, each without the other; `twins` measures the coverage of
+//! intervals: it simulates recordings with known parameters between the same grippers, twenty times for every cable, and
+//! identifies them.
 
 mod cable;
 mod models;
@@ -21,12 +22,13 @@ use std::path::Path;
 use std::time::Instant;
 use twins::{twin, twins};
 
-/// So many of all clips, evenly spread; the others judge.
+/// Indices of `most` clips, evenly spread over `total`, at most two thirds; the others are validation data.
 fn spread(total: usize, most: usize) -> Vec<usize> {
     let count = most.min(2 * total / 3);
     (0..count).map(|i| i * total / count).collect()
 }
 
+/// Fits the models of increasing complexity in sequence, and prints their errors on fitted and validation recordings.
 fn climb(cable: &Cable, edges: usize, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
     let total = cable.clips.len();
     let markers = cable.lengths.len() + 1;
@@ -53,6 +55,7 @@ fn climb(cable: &Cable, edges: usize, with_curvatures: bool) -> Result<(), Box<d
             t7 = Some(found.clone());
         }
         let took = since.elapsed().as_secs_f64();
+        // Errors of fitted recordings, and of those that the model predicts.
         let scene = scene_of(cable, &rung, &found)?;
         let mut errors = [Vec::new(), Vec::new()];
         for clip in 0..total {
@@ -78,7 +81,7 @@ fn climb(cable: &Cable, edges: usize, with_curvatures: bool) -> Result<(), Box<d
     Ok(())
 }
 
-/// The first estimates of a report.
+/// Prints the first `most` estimates of a report.
 fn print(report: &FitReport, most: usize) {
     for estimate in report.parameters.iter().take(most) {
         let interval = match (estimate.interval95, estimate.upper95) {
@@ -91,8 +94,8 @@ fn print(report: &FitReport, most: usize) {
     }
 }
 
-/// B3, T5 and T7 of both halves of the recordings, each without the other: whether the intervals contain the
-/// modulus over the density of the other half.
+/// Fits B3, T5 and T7 to both halves of the recordings separately, and compares the difference of the moduli with their
+/// intervals.
 fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
     let rungs = ladder(cable.lengths.len() + 1, 1);
     let mut found = [Found::new(), Found::new()];
@@ -118,6 +121,7 @@ fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
             );
             logs.push((value.ln(), 0.5 * (high / low).ln()));
         }
+        // Both halves should agree within their intervals, in the logarithm of the modulus.
         if let [(a, da), (b, db)] = logs[..] {
             println!(
                 "{} {}: halves are {:.1} % apart, the intervals say {:.1} %",

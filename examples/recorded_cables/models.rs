@@ -1,4 +1,4 @@
-//! The models of a cable, and their fits.
+//! The models of a cable by their parameters, from three to more than ten, and their fits from the results of simpler models.
 
 use super::cable::Cable;
 use rodfit::fit::FitReport;
@@ -7,7 +7,8 @@ use rodfit::{Parameter, Scene, Unknown};
 use std::collections::BTreeMap;
 use std::error::Error;
 
-/// A model: its name, how many clips it is fitted to at most, its edges between any two markers, and its numbers.
+/// A model: its name, the largest number of clips that it is fitted to, its edges between neighboring markers, and its
+/// parameters.
 pub struct Rung {
     pub name: &'static str,
     pub most: usize,
@@ -15,8 +16,8 @@ pub struct Rung {
     pub numbers: Vec<String>,
 }
 
-/// The models for cables of so many markers with so many edges between any two, simplest first. The last two with
-/// ten numbers are alternatives.
+/// The models for cables with this number of markers and of edges between neighboring ones, simplest first. The last two with
+/// ten parameters are alternatives.
 pub fn ladder(markers: usize, edges: usize) -> Vec<Rung> {
     let listed = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     let rung = |name, most, numbers: Vec<String>| Rung { name, most, edges, numbers };
@@ -32,10 +33,10 @@ pub fn ladder(markers: usize, edges: usize) -> Vec<Rung> {
     let without = |names: &[String], not: &[&str]| -> Vec<String> {
         names.iter().filter(|name| !not.contains(&name.as_str())).cloned().collect()
     };
-    // Hands do not hold the cable along its line: the turns at their edges, instead of the drag.
+    // The grippers do not hold the cable along its line: turning angles at their edges replace the drag.
     let turns = [1, markers - 2].into_iter().flat_map(bending).collect();
     let t10e = [without(&t7, &["damping.mass"]), turns].concat();
-    // A curvature for every marker has the factor on the table's in it.
+    // Curvatures of every marker include the factor on the curvature on the table.
     let curvatures = (1..markers - 1).flat_map(bending).collect();
     let k = [without(&t7, &["rod.natural_curvature"]), listed(&along[2..]), curvatures].concat();
     vec![
@@ -48,13 +49,14 @@ pub fn ladder(markers: usize, edges: usize) -> Vec<Rung> {
     ]
 }
 
-/// A number below this, in its unit, came out at zero.
+/// An estimate below this, in its unit, counts as zero.
 const NOTHING: f64 = 1e-9;
-/// Curvatures beside the table's, and how large they are expected to be, 1/m.
+/// Name of the curvatures in addition to those on the table.
 const BENDING: &str = "rod.natural_bending";
+/// Standard deviation of the prior of these curvatures, 1/m.
 const SHARPEST: f64 = 2.0;
 
-/// Where a number starts that no simpler model had.
+/// The start value of a parameter that no simpler model has, in SI units.
 pub fn start(name: &str) -> f64 {
     match name {
         "youngs_modulus" => 1e8,
@@ -69,10 +71,10 @@ pub fn start(name: &str) -> f64 {
     }
 }
 
-/// What a model found: values by name, those that came out at zero among them.
+/// Values that a model found, by name, including those that are zero.
 pub type Found = BTreeMap<String, f64>;
 
-/// The scene of a model with these values, the number's start where there is none.
+/// The scene of a model with these values; the start value for missing ones.
 pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<dyn Error>> {
     let has = |part: &str| rung.numbers.iter().any(|name| name.contains(part));
     let mut scene = cable.scene(has("shear_modulus"), rung.edges);
@@ -101,22 +103,21 @@ pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<
     Ok(scene)
 }
 
-/// What a model goes on from. What a simpler one had no use for starts afresh: it may have stood for what that model
-/// lacks.
+/// The start values from a simpler model. Parameters that it estimated as zero are omitted: the new model may need them.
 pub fn kept(before: &Found) -> Found {
     before.iter().filter(|(_, x)| x.abs() > NOTHING).map(|(n, x)| (n.clone(), *x)).collect()
 }
 
-/// Where a number of a model that goes on `from` others starts; none where it is scanned.
+/// The start value of a parameter of a model that continues `from` a simpler one; none if it is to be scanned.
 pub fn begin(name: &str, from: &Found) -> Option<f64> {
     match from.get(name) {
         Some(value) => Some(*value),
-        // Of the modulus nothing is known before.
+        // The modulus has no prior start value.
         None => (name != "youngs_modulus").then(|| start(name)),
     }
 }
 
-/// Fits a model to some clips, from what simpler ones found.
+/// Fits a model to some clips, starting from the results of simpler ones.
 pub fn fit(
     cable: &Cable,
     rung: &Rung,
@@ -127,7 +128,7 @@ pub fn fit(
     let mut fit = cable.fit(&scene_of(cable, rung, &from)?, clips)?;
     for name in &rung.numbers {
         let unknown = Unknown::new(name.parse()?);
-        // Turned about the cable all together, curvatures are the same cable: they stay near the table's.
+        // A common rotation of all curvatures about the cable gives the same cable: a prior keeps them near the table's.
         let unknown = match rung.name == "K" && name.starts_with(BENDING) {
             true => unknown.prior(0.0, SHARPEST),
             false => unknown,
@@ -138,8 +139,8 @@ pub fn fit(
         });
     }
     let report = fit.solve()?;
-    // What these recordings do not show, as which way all curvatures are turned about the cable, is where the fit has left it:
-    // the others belong to that.
+    // Values that these recordings do not determine, such as a turn of all curvatures about the cable, are kept as the fit
+    // left them: the values of the other parameters depend on them.
     let left = report.local_minima.list.iter().find(|basin| basin.chosen);
     let mut found = before.clone();
     for name in &rung.numbers {

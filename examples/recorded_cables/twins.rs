@@ -1,4 +1,5 @@
-//! Recordings of cables that are known: simulated, with the noise of a camera.
+//! Synthetic recordings of cables with known parameters: simulated between given grippers, with the noise of a camera; and the
+//! coverage of the 95 % intervals of their fits.
 
 use crate::cable::Cable;
 use crate::models::{Found, Rung, fit, ladder, scene_of, start};
@@ -11,14 +12,13 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Eight recordings of a cable that two hands swing, as a camera would see it: nine markers, 100 frames a
-/// second, 20 micrometres of noise.
+/// Writes eight recordings of a cable that two grippers swing: nine markers, 100 frames per second, 20 micrometers of noise.
 pub fn twin(folder: &Path) -> Result<(), Box<dyn Error>> {
     pub const MARKERS: usize = 9;
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut lengths = vec![0.1; MARKERS - 1];
     (lengths[0], lengths[MARKERS - 2]) = (0.03, 0.03);
-    // On the table it lies in a bow.
+    // The shape at rest on the table is a curve with increasing angle.
     let mut line = vec![[0.0; 3]];
     for (j, length) in lengths.iter().enumerate() {
         let turn = 0.12 * j as f64;
@@ -31,7 +31,7 @@ pub fn twin(folder: &Path) -> Result<(), Box<dyn Error>> {
         let mut swing = || -> [f64; 4] { std::array::from_fn(|_| random.random_range(0.5..1.0)) };
         let (a, b) = (swing(), swing());
         let times: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
-        // Both hands point down and inwards; the free markers hang somehow between them.
+        // Both grippers point down and inwards; the free markers lie on a parabola between them.
         let place = |j: usize, t: f64| {
             let sway = |s: &[f64; 4], c: usize| 0.06 * s[c] * (5.0 * s[3] * t + 2.0 * s[c]).sin();
             let hand = |s: &[f64; 4], x: f64| [x + sway(s, 0), sway(s, 1), sway(s, 2)];
@@ -57,6 +57,7 @@ pub fn twin(folder: &Path) -> Result<(), Box<dyn Error>> {
             table: Some(folder.join("twin_rest_raw.csv")),
             lengths: lengths.clone(),
         };
+        // The true parameters of the synthetic cable.
         let mut scene = truth.scene(true, 1);
         scene.material.youngs_modulus = 2.5e8;
         scene.material.shear_modulus = Some(1e8);
@@ -84,11 +85,13 @@ pub fn twin(folder: &Path) -> Result<(), Box<dyn Error>> {
 
 /// Noise of the camera, m.
 const NOISE: f64 = 20e-6;
-/// Twins of every cable, and recordings of each.
+/// Number of synthetic versions of every cable.
 const TWINS: usize = 20;
+/// Number of recordings of each synthetic version.
 const CLIPS: usize = 8;
 
-/// How often T7 has its numbers within their 95 % intervals.
+/// Simulates recordings of [`TWINS`] cables with random known values, fits model T7 to each, and prints for every value how
+/// many of the 95 % intervals contain it.
 pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
     let rung = ladder(cable.lengths.len() + 1, 1).into_iter().find(|rung| rung.name == "T7");
     let rung = rung.ok_or("no T7 in the ladder")?;
@@ -96,7 +99,7 @@ pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
     let mut widths = vec![Vec::new(); rung.numbers.len()];
     for seed in 0..TWINS {
         let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
-        // Within a third of where T7 starts.
+        // True values are within a factor of 1.4 of the start values.
         let draw = |name: &String| {
             let factor = 1.4_f64.powf(random.random_range(-1.0..1.0));
             (name.clone(), start(name) * factor)
@@ -109,6 +112,7 @@ pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
             .iter()
             .map(|clip| recorded(cable, &rung, &truth, (*clip, &mut random)))
             .collect::<Result<_, _>>()?;
+        // A cable with the recordings of the known one, between the original grippers.
         let twin = Cable {
             name: cable.name.clone(),
             clips: seen,
@@ -118,6 +122,7 @@ pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
         let all: Vec<usize> = (0..clips.len()).collect();
         let guess = rung.numbers.iter().map(|name| (name.clone(), start(name))).collect();
         let (report, _) = fit(&twin, &rung, &all, &guess)?;
+        // A one-sided bound counts as an interval.
         for (k, name) in rung.numbers.iter().enumerate() {
             let parameter: Parameter = name.parse()?;
             let Some(estimate) = report.parameters.iter().find(|e| e.name == parameter) else {
@@ -150,7 +155,7 @@ pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a camera sees of a known cable between the hands of a clip.
+/// The simulated recording of a cable with known parameters between the grippers of a clip.
 fn recorded(
     cable: &Cable,
     rung: &Rung,
@@ -172,7 +177,7 @@ fn recorded(
     Ok((cable.clips[clip].0.clone(), Arc::new(track)))
 }
 
-/// A normal deviate.
+/// A sample of the standard normal distribution.
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(random)
 }

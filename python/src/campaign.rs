@@ -1,4 +1,5 @@
-//! Campaigns, whose tasks are solved one at a time.
+//! Campaigns in Python: a plan in a folder, whose tasks a Python scheduler solves one at a time by their ids. Results go to the
+//! store of the plan.
 
 use crate::error::{raised, refused};
 use crate::work::interruptible;
@@ -14,7 +15,7 @@ pub struct PyCampaign {
     inner: Arc<OpenPlan>,
 }
 
-/// A plan with its store.
+/// A plan with its store, and the indices of its tasks by their ids.
 struct OpenPlan {
     plan: Plan,
     store: Store,

@@ -1,4 +1,5 @@
-//! Errors as Python exceptions, whose classes are defined in `rodfit/_errors.py`.
+//! Conversion of errors of the library to Python exceptions, whose classes are defined in `rodfit/_errors.py`: invalid
+//! input to `InputError`, failed computations to `ComputationError`, interruptions to `KeyboardInterrupt`.
 
 use pyo3::PyErr;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -7,12 +8,12 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use std::fmt::Display;
 
-/// The class of errors of the input.
+/// The Python class of errors of the input, imported at first use.
 static INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-/// The class of errors of the computation.
+/// The Python class of errors of the computation, imported at first use.
 static COMPUTATION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// An exception with a message.
+/// An exception of the class for invalid input or for failed computations, with the message `words`.
 fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
     let class = match is_input {
         true => INPUT.import(py, "rodfit._errors", "InputError"),
@@ -21,12 +22,12 @@ fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
     class.map_or_else(|error| error, |class| PyErr::from_type(class.clone(), words))
 }
 
-/// The exception of an invalid input.
+/// The exception of an invalid input with a message.
 pub fn refused(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, true, words.to_string())
 }
 
-/// The exception of a failed computation.
+/// The exception of a failed computation with a message.
 pub fn failed(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, false, words.to_string())
 }

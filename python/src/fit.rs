@@ -1,4 +1,7 @@
-//! Fits, their results, and their residuals for other solvers.
+//! Fits in Python: their construction from scenes, arrays or files, their solution, their results, and their residuals with
+//! derivatives for other solvers (SciPy).
+//!
+//! Arrays are in SI units; missing coordinates are NaN. Results pass as JSON.
 
 use crate::error::{raised, refused};
 use crate::json::{from_json, to_json};
@@ -11,7 +14,7 @@ use rodfit::{Observation, Parameter, Unknown};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A fit under construction.
+/// A fit under construction; methods replace it under a lock.
 #[pyclass(frozen, name = "Fit", module = "rodfit._rodfit")]
 pub struct PyFit {
     fit: Mutex<rodfit::Fit>,
@@ -85,6 +88,7 @@ impl PyFit {
     ) -> PyResult<()> {
         let (t, xyz) = (t.as_array(), xyz.as_array());
         let [rows, axes] = [xyz.nrows(), xyz.ncols()];
+        // Shapes are checked here: the library has no arrays.
         if rows != t.len() || !(1..=3).contains(&axes) {
             let n = t.len();
             let words = format!(
@@ -103,6 +107,7 @@ impl PyFit {
             time: *time,
             position: std::array::from_fn(|c| row.get(c).copied().filter(|x| !x.is_nan())),
         });
+        // Rows without any coordinate are left out together with their standard deviations.
         let sigma_of = |k: usize| sigma.get(k).or(sigma.first()).copied();
         let observed = samples.enumerate().filter(|(_, s)| s.position.iter().any(Option::is_some));
         let (sigmas, samples): (Vec<Option<f64>>, Vec<Sample>) =

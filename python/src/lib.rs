@@ -1,5 +1,5 @@
-//! The native part of the Python package: scenes, runs, fits and campaigns, and the command. Arrays pass to numpy without
-//! a copy.
+//! The native part of the Python package: classes for scenes, runs, fits and campaigns, and the command as a function.
+//! Arrays pass to numpy without a copy.
 //!
 //! The public interface is in Python (`rodfit/`); `rodfit/_rodfit.pyi` lists the names of this part.
 

@@ -1,4 +1,5 @@
-//! Simulated motion as arrays.
+//! A simulated motion as numpy arrays: times, positions and velocities of all nodes, their derivatives by parameters, and
+//! energies, in SI units.
 
 use crate::error::raised;
 use crate::json::{from_json, to_json};
@@ -59,7 +60,8 @@ impl PyRun {
 
 #[pymethods]
 impl PyRun {
-    /// The nodes and weights whose weighted sum is a point of the rod, given in JSON.
+    /// Interpolation of a point of the rod (`point` in JSON): indices of nodes and weights whose weighted sum of node positions
+    /// is the position of the point.
     fn stencil(&self, py: Python<'_>, point: &str) -> PyResult<(Vec<usize>, Vec<f64>)> {
         let point: Point = from_json(py, "point", point)?;
         let stencil = self.problem.stencil(point).map_err(|error| raised(py, error))?;

@@ -1,4 +1,6 @@
-//! Scenes, their simulations, equilibria and modes.
+//! Scenes in Python: read from TOML or JSON, their parameters, simulations, equilibria and modes.
+//!
+//! A scene without its own mesh, step or scheme gets chosen ones, whose error each simulation checks.
 
 use crate::error::{raised, refused};
 use crate::json::to_json;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// Longest time between a Ctrl-C and its effect.
+/// Longest time between a Ctrl-C and its effect: the calling thread checks for signals at this interval.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// A message of a computation.
@@ -72,6 +72,7 @@ pub fn interruptible<T: Send + 'static>(
             stop.store(true, Ordering::Relaxed);
         }
     }
+    // The work has ended: its result is read without the lock, as its thread may still be ending.
     let result = py
         .detach(|| thread.join())
         .map_err(|_| failed(py, "an internal error of rodfit. Report this fault"))?;

@@ -1,6 +1,23 @@
-//! Purposes that a mesh is chosen for, and limits of the choice: Newton tolerances, largest meshes, allowed numbers of edges.
+//! Purposes for which a mesh is chosen ([`Aim`]), and limits of the choice: Newton tolerances, largest meshes, allowed
+//! numbers of edges.
+//!
+//! The Newton tolerance of a chosen scheme is a fraction of the requested accuracy. Meshes at rest have at most
+//! [`MAX_SEGMENTS`] edges. The number of edges is such that every marker of a recorded path is at a node.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
+
+/// Newton tolerance of a step over the requested accuracy, for the chosen run. The predicted residual error
+/// is an upper bound, and errors of many steps do not add up: the error of the run stays the same to three digits.
+pub(super) const RUN_TOLERANCE: f64 = 1e-5;
+/// The same for trial runs, whose errors are compared and not reported.
+pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
+/// Largest Newton tolerance of a step, over the length, for low requested accuracies.
+pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;
+/// Largest number of edges of a chosen mesh at rest, and of the first mesh of a motion.
+pub(super) const MAX_SEGMENTS: usize = 20_000;
+/// Largest number of edges for modes. Rounding errors of frequencies grow with the fourth power of the edges, and are
+/// 1e-5 at 1e3 edges.
+pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 
 /// Purpose that mesh, step and scheme are chosen for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,19 +33,8 @@ pub enum Aim {
     Guess,
 }
 
-/// Newton tolerance of a step over the requested accuracy, for the chosen run. The predicted residual error
-/// is an upper bound, and errors of many steps do not add up: the error of the run stays the same to three digits.
-pub(super) const RUN_TOLERANCE: f64 = 1e-5;
-/// The same of trial runs, whose errors are compared and not reported.
-pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
-/// Largest Newton tolerance of a step, over the length.
-pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;
-/// Most edges of a rod at rest.
-pub(super) const MAX_SEGMENTS: usize = 20_000;
-/// Most edges for modes: rounding errors of frequencies grow with the fourth power of the edges, and are 1e-5 at 1e3 edges.
-pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
-
-/// Sets the Newton tolerance to `part` of the requested accuracy, where the program chooses a scheme with Newton iterations.
+/// Sets the Newton tolerance to `part` of the requested accuracy, if the program chooses the scheme and it has Newton
+/// iterations.
 pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
@@ -37,7 +43,7 @@ pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     }
 }
 
-/// The next number of edges from `edges` on at which every marker of a recorded path is at a node.
+/// The smallest number of edges, at least `edges`, at which every marker of a recorded path is at a node.
 pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
     let spans = scene.supports.path.as_ref().map_or(1, Recorded::spans);
     edges.div_ceil(spans) * spans

@@ -1,5 +1,8 @@
-//! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors and orders, and the
-//! limits of the work; from them follow the refinement, edges and steps of the chosen run.
+//! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors and orders, and
+//! the limits of the work.
+//!
+//! From them follow, by extrapolation, the refinement with the least work that reaches the target error, and the edges
+//! and steps of the chosen run. The check of that run uses the same basis.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
@@ -7,23 +10,30 @@ use crate::accuracy::trial::{Numerics, TrialRun};
 use crate::scene::Scene;
 use crate::scene::resolution::Bound;
 
-/// Largest growth of the work from the last trial run to the chosen one, where the search ended at its limit of work.
+/// Largest growth of the work from the last trial run to the chosen run. A larger value permits longer extrapolations
+/// and runs.
 pub(super) const LAST_GROWTH: f64 = 20.0;
+
 /// The chosen numerics of a motion, their estimated error, and the basis that the check of the run needs.
 pub(crate) struct ChosenMotion {
+    /// Edges, steps and scheme.
     pub numerics: Numerics,
     /// Step, s.
     pub step: f64,
     /// Estimated error over the length.
     pub error: Option<f64>,
+    /// The reason why the requested error is not reached, if so.
     pub bound: Option<Bound>,
+    /// The basis of the choice; `None` if no trial run succeeded.
     pub basis: Option<Basis>,
 }
 
-/// The last trial run and the errors that were estimated of it.
+/// The last trial run and its estimated errors.
 #[derive(Clone)]
 pub(crate) struct Basis {
+    /// The last trial run.
     pub trial: TrialRun,
+    /// Errors of its mesh and step, over the length, with their orders.
     pub errors: ErrorModel,
     /// Whether every refinement adds modes to the motion.
     pub has_many_modes: bool,
@@ -31,15 +41,17 @@ pub(crate) struct Basis {
     pub is_known: bool,
     /// The parts that may change, and whose errors were estimated.
     pub free: Free,
+    /// Error for which the numerics are chosen, over the length.
     pub target: f64,
-    /// Most work of a chosen run, and that of the trial run, edges times steps of generalised-alpha.
+    /// Largest work of a chosen run, edges times steps of generalised-alpha.
     pub most_work: f64,
+    /// Work of the trial run, in the same unit.
     pub trial_work: f64,
 }
 
 impl Basis {
-    /// The cheapest refinement of the trial run whose extrapolated error is the target, or the best within the largest growth
-    /// of the work.
+    /// The refinement of the trial run with the least work whose extrapolated error is the target, or the most accurate
+    /// one within [`LAST_GROWTH`].
     pub fn refinement(&self) -> RefinementFactors {
         let segments = self.trial.numerics.segments as f64;
         match self.errors.cheapest(self.target, segments, self.free) {
@@ -48,7 +60,8 @@ impl Basis {
         }
     }
 
-    /// Edges, steps and scheme of a refinement of the trial run.
+    /// Edges, steps and scheme of the trial run refined by the factors `finer`: rounded up, at least 2 edges and 1
+    /// step, and markers of a recorded path at nodes.
     pub fn refined(&self, finer: RefinementFactors, scene: &Scene) -> Numerics {
         let from = self.trial.numerics;
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
@@ -56,14 +69,15 @@ impl Basis {
         Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }
     }
 
-    /// Whether the work of a run with these numerics is at most that of the longest run that may be chosen.
+    /// Whether the expected work of a run with these numerics, the trial run's scaled by edges times steps, is at most
+    /// `most_work`.
     pub fn is_affordable(&self, numerics: Numerics) -> bool {
         let [chosen, trial] =
             [numerics, self.trial.numerics].map(|n| n.segments as f64 * n.steps as f64);
         self.trial_work * chosen <= self.most_work * trial
     }
 
-    /// Work of a run of the chosen scheme, in units of the trial run's.
+    /// The work of a run with these numerics over that of the trial run: (edges + 8) times steps.
     pub fn growth(&self, numerics: Numerics) -> f64 {
         let [chosen, trial] =
             [numerics, self.trial.numerics].map(|n| work(n.segments as f64, n.steps as f64));

@@ -1,8 +1,9 @@
 //! The chosen run as the check of its own numerics.
 //!
-//! The chosen run is compared with the last trial run at 200 times. Where they differ by more than the estimated change, the
-//! errors of both were underestimated, and are corrected to explain the difference. Where the corrected error is above the
-//! requested one, or the run fails, it is repeated with finer numerics.
+//! The chosen run is compared with the last trial run at 200 times. Where they differ by more than the estimated
+//! change, the errors of both were underestimated, and are corrected to explain the difference. Where the corrected
+//! error is above the requested one, or the run fails, it is repeated with finer numerics, at most [`MAX_REPETITIONS`]
+//! times. Output: the run, and its estimated error over the length.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
@@ -15,30 +16,30 @@ use crate::problem::Problem;
 use crate::scene::{Scene, Stencil};
 use std::sync::Arc;
 
-/// Most repetitions of the chosen run.
+/// Largest number of repetitions of the chosen run.
 const MAX_REPETITIONS: usize = 3;
-/// Error that a repeated run is chosen for over the requested one: its estimate was corrected by a run.
+/// Error for which a repeated run is chosen over the requested one: its estimate was corrected by a run.
 const REPEATED_TARGET: f64 = 0.8;
-/// Growth of the work from a run to the repeated one, at most.
+/// Largest growth of the work from a run to the repeated one.
 const REPEATED_GROWTH: f64 = 10.0;
 /// Growth of the work from the last trial run below which both runs are too similar to check one by the other.
 const LEAST_GROWTH: f64 = 1.3;
-/// Smallest expected change of the chosen run over the error of the trial run.
+/// Smallest expected change of the chosen run over the error of the trial run: errors of mesh and step may cancel.
 const LEAST_CHANGE: f64 = 0.3;
-/// Refinement of the step after a run that failed.
+/// Refinement of the step after a run that failed. A larger one is safer and costs more.
 const AFTER_FAILURE: f64 = 3.0;
-/// Largest accepted error over the requested one, where the estimate was corrected.
+/// Largest accepted error over the requested one, where the estimate was corrected: a reserve for its uncertainty.
 const CORRECTED_PART: f64 = 0.9;
-/// Largest factor of a correction.
+/// Largest factor of a correction: the upper end of its bisection.
 const MAX_UNDERESTIMATION: f64 = 1e3;
-/// Lowest order of convergence that a correction assumes.
+/// Lowest order of convergence that a correction assumes for motions of many modes.
 const LOWEST_ORDER: f64 = 0.25;
 /// Bisections for the factor of a correction: its logarithm is found to more than ten digits.
 const BISECTIONS: usize = 40;
 /// Number of times at which the run is compared.
 const TIMES: f64 = 200.0;
 
-/// The check of a run by numerics that the program chose.
+/// The check of a run with numerics that the program chose.
 #[derive(Clone)]
 pub struct RunCheck {
     scene: Scene,
@@ -53,7 +54,7 @@ pub struct RunCheck {
     work: f64,
 }
 
-/// The largest difference between a run and the last trial run, while the run goes on.
+/// The largest difference between a run and the last trial run, updated during the run.
 pub struct RunMonitor {
     /// Of the compared points on the mesh of the run and on that of the trial run.
     stencils: Vec<[Stencil; 2]>,
@@ -67,7 +68,7 @@ pub struct RunMonitor {
     work: f64,
 }
 
-/// Result of the check of a run.
+/// The result of the check of a run.
 pub enum RunAssessment {
     /// The run is kept; its estimated error over the length, where there is one.
     Accepted(Option<f64>),
@@ -106,7 +107,8 @@ impl RunCheck {
         })
     }
 
-    /// Assesses a run from its outcome and its largest difference from the last trial run.
+    /// Assesses a run from its `outcome` and its largest difference from the last trial run: accepted with an error
+    /// estimate, or to be repeated.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -150,8 +152,9 @@ impl RunCheck {
         }
     }
 
-    /// The refinement of a repeated run after errors were underestimated: the cheapest that is expected to reach the request,
-    /// or as much of it as one more run may take where the request was expected to be reached.
+    /// The refinement of a repeated run after errors were underestimated: that with the least work that is expected to
+    /// reach the request. Otherwise the most accurate within one more run, where the request was expected to be
+    /// reached. `None` if neither is affordable.
     fn repeat_refinement(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
@@ -164,7 +167,7 @@ impl RunCheck {
         [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))
     }
 
-    /// Whether a run takes no longer than the longest that is chosen, and not much longer than the one before.
+    /// Whether a run takes at most the largest work that may be chosen, and not much more than the run before.
     fn is_affordable(&self, finer: RefinementFactors) -> bool {
         let numerics = self.basis.refined(finer, &self.scene);
         let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
@@ -173,7 +176,8 @@ impl RunCheck {
             && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
 
-    /// The errors of the last trial run whose change by the run is at least the difference between both.
+    /// The errors of the trial run, enlarged so that their change by the chosen run is at least the `difference`
+    /// between both runs.
     fn corrected(&self, difference: f64) -> ErrorModel {
         let errors = self.basis.errors;
         let change = |errors: ErrorModel| {
@@ -198,7 +202,8 @@ impl RunCheck {
         errors.underestimated(high, lowest)
     }
 
-    /// The problem with other numerics, and its error from those of the last trial run.
+    /// Requests a repetition of the run: the problem with the trial run's numerics refined by `finer`, and the next
+    /// check. `errors` are those of the trial run, from which the expected error follows.
     fn repeat_with(
         mut self,
         finer: RefinementFactors,
@@ -214,7 +219,8 @@ impl RunCheck {
     }
 }
 
-/// The problem of a scene with these numerics and an estimated error.
+/// The problem of a scene with these numerics, its estimated error, and the work of the search. The step is reduced to
+/// a stable one, and to that of recorded supports.
 fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,
@@ -320,7 +326,8 @@ pub fn simulate_checked(
 }
 
 impl RunMonitor {
-    /// Compares a state of the run.
+    /// Compares a state of the run with the trial run, at intervals of 1/200 of the time of the scene: the largest
+    /// distance of the compared points, over the length, is kept.
     pub fn push(&mut self, state: &dyn Snapshot) {
         let time = state.time();
         self.work = self.cost.work(state.work());

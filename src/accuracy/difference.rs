@@ -1,20 +1,22 @@
-//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last run by
+//! Richardson extrapolation.
 //!
-//! For errors `e = C h^p`, a refinement by `r` changes the result by `d = e (r^p - 1)`, where `e` is the error after it
-//! (Richardson's extrapolation). The order `p` is observed from two differences: modes that a coarse mesh does not have, or
-//! that large steps damp, come in one after the other, and the differences then fall more slowly than the order of the method.
+//! Let `e = C h^p` be the error after a refinement by `r`. The refinement changes the result by `d = e (r^p - 1)`. The
+//! order `p` is observed from two differences, within [`OrderBounds`]. Modes that a coarse mesh does not have, or that
+//! large steps damp, appear one after the other. Differences then decrease more slowly than the order of the method.
+//! Used for motions and for meshes at rest.
 
 use crate::accuracy::extrapolation::Extrapolation;
 
-/// Difference over the length beyond which two motions are unrelated and determine no error.
+/// Difference over the length above which two motions are unrelated and determine no error.
 pub(super) const UNRELATED: f64 = 0.15;
 /// Bisections for an observed order: 2^-40 of the interval.
 const BISECTIONS: usize = 40;
 
-/// Positions over the length at the points and times where runs are compared.
+/// Positions over the length at the points and times at which runs are compared.
 pub(crate) type Positions = Vec<[f64; 3]>;
 
-/// The largest distance between two motions, over the length.
+/// The largest distance between corresponding positions of two motions, over the length; zero for empty lists.
 pub(crate) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
     let square =
         |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
@@ -34,7 +36,7 @@ pub(super) struct OrderBounds {
     pub assumed: f64,
 }
 
-/// The change of the result by one refinement.
+/// The change of the result by one refinement of mesh or step.
 #[derive(Clone, Copy, Debug)]
 struct RefinementChange {
     /// Over the length.
@@ -44,7 +46,8 @@ struct RefinementChange {
 }
 
 impl RefinementChange {
-    /// The order that explains the fall from this difference to the next one, within bounds.
+    /// The order that explains the decrease from this difference to the next one, within the bounds `lowest` and
+    /// `highest`, by bisection.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
         // With the order p the error falls by ratio^-p at each refinement; both ratios may
@@ -69,7 +72,8 @@ impl RefinementChange {
     }
 }
 
-/// The differences of a sequence of successively refined runs, over the length, and the error of the last run.
+/// The differences of a sequence of successively refined runs, over the length, from which order and error of the last
+/// run follow.
 #[derive(Clone, Debug)]
 pub(super) struct RefinementSequence {
     changes: Vec<RefinementChange>,
@@ -82,7 +86,7 @@ impl RefinementSequence {
         Self { changes: Vec::new(), bounds }
     }
 
-    /// Adds the difference that a refinement by `ratio` made.
+    /// Appends the `difference`, over the length, that a refinement by the factor `ratio` made.
     pub fn push(&mut self, difference: f64, ratio: f64) {
         self.changes.push(RefinementChange { difference, ratio });
     }
@@ -92,12 +96,12 @@ impl RefinementSequence {
         self.changes.clear();
     }
 
-    /// Removes the last difference, and returns its refinement; one without a difference.
+    /// Removes the last difference and returns its refinement factor; 1 if there is none.
     pub fn pop(&mut self) -> f64 {
         self.changes.pop().map_or(1.0, |change| change.ratio)
     }
 
-    /// The sequence of the run before the last one, whose difference is extrapolated from the last one.
+    /// The sequence of the run before the last one. Its difference is extrapolated from the last one.
     pub fn coarsened(mut self) -> Self {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
@@ -112,17 +116,18 @@ impl RefinementSequence {
         self.changes.len()
     }
 
-    /// The difference of the results before and after the last refinement, in the unit of the results; none without one.
+    /// The difference between the last two runs, over the length; `None` without one.
     pub fn last(&self) -> Option<f64> {
         self.changes.last().map(|change| change.difference)
     }
 
-    /// Whether the last difference is smaller than the one before.
+    /// Whether the last difference is smaller than the one before; true for fewer than two.
     pub fn is_falling(&self) -> bool {
         !matches!(self.changes[..], [.., before, last] if last.difference >= before.difference)
     }
 
-    /// Whether the last two differences fall at least as fast as the lowest order requires; so does a single one.
+    /// Whether the last two differences decrease at least as fast as the lowest order requires; true for fewer than
+    /// two.
     pub fn is_converging(&self) -> bool {
         let OrderBounds { lowest, highest, .. } = self.bounds;
         match self.changes[..] {
@@ -131,12 +136,13 @@ impl RefinementSequence {
         }
     }
 
-    /// The observed order, or `other` after a single difference.
+    /// The observed order with at least two differences, else `other`.
     pub fn order_or(&self, other: f64) -> f64 {
         if self.changes.len() > 1 { self.order() } else { other }
     }
 
-    /// The order: the power of the edge length or the step that the error falls with.
+    /// The observed order of convergence, within the bounds: from the last two differences, limited by the order from
+    /// the two before. The assumed order with fewer than two.
     pub fn order(&self) -> f64 {
         let OrderBounds { highest, at_once, lowest, assumed } = self.bounds;
         let order = |a: RefinementChange, b: RefinementChange| a.order_to(b, lowest, highest);
@@ -150,7 +156,8 @@ impl RefinementSequence {
         }
     }
 
-    /// The error of the last run, over the length; zero without a difference.
+    /// The estimated error of the last run, over the length: its difference divided by `r^p - 1`, with the last
+    /// refinement factor `r` and the order `p`. Zero without a difference.
     pub fn error(&self) -> f64 {
         self.changes.last().map_or(0.0, |RefinementChange { difference, ratio }| {
             difference * Extrapolation { ratio: *ratio, order: self.order() }.error_after()

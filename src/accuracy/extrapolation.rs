@@ -1,4 +1,9 @@
-//! Richardson extrapolation of an error from the change by a refinement, and the theoretical orders of mesh and step errors.
+//! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of
+//! mesh and step errors.
+//!
+//! Input: the refinement factor `r` and the order `p`. Output: the error before or after the refinement over the change
+//! that it makes. The theoretical order of the mesh depends on walls and on jumps of velocities, that of the step on
+//! the scheme.
 
 use crate::accuracy::aim::is_struck;
 use crate::scene::{Scene, Time};
@@ -13,26 +18,27 @@ pub(crate) struct Extrapolation {
 }
 
 impl Extrapolation {
-    /// The error after the refinement, over the change that it makes: of `e = C h^p`, the change is `e (r^p - 1)`.
+    /// The error after the refinement over the change that it makes, `1/(r^p - 1)`: for `e = C h^p` the change is
+    /// `e (r^p - 1)`.
     pub fn error_after(self) -> f64 {
         (self.ratio.powf(self.order) - 1.0).recip()
     }
 
-    /// The error before the refinement, over the change that it makes.
+    /// The error before the refinement over the change that it makes, `r^p/(r^p - 1)`.
     pub fn error_before(self) -> f64 {
         1.0 + self.error_after()
     }
 }
 
-/// The order of the mesh error of smooth motions: one with walls at nodes, whose position is exact to an edge length, two
-/// otherwise.
+/// The theoretical order of the mesh error of smooth motions: one with walls at nodes, whose position is exact only to
+/// an edge length, two otherwise.
 pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }
 
-/// The order of the mesh error: one for motions that begin with a jump of velocities, otherwise that of smooth motions. After
-/// a jump mode `k` has an amplitude of order `k^-3`, and the modes above the root of the number of edges have a wrong phase: the
-/// sum of their amplitudes falls with the edge length.
+/// The theoretical order of the mesh error: one for motions that begin with a jump of velocities, otherwise that of
+/// smooth motions. After a jump mode `k` has an amplitude of order `k^-3`. Modes above the root of the number of edges
+/// have a wrong phase: the sum of their amplitudes falls with the edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if is_struck(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }

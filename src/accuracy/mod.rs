@@ -1,10 +1,12 @@
 //! Choice of mesh, step and scheme for a requested error, where a scene leaves them out.
 //!
-//! For a motion, trial runs refine the mesh and the step, whichever leaves the larger error, and the
-//! differences (`difference`) between successive runs over the whole rod estimate both errors (`motion`). The cheapest
-//! numerics that reach the requested error are chosen (`refinement`, `rodas4`); the chosen run is compared with the last
-//! trial run and repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only
-//! (`static_mesh`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
+//! Input: a scene with `accuracy`, the requested error over the length (default 0.1 %). For a motion, trial runs refine
+//! the mesh and the step, whichever has the larger error. The differences (`difference`) between successive runs over
+//! the whole rod estimate both errors (`motion`). The least expensive numerics that reach the requested error are
+//! chosen (`refinement`, `rodas4`). The chosen run is compared with the last trial run, and repeated with finer
+//! numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only (`static_mesh`). Output: a
+//! problem with these numerics and the estimated error. `cargo run --release --example chosen_numerics` compares
+//! estimated with true errors, and gives the costs.
 
 mod aim;
 mod basis;
@@ -36,13 +38,15 @@ use crate::problem::natural_turn::turning;
 use crate::scene::Scene;
 use std::f64::consts::FRAC_PI_2;
 
-/// Edges of the first trial mesh of a straight rod in motion; coarse ones are cheap, and later runs refine it.
+/// Edges of the first trial mesh of a straight rod in motion: coarse meshes are inexpensive, and later runs refine
+/// them.
 const FIRST_EDGES: f64 = 4.0;
-/// The same of equilibria and modes at an accuracy of 1 %; the number grows with the fourth root of 1 % over the accuracy.
+/// The same for equilibria and modes at an accuracy of 1 %. The number grows with the fourth root of 1 % over the
+/// accuracy.
 const FIRST_EDGES_STILL: f64 = 6.0;
 /// Largest turning angle of an edge of the first mesh, rad.
 const FIRST_TURN: f64 = 1.5;
-/// Steps of the first trial run in the shortest time scale of the scene.
+/// Steps of the first trial run in the shortest time scale of the scene. Fewer steps may fail; more cost time.
 const FIRST_STEPS: f64 = 5.0;
 
 impl Scene {
@@ -63,7 +67,8 @@ impl Scene {
         self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
     }
 
-    /// The problem of a simulation, and the check of its run; none where nothing was chosen and no accuracy requested.
+    /// The problem of a simulation, and the check of its run; `None` where nothing was chosen and no accuracy
+    /// requested.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem).
@@ -88,7 +93,8 @@ impl Scene {
         Ok((chosen.build()?, check))
     }
 
-    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium, modes, or a first guess.
+    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium, modes, or a first
+    /// guess.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem), and of the trial solutions.
@@ -118,7 +124,8 @@ impl Scene {
     }
 }
 
-/// A scene with its files read, and its first mesh and step, s.
+/// The numerics with which a search begins: a scene with its files read, its first number of edges and its first step,
+/// s.
 struct InitialNumerics {
     scene: Scene,
     edges: usize,
@@ -140,7 +147,7 @@ impl InitialNumerics {
     }
 }
 
-/// Edges of the first trial mesh: enough for the curvature of the shape and for the number of modes.
+/// Edges of the first trial mesh for a purpose: enough for the curvature of the shape and for the number of modes.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
@@ -161,13 +168,15 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     Ok(allowed_edges(scene, edges))
 }
 
-/// Refinement of the first mesh over that of an accuracy of 1 %.
+/// Factor on the edges of the first mesh of equilibria and modes: the fourth root of 1 % over the requested accuracy,
+/// at least 1.
 fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }
 
-/// The lowest angular frequency of torsion of a twisted rod that is held at one end, rad/s; zero of other rods. Larger steps
-/// damp torsion and the bending that couples with it on every mesh, so that differences between runs do not contain it.
+/// The lowest angular frequency of torsion of a twisted rod of this `length`, m, held at one end, rad/s; zero for other
+/// rods. Larger steps damp torsion and the bending that couples with it on every mesh, so that differences between runs
+/// do not contain it.
 fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     let is_twisted = !scene.rod.natural_twist.is_zero();
     let (_, material) = scene.at(0.5);
@@ -179,8 +188,8 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     shear.filter(|_| is_twisted).map_or(0.0, rate)
 }
 
-/// The first trial step, s: a fifth of the shortest time scale of the scene (first bending mode, loads, torsion, initial
-/// velocities), and no longer than a frame of a recorded path.
+/// The first trial step, s: 1/[`FIRST_STEPS`] of the shortest time scale of the scene (first bending mode, loads,
+/// torsion, initial velocities). It is at most the sample interval of a recorded path.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

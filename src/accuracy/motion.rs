@@ -1,9 +1,10 @@
-//! Mesh, step and scheme of a motion.
+//! The search for mesh, step and scheme of a motion by trial runs.
 //!
-//! A sequence of runs refines the step or the mesh, whichever leaves the larger error, and estimates both errors from the
-//! [differences](crate::accuracy::difference) over the whole rod. It ends where the requested error is within reach of an
-//! extrapolation; the chosen numerics are the cheapest that reach it. Neither part is refined far without the other: large
-//! steps damp the modes that finer edges would add, and a coarse mesh does not have the modes that smaller steps would show.
+//! A sequence of runs refines the step or the mesh, whichever has the larger error. The
+//! [differences](crate::accuracy::difference) over the whole rod estimate both errors. The search ends where the
+//! requested error is within reach of an extrapolation; the chosen numerics are those with the least work that reach
+//! it. Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a
+//! coarse mesh does not have the modes that smaller steps would show.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
@@ -16,17 +17,17 @@ use crate::error::Error;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
-/// Refinement of mesh or step after which the difference of the other one is computed again: the two interact.
+/// Refinement of mesh or step after which the difference of the other one is computed again, because both interact.
 const MAX_SHIFT: f64 = 8.0;
-/// Refinement of mesh or step after which earlier differences of the other one determine no order.
+/// Refinement of mesh or step after which earlier differences of the other one are dropped: they determine no order.
 const MAX_SHIFT_OF_ORDERS: f64 = 8.0;
-/// Failed runs after which the search ends.
+/// Number of failed runs after which the search ends.
 const MAX_FAILURES: usize = 10;
-/// Refinement of mesh or step from one trial run to the next.
+/// Usual refinement of mesh or step from one trial run to the next.
 const SMALL_RATIO: usize = 2;
-/// The refinement where the target is far.
+/// Refinement where the target is far; it saves runs.
 const LARGE_RATIO: usize = 4;
-/// Expected refinement over the large ratio from which on the large ratio is used.
+/// Expected refinement over [`LARGE_RATIO`] from which on the large ratio is used.
 const LARGE_RATIO_MARGIN: f64 = 1.5;
 /// Expected refinement of the step of generalised-alpha from which on `rodas4` is tried.
 const MIN_STEP_REFINEMENT: f64 = 4.0;
@@ -36,8 +37,13 @@ const RETRY_REFINEMENT: usize = 3;
 const EXTENDED_SEARCH: f64 = 20.0;
 /// The same where the errors of mesh or step are not estimated yet, because coarser runs failed.
 const WITHOUT_ESTIMATE: f64 = 5.0;
-/// Part of the target error that is allowed for the step.
+/// Fraction of the target error that is allowed for the step.
 const STEP_PART: f64 = 0.5;
+/// Error of the step over that of a given mesh below which smaller steps are not tried, if the mesh alone exceeds the target.
+const HOPELESS_STEP_PART: f64 = 0.1;
+/// Factor on the number of edges after every second failed run.
+const MORE_EDGES: f64 = 1.5;
+
 /// The numerical setting that is refined from one trial run to the next.
 #[derive(Clone, Copy, PartialEq)]
 enum RefinedPart {
@@ -45,25 +51,31 @@ enum RefinedPart {
     Step,
 }
 
-/// The search for mesh, step and scheme of a motion.
+/// The state of the search for mesh, step and scheme of a motion.
 pub(super) struct MotionSearch<'a> {
     scene: &'a Scene,
+    /// The trial runs.
     trials: TrialRuns<'a>,
+    /// The constants for this kind of motion.
     tuning: &'static Tuning,
+    /// Differences of runs by refinements of the mesh.
     mesh: RefinementSequence,
+    /// Differences of runs by refinements of the step.
     step: RefinementSequence,
-    /// Refinement of the step since the last difference of the mesh, and of the mesh since that of the step.
+    /// Refinement of the step since the last difference of the mesh.
     since_mesh: f64,
+    /// Refinement of the mesh since the last difference of the step.
     since_step: f64,
-    /// Steps of the last trial run when another scheme was tried.
+    /// Steps of the last trial run when `rodas4` was tried.
     tried_at: usize,
-    /// Edges that the scene gives, where it gives them, and steps.
+    /// Number of edges, if the scene gives it.
     given_segments: Option<usize>,
+    /// Number of steps, if the scene gives the step.
     given_steps: Option<usize>,
 }
 
 impl<'a> MotionSearch<'a> {
-    /// The search for the numerics of the motion of a scene that begins at `guess`.
+    /// The search for the numerics of the motion of a scene; `guess` is the scene with the first mesh and step.
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let trials = TrialRuns::new(scene, guess)?;
         let tuning = Tuning::of(scene, &trials.guess);
@@ -90,7 +102,9 @@ impl<'a> MotionSearch<'a> {
         self.trials.work.get()
     }
 
-    /// The chosen mesh, step and scheme, from trial runs that begin with a step of `first_step`, s.
+    /// Runs the search and returns mesh, step and scheme with the estimated error. The first trial run has a step of
+    /// about `first_step`, s. Then the part with the larger error, mesh or step, is refined, until an extrapolation
+    /// reaches the target or the work exceeds its limit.
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
@@ -167,7 +181,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether finer trial runs than the usual limit allows are expected to reach the target error.
+    /// Whether trial runs above the usual limit of work are expected to reach the target error: both errors converge,
+    /// and the predicted work is at most [`EXTENDED_SEARCH`] times that limit.
     fn is_promising(&self, at: Numerics) -> bool {
         let is_falling = |d: &RefinementSequence| d.count() > 1 && d.is_converging();
         let growth = self.errors().cheapest(self.target(), at.segments as f64, self.free());
@@ -177,7 +192,8 @@ impl<'a> MotionSearch<'a> {
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
-    /// A trial run of `rodas4` on a coarser mesh, where generalised-alpha is expected to need many more steps.
+    /// A trial run of `rodas4` on a coarser mesh, if generalised-alpha is expected to need a step refined by
+    /// [`MIN_STEP_REFINEMENT`] or more; else `None`.
     fn cheaper_alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
@@ -187,12 +203,14 @@ impl<'a> MotionSearch<'a> {
         if !can || !is_time || self.step.count() < 2 || self.mesh.count() == 0 {
             return Ok(None);
         }
+        // Mesh and step share the target error.
         let target = STEP_PART * self.target();
         // Refinement of the step that its error requires, by the observed order.
         let need = (self.step.error() / target).powf(self.step.order().recip());
         if need < MIN_STEP_REFINEMENT {
             return Ok(None);
         }
+        // The mesh is coarser by the large ratio: only the error of the step is compared.
         self.tried_at = now.steps;
         let coarse = allowed_edges(
             self.scene,
@@ -208,7 +226,8 @@ impl<'a> MotionSearch<'a> {
         )
     }
 
-    /// Edges of the first trial run: half of those that the scene gives, as far as markers at nodes allow it.
+    /// Edges of the first trial run: half of those that the scene gives, as far as markers at nodes permit; else those
+    /// of the first mesh.
     fn coarsest_segments(&self) -> usize {
         match self.given_segments {
             Some(given) if self.has_mesh_of_points() => given,
@@ -220,13 +239,13 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether the mesh is that of a polyline's points.
+    /// Whether the mesh is that of a polyline's points, which cannot be changed.
     fn has_mesh_of_points(&self) -> bool {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
-    /// Adds the largest distance between the positions of two trial runs, m, to the refinement sequence of the part that was
-    /// refined by `ratio` between them. A sequence starts again where the other part has been refined too much in between.
+    /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined
+    /// by `ratio` between them. A sequence starts again where the other part has been refined too much in between.
     fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
@@ -247,10 +266,11 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The numerics after a run that failed: half the step, and after every second failure more edges.
+    /// The numerics after a run that failed: half the step, and after every second failure [`MORE_EDGES`] times the
+    /// edges. Given parts stay.
     fn after_failure(&self, now: Numerics, failures: usize) -> Numerics {
         let steps = self.given_steps.unwrap_or(2 * now.steps);
-        let more = allowed_edges(self.scene, (1.5 * now.segments as f64).ceil() as usize);
+        let more = allowed_edges(self.scene, (MORE_EDGES * now.segments as f64).ceil() as usize);
         let segments = if failures.is_multiple_of(2) { more } else { now.segments };
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }
     }
@@ -270,7 +290,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The factor by which mesh or step is refined next: the large one where the target is far.
+    /// The factor by which mesh or step is refined next: [`LARGE_RATIO`] where the target is far and the order
+    /// observed, else [`SMALL_RATIO`].
     fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
             RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
@@ -291,7 +312,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether mesh or step may be refined: it is not given, or still coarser than the given one.
+    /// Whether this part, mesh or step, of the numerics `now` may be refined: it is not given by the scene, or still
+    /// coarser than the given one.
     fn can_refine(&self, now: Numerics, part: RefinedPart) -> bool {
         match part {
             RefinedPart::Mesh => self.given_segments.is_none_or(|given| now.segments < given),
@@ -299,23 +321,25 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The parts, mesh and step, that the scene does not give.
+    /// Flags for mesh and step: whether the scene leaves them open.
     fn free(&self) -> Free {
         Free { mesh: self.given_segments.is_none(), step: self.given_steps.is_none() }
     }
 
-    /// The mesh and the step where they may change and an error was estimated.
+    /// Flags for mesh and step: whether the scene leaves them open and at least one difference of runs estimates their
+    /// error.
     fn estimated(&self) -> Free {
         let Free { mesh, step } = self.free();
         Free { mesh: mesh && self.mesh.count() > 0, step: step && self.step.count() > 0 }
     }
 
-    /// Whether the errors of mesh and step were estimated, as far as they may change.
+    /// Whether at least one error was estimated, and those of all parts that the scene leaves open.
     fn is_estimated(&self) -> bool {
         self.mesh.count() + self.step.count() > 0 && self.estimated() == self.free()
     }
 
-    /// Whether mesh or step is refined next; none where the requested error is within reach of an extrapolation.
+    /// The part, mesh or step, to be refined next; `None` where the requested error is within reach of an
+    /// extrapolation, or cannot be reached with given numerics.
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
@@ -368,7 +392,8 @@ impl<'a> MotionSearch<'a> {
             (true, false) => Some(RefinedPart::Mesh),
             (false, true) => {
                 // Smaller steps do not reduce the error of a given mesh.
-                let is_hopeless = errors.mesh >= self.target() && errors.step < 0.1 * errors.mesh;
+                let is_hopeless =
+                    errors.mesh >= self.target() && errors.step < HOPELESS_STEP_PART * errors.mesh;
                 (!is_hopeless).then_some(RefinedPart::Step)
             }
             _ if errors.mesh > errors.step => Some(RefinedPart::Mesh),
@@ -376,12 +401,13 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The error that a trial run may have, m.
+    /// The error for which numerics are chosen, over the length: the requested accuracy times the `target` of the
+    /// tuning.
     fn target(&self) -> f64 {
         self.tuning.target * self.scene.asked()
     }
 
-    /// Errors of mesh and step after the last refinements, m, and their orders less a margin.
+    /// Errors of mesh and step after the last refinements, over the length, and their orders less a margin.
     fn errors(&self) -> ErrorModel {
         ErrorModel {
             mesh: self.mesh.error(),
@@ -391,7 +417,9 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The chosen numerics: the cheapest whose extrapolated error is the target, or the best within the allowed work.
+    /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the
+    /// target, or the most accurate within the allowed work. `tried` are the numerics of the last attempt, `bound` the
+    /// reason of an early end.
     fn conclude(
         &self,
         last: Option<TrialRun>,
@@ -439,7 +467,8 @@ impl<'a> MotionSearch<'a> {
         Ok(ChosenMotion { numerics, step, error, bound, basis: Some(basis) })
     }
 
-    /// The numerics of a refinement of the last trial run, and their step, s, which is stable and follows moved supports.
+    /// The numerics of a refinement of the last trial run, and their step, s, reduced to a stable one and to that of
+    /// moved supports.
     fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {

@@ -1,12 +1,35 @@
-//! Errors of mesh and step as powers of their refinements, and the refinement that reaches a requested error with the least
-//! work.
+//! Model of the errors of mesh and step, `e = e_m r_m^-p + e_s r_s^-q`, and the least expensive refinement for a
+//! requested error.
+//!
+//! Input: estimated errors of a run over the length, and their orders. Work is edges plus [`EDGES_PER_STEP`], times
+//! steps. Beyond a refinement of [`MAX_EXTRAPOLATION`] the errors are assumed to fall with half the order. The best
+//! mesh is found among [`CANDIDATES`] ratios; the step follows from the remaining error.
 
-/// Errors of mesh and step of a run, over the length, and the powers that they fall with.
+/// Smallest refinement of the mesh that is considered.
+const COARSEST: f64 = 0.5;
+/// Largest refinement of the mesh that is considered.
+const FINEST: f64 = 64.0;
+/// Number of candidates between both, in equal ratios of 3.5 %.
+const CANDIDATES: i32 = 140;
+/// Bisections of the logarithm of a target error, over a range of 1e6: to the last digit.
+const BISECTIONS: usize = 60;
+/// Refinement up to which the observed order is used; beyond it the error falls with half the order, as a reserve.
+pub(super) const MAX_EXTRAPOLATION: f64 = 7.0;
+/// Work of a step that does not depend on the mesh, in edges (measured).
+const EDGES_PER_STEP: f64 = 8.0;
+/// Error for which a refinement is chosen over the allowed one, where the order is that of the method and not observed.
+const TARGET_PART: f64 = 0.8;
+
+/// Errors of mesh and step of a run, over the length, and the powers with which they fall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ErrorModel {
+    /// Error of the mesh.
     pub mesh: f64,
+    /// Error of the step.
     pub step: f64,
+    /// Order of the mesh error.
     pub mesh_order: f64,
+    /// Order of the step error.
     pub step_order: f64,
 }
 
@@ -24,36 +47,21 @@ pub(crate) struct Free {
     pub step: bool,
 }
 
-/// Smallest refinement of the mesh that is considered.
-const COARSEST: f64 = 0.5;
-/// Largest refinement of the mesh that is considered.
-const FINEST: f64 = 64.0;
-/// Number of candidates between both, in equal ratios.
-const CANDIDATES: i32 = 140;
-
-/// Refinement up to which the observed order is used; beyond it the error falls with half the order.
-pub(super) const MAX_EXTRAPOLATION: f64 = 7.0;
-
-/// The refinement whose power the error falls with: the root of the part beyond the largest extrapolation.
+/// The refinement that enters the power law: beyond [`MAX_EXTRAPOLATION`] the root of the remaining factor.
 fn effective(finer: f64) -> f64 {
     finer.min(MAX_EXTRAPOLATION) * (finer / MAX_EXTRAPOLATION).max(1.0).sqrt()
 }
 
-/// The inverse of [`effective`]: the refinement that has this effective one.
+/// The inverse of [`effective`]: the refinement factor whose effective one is given.
 fn needed(effective: f64) -> f64 {
     effective * (effective / MAX_EXTRAPOLATION).max(1.0)
 }
 
-/// Work of a step that does not depend on the mesh, in edges (measured).
-const EDGES_PER_STEP: f64 = 8.0;
-
-/// Work of a run, edges times steps, with the part of a step that does not depend on the mesh.
+/// Work of a run: (edges + [`EDGES_PER_STEP`]) times steps. The added edges stand for the part of a step that does not
+/// depend on the mesh.
 pub(super) fn work(segments: f64, steps: f64) -> f64 {
     (segments + EDGES_PER_STEP) * steps
 }
-
-/// Error that a refinement is chosen for over the allowed one, where the order is that of the method and not observed.
-const TARGET_PART: f64 = 0.8;
 
 impl ErrorModel {
     /// The model of given errors of mesh and step, both of second order.
@@ -61,8 +69,8 @@ impl ErrorModel {
         Self { mesh: mesh.abs(), step: step.abs(), mesh_order: 2.0, step_order: 2.0 }
     }
 
-    /// The cheapest refinement of a run with `segments` edges whose error is at most `allowed`; neither mesh nor step is
-    /// coarsened.
+    /// The refinement with the least work of a run with `segments` edges whose error is at most `allowed`; neither mesh
+    /// nor step is coarsened.
     pub fn finer_for(&self, allowed: f64, segments: usize) -> RefinementFactors {
         let same = RefinementFactors { mesh: 1.0, step: 1.0 };
         if self.after(same) <= allowed {
@@ -75,13 +83,14 @@ impl ErrorModel {
         RefinementFactors { mesh: mesh.max(1.0), step: step.max(1.0) }
     }
 
-    /// The error after a refinement, of mesh and step together.
+    /// The error after a refinement: the sum of those of mesh and step, each divided by its effective refinement to the
+    /// power of its order.
     pub fn after(&self, finer: RefinementFactors) -> f64 {
         let Self { mesh, step, .. } = self.refined(finer);
         mesh + step
     }
 
-    /// The errors after a refinement, of mesh and step.
+    /// The model after a refinement: reduced errors, same orders.
     fn refined(&self, finer: RefinementFactors) -> Self {
         Self {
             mesh: self.mesh * effective(finer.mesh).powf(-self.mesh_order),
@@ -105,8 +114,8 @@ impl ErrorModel {
         }
     }
 
-    /// The cheapest refinement of a run with `segments` edges whose error is at most `target`, and the factor by which it
-    /// multiplies the work; none where a mesh or step that may not change has a larger error.
+    /// The least expensive refinement of a run with `segments` edges whose error is at most `target`, and the ratio of
+    /// both works. `None` where a mesh or step that may not change has a larger error.
     pub fn cheapest(
         &self,
         target: f64,
@@ -130,13 +139,14 @@ impl ErrorModel {
         candidates.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The refinement with the least error whose work is at most `growth` times that of the run with `segments` edges.
+    /// The most accurate refinement whose work is at most `growth` times that of the run with `segments` edges, by
+    /// bisection of the target error.
     pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> RefinementFactors {
         let [mut low, mut high] =
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));
         let within =
             |target: f64| self.cheapest(target, segments, free).filter(|(_, cost)| *cost <= growth);
-        for _ in 0..60 {
+        for _ in 0..BISECTIONS {
             let middle = (low * high).sqrt();
             match within(middle) {
                 Some(_) => high = middle,

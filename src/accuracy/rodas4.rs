@@ -1,15 +1,17 @@
-//! `rodas4` (a Rosenbrock method of fourth order) as the alternative to generalised-alpha: trial runs on a coarse mesh, whose
-//! steps are halved until the observed order predicts the work for the target error.
+//! `rodas4` (a Rosenbrock method of fourth order) as the alternative to generalised-alpha in the choice of numerics.
 //!
-//! The error falls abruptly at a number of steps that is the same on coarse and on fine meshes to a factor of 1.4; a step takes
-//! as long as several Newton iterations of generalised-alpha.
+//! Trial runs on a coarse mesh halve the step until the observed order predicts the work for the target error. `rodas4`
+//! is chosen if that is less than [`MAX_WORK_RATIO`] of the work of generalised-alpha. The error falls abruptly at a
+//! number of steps that is the same on coarse and on fine meshes to a factor of 1.4. A step takes as long as several
+//! Newton iterations of generalised-alpha.
 
 use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};
 use crate::error::Error;
 use crate::scene::Scheme;
 
-/// Largest work over that of generalised-alpha with which it is chosen: on finer meshes its error falls at smaller steps.
+/// Largest work over that of generalised-alpha at which `rodas4` is chosen: on finer meshes its error falls at smaller
+/// steps.
 const MAX_WORK_RATIO: f64 = 0.7;
 /// Bounds of the observed order of its step error.
 const ORDERS: OrderBounds = OrderBounds { highest: 3.0, at_once: 3.0, lowest: 0.32, assumed: 2.0 };
@@ -17,17 +19,18 @@ const ORDERS: OrderBounds = OrderBounds { highest: 3.0, at_once: 3.0, lowest: 0.
 const MAX_EXTRAPOLATION: f64 = 3.0;
 /// Work of its first run over that of the last run by generalised-alpha on the same mesh.
 const FIRST_WORK_RATIO: f64 = 0.5;
-/// Most trial runs, each with twice the steps of the one before.
+/// Largest number of trial runs, each with twice the steps of the one before.
 const MAX_RUNS: usize = 4;
 
-/// A trial run with `rodas4`, and the sequence of differences that its step error is estimated from.
+/// A trial run with `rodas4`, and the sequence of differences from which its step error is estimated.
 pub(super) struct Alternative {
     pub trial: TrialRun,
     pub step: RefinementSequence,
 }
 
-/// A trial run of `rodas4` on `segments` edges, where it is expected to reach the step error `target` with less work than
-/// generalised-alpha with `needed` steps; the first run takes half the work of `tried` steps of generalised-alpha.
+/// A trial run of `rodas4` on `segments` edges that reaches the step error `target` with less work than
+/// generalised-alpha with `needed` steps; `None` if it does not. The first run takes half the work of `tried` steps of
+/// generalised-alpha.
 pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,
@@ -49,11 +52,13 @@ pub(super) fn cheaper_alternative(
         let numerics = Numerics { segments, steps, scheme: Scheme::Rodas4 };
         let now = trials.run(numerics)?;
         if let Some((before, now)) = before.as_ref().zip(now.clone()) {
+            // Richardson: error of the last run, and the refinement that the target still needs.
             let difference = largest_distance(&before.positions, &now.positions);
             step.push(difference, 2.0);
             let further = (step.error() / target).powf(step.order().recip());
             let is_known = difference < UNRELATED && further <= MAX_EXTRAPOLATION;
             if is_known && is_worthwhile(steps as f64 * further.max(0.5)) {
+                // If the run before already reaches the target, its larger step is used.
                 let is_fine = step.clone().coarsened().error() <= target;
                 return Ok(Some(match is_fine {
                     true => Alternative { trial: before.clone(), step: step.coarsened() },

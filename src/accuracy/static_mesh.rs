@@ -1,6 +1,9 @@
-//! The mesh of an equilibrium or of vibration modes: meshes are doubled until the extrapolated error is the requested one.
+//! The mesh of an equilibrium or of vibration modes: meshes are doubled until the extrapolated error is the requested
+//! one.
 //!
-//! Compared are the positions of the free ends, or the logarithms of frequencies and growth rates (`difference`).
+//! Compared are the positions of the free ends over the length, or the logarithms of frequencies and growth rates
+//! (`difference`). The error follows by Richardson extrapolation with the observed order. The search ends at
+//! [`MAX_SEGMENTS`] edges, or where rounding errors dominate.
 
 use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
@@ -12,36 +15,39 @@ use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::LinearizationPoint;
 
-/// Allowed error of the mesh over the requested one: the estimate has an error itself.
+/// Allowed error of the mesh over the requested one: a reserve for the error of the estimate.
 const TARGET_PART: f64 = 0.78;
-/// Error that is assumed after a single difference, over that of the theoretical order.
+/// Factor on the error after a single difference, over that of the theoretical order.
 const SINGLE_DIFFERENCE_SAFETY: f64 = 1.5;
-/// Lowest observed order of a converging sequence, for methods of second and of first order.
+/// Lowest observed order of a converging sequence, for methods of second and of first order. Higher values compare more
+/// meshes.
 const LOWEST_ORDERS: [f64; 2] = [1.32, 0.486];
-/// Largest refinement of the chosen mesh over the finest compared one: after three meshes, after two, and after two of which
-/// a coarser one had no equilibrium.
+/// Largest refinement of the chosen mesh over the finest compared one: after three meshes, after two, and after two of
+/// which a coarser one had no equilibrium.
 const MAX_EXTRAPOLATION: [f64; 3] = [2.0, 1.3, 1.0];
-/// Differences below this that do not fall are rounding errors.
+/// Differences below this that do not decrease are rounding errors.
 const MAX_ROUNDING: f64 = 1e-4;
 /// Differences below this count as zero.
 const NO_DIFFERENCE: f64 = 1e-12;
 
-/// Bounds of the observed order, for a method of this order.
+/// Bounds of the observed order, for a method of the theoretical order `order`. The assumed order enlarges the error
+/// after a single difference by [`SINGLE_DIFFERENCE_SAFETY`].
 fn order_bounds(order: f64) -> OrderBounds {
     let assumed = (1.0 + (order.exp2() - 1.0) / SINGLE_DIFFERENCE_SAFETY).log2();
     let lowest = if order > 1.0 { LOWEST_ORDERS[0] } else { LOWEST_ORDERS[1] };
     OrderBounds { highest: order, at_once: order, lowest, assumed }
 }
 
-/// A mesh whose error is below the requested one, its estimated error over the length or the frequency, and the reason where
-/// that is larger.
+/// A chosen mesh: number of edges, estimated error over the length or the frequency, and the reason where that is above
+/// the requested one.
 pub(super) struct StaticMesh {
     pub segments: usize,
     pub error: Option<f64>,
     pub bound: Option<Bound>,
 }
 
-/// Chooses the mesh of an equilibrium or of modes, beginning with `first` edges; `step`, s, is that of the scene.
+/// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on until the
+/// extrapolated error is [`TARGET_PART`] of the requested one. `step`, s, is that of the scene.
 ///
 /// # Errors
 /// Those of the solutions, and of building a problem.
@@ -102,8 +108,8 @@ pub(super) fn choose_static_mesh(
     }
 }
 
-/// The logarithm of a frequency or, negative, of a growth rate, and its sign: the difference of two meshes is the relative
-/// error of the mode, and above one where the mode is stable on one mesh only.
+/// Logarithm and sign of a frequency or, negative, of a growth rate. The difference of two meshes is the relative error
+/// of the mode. It is above one where the mode is stable on one mesh only.
 fn logarithm(frequency: f64) -> [f64; 3] {
     match frequency == 0.0 {
         true => [0.0; 3],
@@ -111,7 +117,8 @@ fn logarithm(frequency: f64) -> [f64; 3] {
     }
 }
 
-/// The compared quantities of a mesh: positions over the length, or logarithms of frequencies and growth rates.
+/// The quantities of a mesh that are compared: positions over the length, or logarithms of frequencies and growth
+/// rates.
 fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // A rod without an equilibrium has modes about its unstressed shape.

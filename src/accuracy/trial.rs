@@ -1,4 +1,8 @@
-//! Trial runs: simulations with given numerics that record the positions at nine points and 100 times, and their work.
+//! Trial runs: simulations of a scene with given numerics, which record positions at up to nine points and 100 times,
+//! and their work.
+//!
+//! A run that fails, or needs halved steps of `rodas4`, gives no result. Runs are stored, so that none is computed
+//! twice. The unit of work is one edge times one Newton iteration of generalised-alpha.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -11,7 +15,7 @@ use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Number of times at which runs are compared.
+/// Number of times at which runs are compared. More times find errors of faster motions.
 const TIMES: usize = 100;
 /// Number of equal parts of the rod between the compared points.
 const PARTS: usize = 8;
@@ -19,41 +23,47 @@ const PARTS: usize = 8;
 const MAX_TRIAL_WORK: [f64; 2] = [2e6, 5e5];
 /// Newton iterations that take as long as a step of `rodas4`, in the plane and in space (measured).
 const ITERATIONS_OF_RODAS4: [f64; 2] = [5.0, 3.0];
-/// Newton iterations of a step of generalised-alpha in the mean (measured).
+/// Mean number of Newton iterations of a step of generalised-alpha (measured).
 pub(super) const ITERATIONS: f64 = 2.1;
-/// Part of the largest stable step of an explicit scheme that is used.
+/// Fraction of the largest stable step of an explicit scheme that is used: the rod may stiffen during the motion.
 const OF_STABLE_STEP: f64 = 0.95;
 
-/// Numerics of a run.
+/// Numerics of a run: edges, steps and scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Numerics {
+    /// Number of edges.
     pub segments: usize,
     /// Steps over the scene's time.
     pub steps: usize,
     pub scheme: Scheme,
 }
 
-/// A trial run that reached the end of the scene.
+/// The result of a trial run that reached the end of the scene.
 #[derive(Clone)]
 pub(super) struct TrialRun {
     pub numerics: Numerics,
-    /// Of the compared points at the times of comparison.
+    /// Positions of the compared points over the length, at the times of comparison.
     pub positions: Arc<Positions>,
+    /// The recorded motion of the nodes around these points.
     pub record: Arc<Record>,
-    /// Of the compared points on the mesh of the run.
+    /// The compared points on the mesh of the run.
     pub stencils: Arc<[Stencil]>,
 }
 
 /// The trial runs of a scene.
 pub(super) struct TrialRuns<'a> {
     pub scene: &'a Scene,
+    /// The numerics that the scene leaves open.
     pub open: Chosen,
     /// The scene with its first mesh and step.
     pub guess: Problem,
+    /// The compared points.
     points: Vec<Point>,
+    /// Largest work of a trial run.
     pub most_work: f64,
     /// Newton iterations that take as long as a step of `rodas4`.
     pub iterations_of_rodas4: f64,
+    /// The results so far; `None` for runs that failed.
     known: RefCell<Vec<(Numerics, Option<TrialRun>)>>,
     /// Work so far, edges times Newton iterations.
     pub work: Cell<f64>,
@@ -79,7 +89,7 @@ impl<'a> TrialRuns<'a> {
         })
     }
 
-    /// Expected work of a run over that of generalised-alpha with one step and one edge.
+    /// Expected work of a run with these numerics, in units of one step and one edge of generalised-alpha.
     pub fn expected_work(&self, Numerics { segments, steps, scheme }: Numerics) -> f64 {
         let one = match scheme {
             Scheme::Rodas4 => self.iterations_of_rodas4 / ITERATIONS,
@@ -88,7 +98,8 @@ impl<'a> TrialRuns<'a> {
         one * segments as f64 * steps as f64
     }
 
-    /// The trial run with these numerics; none where its steps fail. Runs are kept: the same one is not computed twice.
+    /// The trial run with these numerics; `None` where its steps fail. Results are stored: the same run is not computed
+    /// twice.
     pub fn run(&self, numerics: Numerics) -> Result<Option<TrialRun>, Error> {
         if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
             return Ok(trial.clone());
@@ -98,14 +109,15 @@ impl<'a> TrialRuns<'a> {
         Ok(trial)
     }
 
-    /// Simulates the scene with these numerics; none for a run that fails or takes too much work. Larger steps than an explicit
-    /// scheme allows are reduced to the largest stable one.
+    /// Simulates the scene with these numerics; `None` for a run that fails, or needs halved steps of `rodas4`. Larger
+    /// steps than an explicit scheme allows are reduced to the largest stable one.
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,
     ) -> Result<Option<TrialRun>, Error> {
         let end = self.guess.time()?.end;
         let step = end / steps as f64;
+        // The scene with these numerics, even where it gives its own: trial runs are coarser than a given mesh or step.
         let mut scene = self.scene.resolved(segments, step).by(scheme);
         if !self.open.segments && segments != self.guess.segments() {
             scene.remeshed = Some(segments);
@@ -115,6 +127,7 @@ impl<'a> TrialRuns<'a> {
         }
         set_newton_tolerance(&mut scene, TRIAL_TOLERANCE);
         let stop = Arc::new(AtomicBool::new(false));
+        // Explicit schemes: the step is reduced to the largest stable one.
         let mut problem = scene.build()?.stop_when(stop.clone());
         if let Some(largest) = largest_stable_step(&problem)?
             && step > largest
@@ -124,6 +137,7 @@ impl<'a> TrialRuns<'a> {
             }
             problem = scene.build()?.stop_when(stop.clone());
         }
+        // Only the nodes around the compared points are recorded.
         let mut tracked = Vec::new();
         for point in &self.points {
             tracked.extend(problem.nodes_around(*point)?);
@@ -140,6 +154,7 @@ impl<'a> TrialRuns<'a> {
             taken += 1;
         });
         self.work.set(self.work.get() + RunCost::of(&problem).work(run.work()));
+        // Errors of the input end the search; a run that failed gives no result.
         match outcome {
             Ok(()) => {}
             Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => return Err(error),
@@ -158,7 +173,7 @@ impl<'a> TrialRuns<'a> {
     }
 }
 
-/// Work of a step and of a Newton iteration of a run.
+/// The cost model of a run: its edges, and the work of a step without Newton iterations.
 pub(super) struct RunCost {
     segments: f64,
     /// Newton iterations that take as long as a step of a scheme that has none.
@@ -166,7 +181,8 @@ pub(super) struct RunCost {
 }
 
 impl RunCost {
-    /// The cost model of the runs of a problem, with its number of edges and the iterations that a step of its scheme counts for.
+    /// The cost model of the runs of a problem: its number of edges, and the Newton iterations that take as long as a
+    /// step of its scheme.
     pub fn of(problem: &Problem) -> Self {
         let iterations_per_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
             Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
@@ -175,19 +191,21 @@ impl RunCost {
         Self { segments: problem.segments() as f64, iterations_per_step }
     }
 
-    /// The work of a run, edges times Newton iterations.
+    /// The work of a run from its counts: edges times Newton iterations, or times the equivalent iterations of its
+    /// steps for schemes without.
     pub fn work(&self, done: Work) -> f64 {
         self.segments
             * (done.newton_iterations as f64).max(self.iterations_per_step * done.steps as f64)
     }
 }
 
-/// Newton iterations that take as long as a step of `rodas4`.
+/// Newton iterations of generalised-alpha that take as long as a step of `rodas4`: fewer in space than in the plane.
 fn iterations_of_rodas4(problem: &Problem) -> f64 {
     ITERATIONS_OF_RODAS4[usize::from(problem.planar().is_none())]
 }
 
-/// Positions of the compared points over the length, at all times of comparison, point after point.
+/// Positions of the compared points, in the world over the length, at [`TIMES`] equidistant times, point after point;
+/// interpolated from the `record` of a run.
 fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
     let (end, over) = (problem.time()?.end, problem.length().recip());
     let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
@@ -199,12 +217,12 @@ fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result
     Ok(positions)
 }
 
-/// The largest step of an explicit scheme with a margin, s; none where every step is stable.
+/// [`OF_STABLE_STEP`] of the largest step of an explicit scheme, s; `None` where every step is stable.
 pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
     Ok(largest_step(problem)?.map(|largest| OF_STABLE_STEP * largest))
 }
 
-/// The largest stable step of an explicit scheme, s; none where every step is stable.
+/// The largest stable step of an explicit scheme, s; `None` where every step is stable.
 pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     match problem.discretized() {
         AnyProblem::Planar(discretized) => discretized.largest_step(),
@@ -212,7 +230,7 @@ pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     }
 }
 
-/// The compared points: seven at equal distances along the rod, and its free ends.
+/// The points at which runs are compared: seven at equal distances along the rod, and its free ends.
 pub(super) fn comparison_points(problem: &Problem) -> Vec<Point> {
     let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
     inner.chain(free_ends(problem)).collect()

@@ -1,4 +1,7 @@
 //! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
+//!
+//! A motion has many modes if it begins with a jump of velocities, starts from another shape, is spatial, or the rod is
+//! limp. Then every refinement adds modes, and observed orders are lower.
 
 use crate::accuracy::aim::is_struck;
 use crate::accuracy::difference::OrderBounds;
@@ -7,14 +10,16 @@ use crate::scene::{InitialState, Scene};
 
 /// Constants of the search, chosen on the scenes of `cargo run --release --example chosen_numerics`.
 pub(super) struct Tuning {
-    /// Estimated error that the numerics are chosen for over the requested one: estimates are wrong by up to a factor of two.
+    /// Error for which the numerics are chosen, over the requested one: estimates are wrong by up to a factor of two.
     pub target: f64,
-    /// Largest growth of the work from the last trial run to the chosen run where both orders were observed, and where one is
-    /// assumed. All trial runs together take about twice the work of the last one.
+    /// Largest growth of the work from the last trial run to the chosen run where both orders were observed. All trial
+    /// runs together take about twice the work of the last one.
     pub growth_observed: f64,
+    /// The same where an order is assumed.
     pub growth_assumed: f64,
+    /// Bounds of the observed orders.
     pub orders: OrderBounds,
-    /// Subtracted from the orders for extrapolation, as further modes lower the order.
+    /// Amount subtracted from the orders for extrapolation, as further modes lower the order.
     pub doubt: f64,
     /// Whether every refinement adds modes to the motion.
     pub has_many_modes: bool,
@@ -38,17 +43,19 @@ const EXCITED: Tuning = Tuning {
     doubt: 0.1,
     has_many_modes: true,
 };
-/// Deflection over the length that linear beam theory gives under the weight, beyond which a rod is limp.
+/// Deflection under its weight over its length, by linear beam theory, above which a rod is limp.
 const LIMP: f64 = 1.0;
 
 impl Tuning {
-    /// The constants for a scene; `guess` is its problem with the first trial numerics.
+    /// The constants for a scene: those of many modes or those of few. `guess` is its problem with the first trial
+    /// numerics.
     pub fn of(scene: &Scene, guess: &Problem) -> &'static Self {
         if has_many_modes(scene, guess) { &EXCITED } else { &SMOOTH }
     }
 }
 
-/// Whether a rod is limp: a clamped rod of its stiffness deflects by more than its length under its weight, `w L^3 / (8 E I)`.
+/// Whether a rod is limp: clamped at one end, it deflects under its weight by more than [`LIMP`] lengths,
+/// `w L^3 / (8 E I)`.
 pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     let (section, material) = scene.at(0.5);
     let moments = section.moments();

@@ -1,17 +1,22 @@
-//! Changes of a task to its fit file and scenes, by the paths of keys: `rod.segments`, `observation.0.file`.
+//! Changes of a campaign task to its fit file and scenes: new values by the paths of TOML keys.
+//!
+//! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
+//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list. The short
+//! name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the fit file or a scene has the
+//! key; [`set_value`] writes the value into the table. Tables (CSV) and grids of a campaign file use such paths.
 
 use crate::error::Error;
 use crate::scene::Parameter;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// New values by the paths of their keys.
+/// New values (TOML) of a task, sorted by the paths of their keys.
 pub type Changes = BTreeMap<String, Value>;
 
-/// First parts of the keys of a scene file.
+/// Possible first parts of the path of a key of a scene file.
 const SCENE_TABLES: [&str; 9] =
     ["accuracy", "rod", "material", "supports", "loads", "initial", "time", "camera", "energy"];
-/// First parts of the keys of a fit file.
+/// Possible first parts of the path of a key of a fit file.
 const FIT_TABLES: [&str; 8] = [
     "scene",
     "observation",
@@ -23,7 +28,7 @@ const FIT_TABLES: [&str; 8] = [
     "analysis",
 ];
 
-/// A key with the file that has it, and its path as a list.
+/// The path of a key as a list of parts, with the file that has the key.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Key {
     /// In the fit file.
@@ -35,7 +40,8 @@ pub(crate) enum Key {
 }
 
 impl Key {
-    /// The key of a column of the table or of the grid; an error if neither fit files nor scenes have it.
+    /// The key with a dotted path or short name, as in a column of the table or a key of the grid. An error if neither fit files
+    /// nor scenes have it.
     pub fn new(name: &str) -> Result<Self, Error> {
         let parts: Vec<String> = name.split('.').map(Into::into).collect();
         // Keys of the scene of one experiment begin with its index or name.
@@ -55,7 +61,7 @@ impl Key {
         })
     }
 
-    /// Whether a string at this key is the name of a file.
+    /// Whether a string at this key is the path of a file: of data, or of a scene. List indices at the end are ignored.
     pub fn names_a_file(&self) -> bool {
         let (Self::Fit(path) | Self::Scenes(path) | Self::Scene(_, path)) = self;
         let last = path.iter().rfind(|part| part.parse::<usize>().is_err());
@@ -65,12 +71,12 @@ impl Key {
     }
 }
 
-/// Whether the values of a key are names of files.
+/// Whether the values of a key (last part of its path) are paths of files.
 pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene, which may be the short name of a parameter; none if scenes do not have it.
+/// The path of a key of a scene; the short name of a parameter becomes its full path. None if scenes do not have the key.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     if SCENE_TABLES.contains(&&**parts.first()?) {
         return Some(parts.to_vec());
@@ -79,7 +85,8 @@ fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     Some(path.split('.').map(Into::into).collect())
 }
 
-/// Whether a value can stand in a plan: JSON has no infinite numbers, and no key takes a date.
+/// Whether a value can stand in a plan, which is JSON: no infinite or NaN numbers, and no dates. Lists and tables are checked in
+/// full.
 pub(crate) fn can_be_planned(value: &Value) -> bool {
     match value {
         Value::Float(number) => number.is_finite(),
@@ -90,7 +97,8 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
     }
 }
 
-/// Sets the value at a path, and creates missing tables on the way. A number in the place of a text becomes a text.
+/// Sets the value at a path of a table. Missing tables are created; a missing vector, whose next part is an axis, becomes
+/// `[0, 0, 0]`. A number that replaces a text becomes a text. An error if a list has no such index or name.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
         let allowed = "a key of the file; list items are counted from 0";
@@ -118,12 +126,13 @@ pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Re
     Ok(())
 }
 
-/// The index of a component by the name of its axis.
+/// The index 0, 1, 2 of the component `x`, `y`, `z` of a vector; none for another name.
 fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// The value of a key in a table, which is created if it is missing, or of a list by its index, its axis or its name.
+/// The value with the key `part` in a table, created by `missing` if absent, or the item of a list with this index, axis or
+/// `name`. None for other values and items that do not exist.
 fn child<'a>(
     value: &'a mut Value,
     part: &str,
@@ -145,6 +154,7 @@ fn child<'a>(
 mod tests {
     use super::*;
 
+    /// A TOML file with the key of this name set to a value, both given as text.
     fn changed(file: &str, name: &str, value: &str) -> Result<Table, Error> {
         let mut table: Table = file.parse().unwrap();
         let value = format!("v = {value}").parse::<Table>().unwrap()["v"].clone();

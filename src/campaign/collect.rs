@@ -1,4 +1,8 @@
-//! The collection of results: one for each task, in the order of the plan, from the files of all processes.
+//! The collection of a campaign's results: at most one for each task, from the files that all processes wrote.
+//!
+//! Two results of one task must agree: to the last byte if both come from one platform, else in the exit
+//! code and in all values and standard errors to within `PLATFORM_DIFFERENCE`. Results of unplanned tasks are ignored.
+//! [`Collected`] is the input of the status, the JSON lines, the CSV table and the comparison page.
 
 use crate::campaign::plan::{CampaignTask, Plan};
 use crate::campaign::store::{DamagedLine, Store, StoredRecord};
@@ -8,10 +12,11 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::io::{self, Write};
 
-/// Relative difference of values and errors up to which results of different platforms are equal.
+/// Largest relative difference of values and standard errors between results of two platforms that count as equal. It is far
+/// above rounding errors and far below any standard error; with a larger value, results of other data could count as equal.
 const PLATFORM_DIFFERENCE: f64 = 1e-9;
 
-/// The results of a campaign.
+/// The results of a campaign's tasks, read from the store of its plan.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Collected<'a> {
@@ -108,7 +113,8 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// An error if two results of a task are not equal.
+/// An error with the places of both results if two results of a task are not equal: byte by byte on one platform, by their
+/// parameters on two. None if they are equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
     // Equal texts need no parsing.
@@ -122,7 +128,8 @@ fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     (!is_same).then(|| Error::invalid(key, found, "equal results; remove one of the two"))
 }
 
-/// Whether results of two platforms have the same exit code, and the same parameters within [`PLATFORM_DIFFERENCE`].
+/// Whether two results have the same exit code, and parameters with the same names and experiments, whose values and standard
+/// errors agree to [`PLATFORM_DIFFERENCE`].
 fn have_equal_parameters(one: &Value, other: &Value) -> bool {
     let parameters =
         |of: &Value| of["report"]["parameters"].as_array().cloned().unwrap_or_default();
@@ -146,6 +153,7 @@ mod tests {
     use crate::campaign::store::RecordContext;
     use std::path::PathBuf;
 
+    /// A stored record of task 7 from this platform, with one parameter and the residual `other`.
     fn result(platform: &str, value: f64, std_error: f64, other: f64) -> StoredRecord {
         let parameters = json!([{ "name": "radius", "value": value, "std_error": std_error }]);
         let report = json!({ "parameters": parameters, "residual_rms": other });

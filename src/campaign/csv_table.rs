@@ -1,4 +1,8 @@
-//! Results as a CSV table for spreadsheets and data frames: a row for each fit.
+//! The results of a campaign as a CSV table: one row for each fit, for spreadsheets and data frames.
+//!
+//! Columns are id, name, fit file, all changed keys, exit code, grade, status, and value, standard error and 95 % interval of
+//! every parameter in SI units. Tasks that are parts of one bootstrap are pooled: their replicates give one standard error and
+//! one interval. The same rows are the input of the comparison page.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;
@@ -17,13 +21,13 @@ use toml::Value;
 
 /// Changed keys that distinguish the parts of one bootstrap: the number of replicates, and the index of the first.
 pub(crate) const BOOTSTRAP_KEYS: [&str; 2] = ["analysis.bootstrap", "analysis.bootstrap_first"];
-/// Columns of a parameter: its value, standard error and 95 % interval.
+/// Suffixes of the columns of a parameter: value, standard error, and ends of the 95 % interval.
 const PARAMETER_COLUMNS: [&str; 4] = ["", ".std_error", ".low95", ".high95"];
-/// Further columns of a parameter in campaigns with a bootstrap.
+/// Suffixes of the further columns of a parameter in campaigns with a bootstrap.
 const BOOTSTRAP_COLUMNS: [&str; 3] =
     [".bootstrap_std_error", ".bootstrap_low95", ".bootstrap_high95"];
 
-/// The part of a stored result that tables and summaries need.
+/// The part of a stored result (JSON) that tables and summaries need: exit code, and error message or report.
 #[derive(Deserialize)]
 pub(crate) struct StoredResult {
     code: u8,
@@ -42,13 +46,13 @@ pub(crate) struct StoredReport {
 }
 
 impl StoredResult {
-    /// The estimates; none without a report.
+    /// The estimates of the report; none without a report.
     fn parameters(&self) -> impl Iterator<Item = &Estimate> {
         self.report.iter().flat_map(|report| &report.parameters)
     }
 }
 
-/// The result of a task, or of all parts of a bootstrap.
+/// A row: a task with its result, which for a bootstrap is that of its first part.
 pub(crate) struct ResultRow<'a> {
     pub task: &'a CampaignTask,
     pub result: StoredResult,
@@ -57,7 +61,8 @@ pub(crate) struct ResultRow<'a> {
 }
 
 impl ResultRow<'_> {
-    /// The cell of a changed key. A bootstrap has the number of all its replicates.
+    /// The cell of a changed key; empty if the task does not change it. The cell of a bootstrap is the number of all its
+    /// replicates.
     fn change(&self, key: &str) -> String {
         match (self.task.changes.get(key), self.replicates.first()) {
             (Some(_), Some(replicates)) if key == BOOTSTRAP_KEYS[0] => replicates.len().to_string(),
@@ -65,7 +70,7 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The grade of the fit and its status, or nothing and the error.
+    /// The grade of the fit and its status; an empty text and the error message of a fit without a report.
     fn grade_and_status(&self) -> [String; 2] {
         match &self.result.report {
             Some(report) => {
@@ -75,7 +80,8 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The cells of the parameter with a label: value, standard error, 95 % interval, and those of the bootstrap.
+    /// The cells of the parameter with a label: value, standard error, low and high end of the 95 % interval, and these three
+    /// of the pooled bootstrap. Numbers have all digits; missing ones are empty. A one-sided interval has only its lower end.
     fn estimate(&self, label: &str) -> [String; 7] {
         let mut own = self.result.parameters().zip(&self.replicates);
         let Some((e, replicates)) = own.find(|(e, _)| e.label() == label) else {
@@ -119,6 +125,7 @@ impl Collected<'_> {
         for label in &labels {
             header.extend(columns.iter().map(|column| format!("{label}{column}")));
         }
+        // Every cell is written as text that no spreadsheet computes.
         let mut writer = csv::Writer::from_writer(Vec::new());
         let failed =
             |error: &dyn Display| Error::Fit(format!("the CSV table cannot be written: {error}"));
@@ -141,7 +148,8 @@ impl Collected<'_> {
         writer.into_inner().map_err(|error| failed(&error))
     }
 
-    /// The results, with all parts of a bootstrap in one row.
+    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part. An error for a
+    /// result that is not valid JSON of this version.
     pub(crate) fn rows(&self) -> Result<Vec<ResultRow<'_>>, Error> {
         let mut rows: Vec<ResultRow> = Vec::new();
         // The row of each bootstrap by its fit, its name and its other changes.
@@ -172,13 +180,13 @@ impl Collected<'_> {
     }
 }
 
-/// The changes except those of the parts of a bootstrap, as text.
+/// The changes of a task except the keys of its part of a bootstrap, as lines `key = value`. Equal texts identify one bootstrap.
 fn other_changes(changes: &Changes) -> String {
     let others = changes.iter().filter(|(key, _)| !BOOTSTRAP_KEYS.contains(&&***key));
     others.map(|(key, value)| format!("{key} = {value}\n")).collect()
 }
 
-/// A value as text, without the quotes of TOML.
+/// A TOML value as text; strings without quotes.
 pub(crate) fn plain_text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),

@@ -1,7 +1,9 @@
-//! Patterns of fit files, as `specimens/*/fit.toml` and `**/fit.toml`.
+//! Glob patterns of fit files in a campaign file, as `specimens/*/fit.toml` and `**/fit.toml`.
 //!
-//! Folders that cannot be read are skipped, and so are folders of devices and processes, which hold no fits and may
-//! change while they are listed. The number of visited files is limited.
+//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order. `**` matches
+//! any number of folders; links to folders are followed once. Folders that cannot be read are skipped, and so are folders of
+//! devices and processes, which hold no fits and may change while they are listed. A search of the whole disk or of more than
+//! `MOST_ENTRIES` entries is an error.
 
 use crate::error::Error;
 use glob::Pattern;
@@ -10,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// Most entries of folders that a pattern may visit: about a minute on a local disk.
 const MOST_ENTRIES: usize = 1_000_000;
-/// Folders of devices and processes.
+/// Folders of devices and processes, which are not searched.
 const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
-/// The component of a pattern that stands for any number of folders.
+/// The component of a pattern that matches any number of folders, including none.
 const ANY_DEPTH: &str = "**";
 
 /// The files that match a pattern, which is relative to `folder` or absolute, in alphabetical order. `key` is the key
@@ -42,20 +44,20 @@ pub(crate) fn matching_files(
     Ok(walk.files.into_iter().collect())
 }
 
-/// A component of a pattern.
+/// A component of a pattern between two separators: its text and its compiled form.
 struct PatternPart {
     text: String,
     pattern: Pattern,
 }
 
 impl PatternPart {
-    /// Whether the component has no wildcard.
+    /// Whether the component has no wildcard, so that no folder needs to be listed.
     fn is_literal(&self) -> bool {
         !self.text.contains(['*', '?', '['])
     }
 }
 
-/// A walk over folders. It fails with the scope of a search that is too large, in words.
+/// A recursive search that collects matching files. Its error is the scope of a search that is too large, as text.
 struct Walk {
     files: BTreeSet<PathBuf>,
     /// Number of visited entries of folders.
@@ -63,7 +65,8 @@ struct Walk {
 }
 
 impl Walk {
-    /// Adds the files at `place` that match the remaining parts of a pattern.
+    /// Adds the files at the path `place` that match the remaining parts of a pattern; without parts `place` itself, if it is a
+    /// file.
     fn visit(&mut self, place: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Some((part, rest)) = parts.split_first() else {
             if place.is_file() {
@@ -121,7 +124,7 @@ impl Walk {
         Ok(())
     }
 
-    /// The entries of a folder; none of a folder that cannot be read.
+    /// The entries of a folder; none of a folder that cannot be read. An error above [`MOST_ENTRIES`] entries in total.
     fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, String> {
         let mut entries = Vec::new();
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -135,12 +138,12 @@ impl Walk {
     }
 }
 
-/// Whether a folder, or the target of a link to a folder, has devices or processes.
+/// Whether a folder, or the target of a link to a folder, is one of [`SYSTEM_FOLDERS`].
 fn is_in_system(folder: &Path) -> bool {
     is_system(folder) || folder.canonicalize().is_ok_and(|folder| is_system(&folder))
 }
 
-/// Whether a path is that of a folder of devices or processes.
+/// Whether a path is one of [`SYSTEM_FOLDERS`].
 fn is_system(folder: &Path) -> bool {
     SYSTEM_FOLDERS.iter().any(|system| folder == Path::new(system))
 }

@@ -1,4 +1,9 @@
-//! The campaign file (TOML): the fits and their changes.
+//! The campaign file (TOML): which fits are made, and with which changes of their keys.
+//!
+//! Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all combinations of listed
+//! values. `[starts]` repeats each fit from random start values, and `[bootstrap]` divides the replicates of a bootstrap among
+//! tasks. The result is a list of [`CampaignRow`]s; more than [`MOST_TASKS`] tasks are an error, detected before the list is
+//! built.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;
@@ -14,7 +19,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Most tasks of a campaign: more are a mistake in its file.
+/// Most tasks of a campaign: more are a mistake in its file, such as a grid with too many combinations.
 pub(crate) const MOST_TASKS: usize = 300_000;
 
 /// A campaign: a list of fits.
@@ -53,13 +58,13 @@ pub(crate) struct DistributedBootstrap {
 }
 
 impl DistributedBootstrap {
-    /// Number of tasks.
+    /// Number of tasks among which the replicates are divided: replicates over batch, at least 1.
     pub fn parts(self) -> usize {
         (self.replicates / self.batch).max(1)
     }
 }
 
-/// Replicates per task by default.
+/// Replicates per task without the key `batch`: 16. Fewer lose less at a kill, more repeat the first fit less often.
 fn default_batch() -> usize {
     16
 }
@@ -77,7 +82,7 @@ pub(crate) struct RandomStarts {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign file.
+    /// Reads and checks a campaign file. Errors name the file, the key and the allowed values.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let text = text(file)?;
         let form: Self = parse(&text, &[])
@@ -86,7 +91,7 @@ impl CampaignFile {
         Ok(form)
     }
 
-    /// Rejects numbers of replicates and starts outside their limits.
+    /// Rejects numbers of replicates, batches and starts outside their limits.
     fn check(&self) -> Result<(), Error> {
         if let Some(DistributedBootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
@@ -105,14 +110,15 @@ impl CampaignFile {
         }
     }
 
-    /// Number of tasks of a number of rows.
+    /// Number of tasks of a number of rows: rows times random starts times parts of the bootstrap.
     pub fn task_count(&self, rows: usize) -> usize {
         let starts = self.starts.map_or(1, |starts| starts.count);
         let parts = self.bootstrap.map_or(1, DistributedBootstrap::parts);
         rows.saturating_mul(starts).saturating_mul(parts)
     }
 
-    /// All fits with their changes by table and grid. `file` is the path of the campaign file.
+    /// All fits with their changes, each row of the table or matched file with each combination of the grid. `file` is the path
+    /// of the campaign file, whose folder all paths are relative to. No fit, or too many, is an error.
     pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
@@ -171,8 +177,8 @@ impl CampaignFile {
     }
 }
 
-/// All combinations of the values of a grid; one without changes if there is no grid. Keys may be quoted paths, or tables
-/// in tables.
+/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys may
+/// be quoted paths, or tables in tables. Errors: a key twice, a value that is no list, an empty list, too many combinations.
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);
@@ -201,13 +207,13 @@ fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     Ok(all)
 }
 
-/// A key of a grid with its value, which should be a list.
+/// A key of a grid as a dotted path, with its value, which must be a list.
 struct GridAxis {
     key: String,
     value: Value,
 }
 
-/// Every set of changes combined with each of `more`.
+/// Every set of changes of `all` combined with each set of `more`, whose values win for equal keys.
 pub(crate) fn extended(
     all: &[Changes],
     more: impl Iterator<Item = Changes> + Clone,
@@ -219,7 +225,7 @@ pub(crate) fn extended(
     extended
 }
 
-/// Adds the values of a table with the paths of their keys to `axes`.
+/// Adds the values of a table to `axes`, with dotted paths of their keys. Inner tables are entered; `path` is that of the table.
 fn flatten(table: &Table, path: &str, axes: &mut Vec<GridAxis>) {
     for (key, value) in table {
         let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };

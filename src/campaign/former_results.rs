@@ -1,10 +1,13 @@
-//! Results that version 0.1 stored, with the current names of keys and codes.
+//! Conversion of results that version 0.1 stored: former names of keys and codes become the current ones.
+//!
+//! A stored result (JSON on one line) is recognized by the key `FORMER_KEY` of its report, or by a former code at the end of its
+//! error message. The store applies the conversion when it reads, so that old results remain usable.
 
 use crate::code::Code;
 use crate::fit;
 use serde_json::Value;
 
-/// Key of every report of version 0.1, and of no later one.
+/// Text that every report of version 0.1 contains, and no later one.
 const FORMER_KEY: &str = "\"basins\":";
 
 /// A stored result with current keys and codes, on one line; current results are returned unchanged.

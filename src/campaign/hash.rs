@@ -1,8 +1,8 @@
-//! Hashes in hexadecimal.
+//! SHA-256 in hexadecimal, shortened: for ids of tasks, digests of plans, checksums of results and the key of the platform.
 
 use sha2::{Digest, Sha256};
 
-/// The first bytes of the SHA-256 of some bytes, in hexadecimal.
+/// The first `length` bytes (at most 32) of the SHA-256 of `bytes`, as lower-case hexadecimal of `2 * length` characters.
 pub(crate) fn hash(bytes: &[u8], length: usize) -> String {
     Sha256::digest(bytes).iter().take(length).map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,4 +1,7 @@
-//! The outcome of a task: a report, or an error.
+//! Solution of one task of a campaign, and its outcome as JSON: a report, or an error message.
+//!
+//! The JSON depends on the fit, its data and the platform only: wall times are removed, and paths of files are replaced by the
+//! names of their keys. So equal tasks have equal bytes, whatever the folder, the process and the load of the machine.
 
 use crate::campaign::platform::platform;
 use crate::campaign::resolved::{PathName, Resolved};
@@ -24,10 +27,11 @@ impl Outcome {
     }
 }
 
-/// Key of a report that depends on the speed of the machine.
+/// Key of a report with the wall time, which depends on the speed of the machine and is removed.
 const TIME_KEY: &str = "wall_seconds";
 
-/// Solves a task; none if `stop` was set before its end.
+/// Solves a task. Returns its outcome with the exit code of `rodfit fit`, also if the fit was rejected or failed; none if `stop`
+/// was set before its end.
 pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
@@ -57,7 +61,7 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     Some(Outcome { code, json: Value::Object(whole).to_string() })
 }
 
-/// Replaces the paths of files by the names of their keys, in all texts of a value.
+/// Replaces the paths of files by the names of their keys, in all texts of a JSON value and of its items.
 fn replace_paths(value: &mut Value, names: &[PathName]) {
     match value {
         Value::String(text) => {

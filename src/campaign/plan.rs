@@ -1,4 +1,9 @@
-//! The plan of a campaign: all its tasks, in a folder with their results.
+//! The plan of a campaign: the list of all its tasks, in the folder that also gets their results.
+//!
+//! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start and part
+//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. The folder gets `tasks.jsonl`, a
+//! line of JSON per task, and `plan.json` with the version, the number of tasks and their digest. A changed list, or a plan
+//! of another version, is rejected when it is opened.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
@@ -18,12 +23,12 @@ use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use toml::Value;
 
-/// File of the description of a plan.
+/// Name of the file with the description of a plan: version, folder of the campaign, number and digest of tasks (JSON).
 const DESCRIPTION_FILE: &str = "plan.json";
-/// File of the tasks of a plan, one line of JSON each.
+/// Name of the file with the tasks of a plan, one line of JSON each.
 const TASKS_FILE: &str = "tasks.jsonl";
 
-/// A planned fit.
+/// A planned fit: a fit file with changes of its keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CampaignTask {
@@ -51,7 +56,7 @@ pub struct Plan {
     pub tasks: Vec<CampaignTask>,
 }
 
-/// Checks of scenes and fits before they are planned.
+/// Checks of scenes and fits before they are planned, as of their cost in memory and time.
 pub struct Admission<'a> {
     /// Accepts or rejects every scene before its mesh is made.
     pub scene: &'a (dyn Fn(&Scene) -> Result<(), Error> + Sync),
@@ -59,7 +64,7 @@ pub struct Admission<'a> {
     pub fit: &'a (dyn Fn(&FitFile, &Path) -> Result<(), Error> + Sync),
 }
 
-/// A new plan.
+/// A new plan, with the fits that are known to fail.
 #[non_exhaustive]
 pub struct Planned {
     /// The plan.
@@ -81,7 +86,7 @@ struct PlanDescription {
     digest: String,
 }
 
-/// Bytes of the digest.
+/// Bytes of the digest of the file of tasks, 128 bits: enough to detect any change.
 const DIGEST_BYTES: usize = 16;
 
 /// The schema of campaign files.
@@ -202,7 +207,7 @@ impl Plan {
         Self::described(folder, read_description(folder)?)
     }
 
-    /// The plan with a description; an error if its file of tasks was changed.
+    /// The plan with a description; an error if the number or the digest of its file of tasks differs.
     fn described(folder: &Path, description: PlanDescription) -> Result<Self, Error> {
         let PlanDescription { root, tasks: planned, digest, .. } = description;
         let root = folder.join(root);
@@ -219,13 +224,15 @@ impl Plan {
     }
 }
 
-/// The tasks of a row, and its error if it cannot be solved.
+/// The tasks of a row, and the error of its fit if it cannot be solved.
 struct RowTasks {
     tasks: Vec<CampaignTask>,
     refused: Option<Error>,
 }
 
-/// The tasks of a row: one for each combination of its random starts and of the parts of its bootstrap.
+/// The tasks of a row: one for each combination of its random starts and of the parts of its bootstrap. `root` is the folder
+/// of the campaign file, `hashes` those of data files read so far. Errors: a value that cannot be planned, files that cannot
+/// be read, a fit that `admission` rejects, an invalid fit of a table, an unknown key of a grid.
 fn row_tasks(
     root: &Path,
     row: &CampaignRow,
@@ -288,8 +295,8 @@ fn row_tasks(
     Ok(RowTasks { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
 }
 
-/// The error of a grid with keys that fit files and scenes do not have: the fit is valid without them. An error of a
-/// value is the result of its fit instead.
+/// The error of a grid with keys that fit files and scenes do not have, if the fit is valid without its changes; else none. An
+/// `error` other than one of parsing is the result of its fit instead.
 fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Error> {
     if row.changes.is_empty() || !matches!(error, Error::Parse { .. }) {
         return None;
@@ -301,7 +308,8 @@ fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Err
     is_valid.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
 }
 
-/// The changes of the parts of a bootstrap, which together run the replicates of one fit with this seed.
+/// The changes of each part of a bootstrap: its number of replicates, the index of its first, and the common `seed`. All parts
+/// together run the replicates of one fit.
 fn bootstrap_parts(
     bootstrap: DistributedBootstrap,
     seed: i64,
@@ -319,7 +327,7 @@ fn bootstrap_parts(
     })
 }
 
-/// Rejects more than [`MOST_TASKS`] tasks.
+/// Rejects more than [`MOST_TASKS`] tasks; `file` is the campaign file, for the message.
 fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     match tasks <= MOST_TASKS {
         true => Ok(()),
@@ -330,7 +338,8 @@ fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     }
 }
 
-/// Rejects a folder with other files than those of a plan, or of the temporary ones of a killed process.
+/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing folder, or one with a
+/// plan, is accepted.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let is_of_plan =
@@ -347,13 +356,13 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Reads the description of the plan in a folder.
+/// Reads `plan.json` in a folder; an error without it.
 fn read_description(folder: &Path) -> Result<PlanDescription, Error> {
     let file = folder.join(DESCRIPTION_FILE);
     parse(&file, &text(&file)?, 1)
 }
 
-/// A value from a line of JSON of the file at `path`.
+/// A value from `text`, line number `line` of the JSON file at `path`, which is named in the error.
 fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|error| {
         let error = error.to_string();
@@ -363,7 +372,7 @@ fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> 
     })
 }
 
-/// A line of JSON for each value.
+/// The values as JSON, one line each, in UTF-8.
 fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     let mut lines = Vec::new();
     for value in values {
@@ -373,7 +382,7 @@ fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     Ok(lines)
 }
 
-/// Writes a file under a temporary name first, so that its own never stands for a part of it.
+/// Writes `bytes` to the file `name` in a folder, under a temporary name first, so that its own never stands for a part of it.
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
     let written = PartFile::beside(&path).and_then(|mut file| {
@@ -390,7 +399,8 @@ fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::io(&path, error))
 }
 
-/// The path from one absolute folder to another, so that both can be moved together.
+/// The relative path from one absolute folder to another, so that both can be moved together; `to` itself if they have no
+/// common part, as on different drives.
 fn relative_path(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component>, Vec<Component>) =
         (from.components().collect(), to.components().collect());

@@ -1,4 +1,9 @@
-//! Key of the machine and library that determine the last digits of a result.
+//! The key of the platform of a result: processor architecture, operating system, C library, a hash of its mathematical
+//! functions, and vector unit.
+//!
+//! The last digits of a fit depend on the implementation of sin, exp and similar functions, of which one library may have
+//! several variants. So the key contains a hash of the values of 16 functions at `ARGUMENTS` arguments. Results with equal keys
+//! are compared byte by byte, others with a tolerance.
 
 use crate::campaign::hash::hash;
 use crate::numerics::simd::simd_level;
@@ -6,11 +11,12 @@ use std::env::consts::{ARCH, OS};
 use std::hint::black_box;
 use std::sync::OnceLock;
 
-/// Arguments at which every function of the mathematical library is evaluated.
+/// Number of arguments at which every function of the mathematical library is evaluated. More arguments detect rarer
+/// differences between libraries, at a cost of microseconds.
 const ARGUMENTS: usize = 256;
 
-/// The target, a hash of values of the mathematical library, and the vector unit: results with the same key are equal to
-/// the last bit. Values identify the library, as one version has several variants for different processors.
+/// The key of this process, computed once: target, a hash of values of the mathematical library, and the vector unit. Results
+/// with the same key are equal to the last bit.
 pub fn platform() -> &'static str {
     static KEY: OnceLock<String> = OnceLock::new();
     KEY.get_or_init(|| {
@@ -27,12 +33,13 @@ pub fn platform() -> &'static str {
     })
 }
 
-/// The k-th argument: spread over decades, with all digits in use.
+/// The k-th argument: `1e-3 * 2^(k / 20 + 1/3)`, over four decades, with all binary digits in use. The compiler cannot evaluate
+/// it in advance.
 fn argument(k: usize) -> f64 {
     black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
 }
 
-/// Values of the functions of the mathematical library at an argument.
+/// Values of 16 functions of the mathematical library at a positive argument; some take `x / (1 + x)` or a limited argument.
 fn values(x: f64) -> [f64; 16] {
     let small = x / (1.0 + x);
     [

@@ -1,4 +1,8 @@
-//! A fit with everything that its result depends on: one table of keys, with scenes in the places of their names.
+//! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, scenes in the
+//! places of their names, and absolute paths of data.
+//!
+//! From this table come the id of the task (a hash of the program's version, all keys, and the contents of all data files,
+//! without their paths) and the fit to solve. Equal inputs have equal ids, wherever the files are.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
@@ -13,9 +17,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Bytes of an id.
+/// Bytes of a task's id: 128 bits, with which a collision among all campaigns is practically impossible.
 const ID_BYTES: usize = 16;
-/// Bytes of the hash of a data file.
+/// Bytes of the hash of a data file, the whole SHA-256.
 const DATA_HASH_BYTES: usize = 32;
 
 /// A fit file after all changes, with its scenes in it and the paths of its data absolute.
@@ -27,13 +31,13 @@ pub(crate) struct Resolved {
 /// Hashes of data files by their paths, so that a plan reads each file once.
 pub(crate) type DataHashes = HashMap<PathBuf, String>;
 
-/// A path with the name of its key, which replaces it in results.
+/// A path in a fit with the name of its key, as `observation.0.file`, which replaces the path in results.
 pub(crate) struct PathName {
     pub path: String,
     pub name: String,
 }
 
-/// The scene of an experiment, or of the whole fit.
+/// The table of a scene of an experiment, or of the whole fit.
 struct FitScene<'a> {
     /// Index of the experiment; none of the whole fit.
     experiment: Option<usize>,
@@ -43,7 +47,8 @@ struct FitScene<'a> {
 }
 
 impl Resolved {
-    /// A fit file with changes. Paths in the changes are relative to `root`.
+    /// The fit file `fit` with changes. Its path and paths in the changes are relative to `root`. Changes apply in the order fit
+    /// file, all scenes, scene of one experiment. Errors: unreadable files, keys and experiments that do not exist.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();
@@ -85,8 +90,8 @@ impl Resolved {
         Ok(Self { file, table })
     }
 
-    /// The first 128 bits of the hash of everything that the result depends on: the program's version, the fit, its
-    /// scenes, and its data, without their paths.
+    /// The first 128 bits of the hash of everything that the result depends on, in hexadecimal: the program's version, the fit,
+    /// its scenes, and the contents of its data. `hashes` keeps those of data files that were read before.
     pub fn id(&self, hashes: &mut DataHashes) -> Result<String, Error> {
         let mut table = self.table.clone();
         let mut failure = None;
@@ -108,15 +113,15 @@ impl Resolved {
         failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)
     }
 
-    /// The fit, ready to solve, with scenes that `admit` accepts.
+    /// The fit, ready to solve. An error for invalid keys, and for a scene that `admit` rejects before its mesh is made.
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
         FitFile::read(&self.table.to_string(), &self.file, &admit)?
             .of_parameters()
             .map_err(|error| error.in_file(Some(&self.file)))
     }
 
-    /// The paths in the fit with the names of their keys, by which results do not depend on the folder. Longest paths
-    /// come first, as they may begin with shorter ones.
+    /// The paths in the fit with the names of their keys, which replace them in results. Longest paths come first, as they may
+    /// begin with shorter ones.
     pub fn path_names(&self) -> Vec<PathName> {
         let file = self.file.display().to_string();
         let mut names = vec![PathName { path: file, name: "the fit".into() }];
@@ -128,7 +133,7 @@ impl Resolved {
     }
 }
 
-/// All scenes of a fit file, read and put into the places of their names.
+/// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit, and those of experiments.
 fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>, Error> {
     let mut scenes = Vec::new();
     let mut experiments: &mut [Value] = &mut [];
@@ -153,17 +158,17 @@ fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>
     Ok(scenes)
 }
 
-/// The keys of a TOML file.
+/// The keys of a TOML file; an error with the file if it cannot be read or parsed.
 pub(crate) fn read_toml(file: &Path) -> Result<Table, Error> {
     parse(&text(file)?, &[]).map_err(|error| error.in_file(Some(file)))
 }
 
-/// The folder of a file.
+/// The folder of a file; empty for a name without a folder.
 pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
 }
 
-/// The name of a file, or a list of them, as absolute paths.
+/// The name of a file relative to `root`, or a list of them, as absolute paths; other values unchanged.
 fn absolute(value: &Value, root: &Path) -> Value {
     match value {
         Value::String(name) => Value::String(at(root, Path::new(name)).display().to_string()),
@@ -174,14 +179,15 @@ fn absolute(value: &Value, root: &Path) -> Value {
     }
 }
 
-/// Makes all paths in a table absolute that are relative to a folder.
+/// Makes all paths of files in a table absolute that are relative to a folder.
 fn make_absolute(table: &mut Table, folder: &Path) {
     for_each_file(table, "", &mut |_, path| {
         *path = at(folder, Path::new(&*path)).display().to_string()
     });
 }
 
-/// Reads a scene that is given by its name and puts it in the place of the name. Returns the scene.
+/// If a scene is given by the name of its file in `folder`, reads it and puts its table in the place of the name. Returns the
+/// table; none if the value is neither a name nor a table.
 fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
     if let Value::String(name) = scene {
         let file = folder.join(&*name);
@@ -192,7 +198,8 @@ fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mu
     Ok(scene.as_table_mut())
 }
 
-/// Calls `each` with the key and the value of every name of a file in a table. `key` is that of the table.
+/// Calls `each` with the dotted path and the value of every name of a file in a table, at any depth. `key` is the path of the
+/// table.
 fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut String)) {
     for (part, value) in table.iter_mut() {
         let key = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
@@ -200,7 +207,7 @@ fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut S
     }
 }
 
-/// Calls `each` with every name of a file in a value, which is a name itself if `is_file`.
+/// Calls `each` with every name of a file in a value with the path `key`; the value is a name itself if `is_file`.
 fn for_each_file_in(
     value: &mut Value,
     is_file: bool,
@@ -219,7 +226,7 @@ fn for_each_file_in(
     }
 }
 
-/// The SHA-256 of a data file, from `hashes` if it is there.
+/// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it.
 fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     if let Some(known) = hashes.get(file) {
         return Ok(known.clone());
@@ -229,7 +236,7 @@ fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     Ok(found)
 }
 
-/// A value as JSON that is the same for equal values: keys are sorted, and numbers that JSON lacks are texts.
+/// A TOML value as JSON that is the same for equal values: keys are sorted; infinite and NaN numbers and dates are texts.
 fn canonical_json(value: &Value) -> Json {
     match value {
         Value::Table(table) => {

@@ -1,10 +1,11 @@
-//! A fit of a campaign with its changes, before its starts and bootstrap become tasks.
+//! A row of a campaign: a fit file with its changes by table and grid, before random starts and bootstrap multiply it to
+//! tasks.
 
 use crate::campaign::changes::Changes;
 use crate::error::Error;
 use std::path::PathBuf;
 
-/// A fit with its changes.
+/// A fit file with its changed keys, its name, and its line in the campaign's table.
 #[derive(Clone, Default)]
 pub(crate) struct CampaignRow {
     /// Path of the fit file, relative to the folder of the campaign.
@@ -15,7 +16,7 @@ pub(crate) struct CampaignRow {
     pub source: Option<TableLine>,
 }
 
-/// A line of a table.
+/// A line of a campaign's CSV table, for messages.
 #[derive(Clone)]
 pub(crate) struct TableLine {
     pub file: PathBuf,
@@ -24,7 +25,7 @@ pub(crate) struct TableLine {
 }
 
 impl CampaignRow {
-    /// An error of this fit, with the line of the table and the changes in it.
+    /// An error of this fit as an error at its line of the table, with the changes in its message; unchanged without a table.
     pub fn locate(&self, error: Error) -> Error {
         let Some(TableLine { file, line }) = &self.source else { return error };
         let changes: Vec<String> =

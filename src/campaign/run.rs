@@ -1,4 +1,8 @@
-//! Runs the tasks of a campaign without a result.
+//! Runs the tasks of a campaign that have no result, in parallel, and stores each outcome at once.
+//!
+//! Each worker thread takes the next open task and solves it with its own share of the processors. Before a task is solved,
+//! its id is computed again: changed files are an error of the task. A panic is caught, and the task remains open. Several
+//! processes may run shards of one plan on a shared folder; each may be killed and repeated.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};
@@ -26,7 +30,7 @@ pub struct RunOptions {
     pub stop: Arc<AtomicBool>,
 }
 
-/// The result of a run.
+/// The result of a run: counts and outcomes of the shard's tasks.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct RunSummary {
@@ -59,7 +63,7 @@ struct TimedOutcome {
 }
 
 impl RunSummary {
-    /// Number of tasks without a result.
+    /// Number of tasks of the shard without a result.
     pub fn open_tasks(&self) -> usize {
         self.tasks - self.before - self.codes.len()
     }
@@ -82,7 +86,7 @@ impl Plan {
         Ok(Some(timed.outcome))
     }
 
-    /// Solves one task without storing its outcome.
+    /// Solves one task without storing its outcome, and measures its wall time. None if `stop` was set before its end.
     fn solve_task(
         &self,
         task: &CampaignTask,
@@ -94,7 +98,7 @@ impl Plan {
         Ok(outcome.map(timed))
     }
 
-    /// The fit of a task with all its files, if these are the planned ones.
+    /// The fit of a task with all its files; an error if their hash differs from the planned id.
     fn resolved(&self, task: &CampaignTask) -> Result<Resolved, Error> {
         let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
         if resolved.id(&mut DataHashes::new())? != task.id {
@@ -189,13 +193,14 @@ impl Plan {
     }
 }
 
-/// The number of threads that speed up a run: at most that of processors. More threads only take memory and switches.
+/// The number of threads that speed up a run: `asked`, but at least 1 and at most the number of processors. More threads only
+/// take memory and switches.
 pub fn useful_threads(asked: usize) -> usize {
     let processors = available_parallelism().map_or(1, NonZero::get);
     asked.clamp(1, processors)
 }
 
-/// The value of a lock, also after a panic of another thread: every change of these values is complete or absent.
+/// Locks a mutex, also after a panic of another thread: every change of these values is complete or absent.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

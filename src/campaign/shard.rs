@@ -1,4 +1,8 @@
-//! Parts of a campaign, each for one process.
+//! Shards of a campaign: parts of the task list that are computed by separate processes.
+//!
+//! A task is in shard `i/n` if its id, a 128-bit hash read as a number, is `i` modulo `n`. So shards are of nearly equal size and
+//! do not depend on the order of tasks. The index comes from the command line or from the environment variables of a
+//! scheduler: Slurm job arrays, PBS job arrays, HyperQueue.
 
 use crate::error::Error;
 use std::str::FromStr;
@@ -11,13 +15,13 @@ pub struct Shard {
     count: u128,
 }
 
-/// The notation of shards, for messages.
+/// The notation of shards, for error messages.
 const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 
 impl FromStr for Shard {
     type Err = Error;
 
-    /// Reads the shard from its text; an error if it is not valid.
+    /// Reads a shard from `i/n`, two whole numbers; an error unless `i < n`.
     fn from_str(text: &str) -> Result<Self, Error> {
         let invalid = || Error::invalid("--shard", text, ALLOWED);
         let (index, count) = text.split_once('/').ok_or_else(invalid)?;
@@ -33,7 +37,7 @@ impl Shard {
         (index < count).then_some(Self { index, count })
     }
 
-    /// Whether a task with this id is in the part.
+    /// Whether a task with this id (hexadecimal) is in the shard; false for a text that is no number.
     pub fn contains(&self, id: &str) -> bool {
         u128::from_str_radix(id, 16).is_ok_and(|id| id % self.count == self.index)
     }
@@ -84,7 +88,7 @@ impl Shard {
     }
 }
 
-/// The error of a variable with an index but without the number of parts.
+/// The error of the variable `name` with an index but without the number of shards.
 fn unknown_count(name: &str, index: u64) -> Error {
     let found = format!("{index} without the number of shards");
     Error::invalid(name, found, "--shards N in addition, or --shard i/n")
@@ -94,6 +98,7 @@ fn unknown_count(name: &str, index: u64) -> Error {
 mod tests {
     use super::*;
 
+    /// The shard from these environment variables (name and value) of a scheduler, with the number of shards if it is given.
     fn scheduled(variables: &[[&str; 2]], of: Option<u64>) -> Result<Option<Shard>, Error> {
         let find =
             |name: &str| variables.iter().find(|[n, _]| *n == name).map(|[_, v]| v.to_string());

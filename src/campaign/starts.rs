@@ -1,4 +1,8 @@
-//! Random start values of fits, and seeds of their bootstraps.
+//! Random start values of fits (`[starts]` of a campaign), and seeds of their bootstraps.
+//!
+//! Start values are uniform between the bounds of each free parameter, or log-uniform for positive physical parameters. The
+//! generator (ChaCha8) is keyed by the SHA-256 of the id of the fit and the seed of the campaign, with one stream per start. So
+//! every start is reproducible and independent of the other fits and starts.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::resolved::Resolved;
@@ -9,18 +13,18 @@ use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 use toml::Value;
 
-/// The state of a random generator, by the id of a fit and the seed of the campaign.
+/// The key of a random generator: the SHA-256 of the id of a fit and the seed of the campaign.
 fn generator_key(id: &str, seed: u64) -> [u8; 32] {
     Sha256::digest(format!("{id} {seed}")).into()
 }
 
-/// The seed of a fit's bootstrap. Fit files take whole numbers up to 2^63.
+/// The seed of a fit's bootstrap: the first 63 bits of [`generator_key`], as fit files take whole numbers below 2^63.
 pub(crate) fn bootstrap_seed(id: &str, seed: u64) -> i64 {
     let [a, b, c, d, e, f, g, h, ..] = generator_key(id, seed);
     i64::from_le_bytes([a, b, c, d, e, f, g, h]) & i64::MAX
 }
 
-/// The range from which start values of a parameter are drawn, in SI units.
+/// The range from which start values of a parameter are drawn, in SI units; log-uniform if `is_logarithmic`.
 pub(crate) struct StartRange {
     /// Index of the parameter in the fit file.
     index: usize,
@@ -29,7 +33,8 @@ pub(crate) struct StartRange {
     is_logarithmic: bool,
 }
 
-/// The ranges of all parameters that are not fixed: their bounds.
+/// The ranges of all parameters that are not fixed: their bounds. Missing, infinite or reversed bounds are errors, and so is a
+/// lower bound of 0 or less for a positive parameter.
 pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
     let parameters = fit.table.get("parameter").and_then(Value::as_array).into_iter().flatten();
     let mut ranges = Vec::new();
@@ -45,6 +50,7 @@ pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
                 "bounds = [low, high] of every parameter, between which random starts are drawn";
             Error::invalid(key, found, allowed).in_file(Some(&fit.file))
         };
+        // Random starts need a finite range, and a positive one for a logarithmic scale.
         let bounds = bound(0).zip(bound(1));
         let (low, high) = bounds.ok_or_else(|| invalid("none".into()))?;
         let name = parameter.get("name").and_then(Value::as_str).and_then(Parameter::named);
@@ -58,7 +64,7 @@ pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
     Ok(ranges)
 }
 
-/// The random start with a number, as changes of the fit file.
+/// The random start number `number` as changes `parameter.K.start` of the fit file; `id` and `seed` are the generator's key.
 pub(crate) fn start(ranges: &[StartRange], id: &str, seed: u64, number: usize) -> Changes {
     let mut random = ChaCha8Rng::from_seed(generator_key(id, seed));
     // Every start has a stream of its own, so that it does not depend on the others.

@@ -1,4 +1,7 @@
-//! Progress of a campaign.
+//! Progress of a campaign: numbers of planned, finished and usable fits, and an estimate of the remaining time.
+//!
+//! Input are the collected results. The remaining time is the number of open fits times the mean wall time of finished ones, on
+//! one processor. Output is JSON or text, by `rodfit campaign plan`, `status` and `collect`.
 
 use crate::campaign::collect::Collected;
 use crate::summary::{ItemTable, Summary, Tone, duration};
@@ -22,11 +25,11 @@ pub struct Status {
     pub longest_seconds: f64,
 }
 
-/// Exit codes of fits.
+/// Exit codes of fits that are counted: usable, rejected input, and not computed, not converged or not identifiable.
 const CODES: [u8; 3] = [0, 2, 3];
 
 impl Status {
-    /// The progress by the collected results.
+    /// Counts the collected results, each id once.
     pub fn new(collected: &Collected) -> Self {
         let mut status =
             Self { tasks: 0, done: 0, codes: [0; 3], seconds: 0.0, longest_seconds: 0.0 };
@@ -51,7 +54,7 @@ impl Status {
         self.tasks - self.done
     }
 
-    /// The progress as text for a terminal.
+    /// The progress as text for a terminal: counts by kind of result, mean and longest wall time of a fit, and remaining time.
     pub fn summary(&self) -> Summary {
         let [usable, rejected, unusable] = self.codes;
         let open = self.open_tasks();
@@ -69,6 +72,7 @@ impl Status {
         let table = ItemTable::new(counts.into_iter().flatten())
             .left("result", |(name, _)| name.to_string())
             .right("fits", |(_, count)| count.to_string());
+        // Open fits are assumed to take the mean time of the finished ones.
         let mean = self.seconds / self.done as f64;
         let [average, longest] = [mean, self.longest_seconds].map(duration);
         let remaining = duration(open as f64 * mean);

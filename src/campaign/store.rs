@@ -1,5 +1,8 @@
-//! Results on disk. Every process appends to a file of its own: a line for each result with its checksum at the end, in one
-//! write and one sync. A killed process leaves at most one torn line, the last, which is ignored when it is read.
+//! The results of a campaign on disk, in the folder `parts`.
+//!
+//! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON with its
+//! checksum at the end, in one write and one sync. So a killed process leaves at most one torn line, the last of its file. When
+//! results are read, lines with a wrong checksum are skipped and reported; results of version 0.1 get current names.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;
@@ -12,9 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Subfolder of the files of results.
+/// Name of the subfolder with the files of results.
 const PARTS: &str = "parts";
-/// Bytes of a checksum.
+/// Bytes of a line's checksum, 64 bits of SHA-256: it detects torn and damaged lines, not intended changes.
 const CHECKSUM: usize = 8;
 
 /// Circumstances of a computation, which differ between equal results.
@@ -90,7 +93,7 @@ impl Store {
         Ok(())
     }
 
-    /// Creates the file of this process.
+    /// Creates the file of this process with a name that no other file has, and syncs the folder.
     fn begin(&self) -> io::Result<File> {
         std::fs::create_dir_all(&self.folder)?;
         loop {
@@ -106,7 +109,8 @@ impl Store {
         }
     }
 
-    /// Calls `each` with every stored result, and returns the lines without a valid one.
+    /// Calls `each` with every stored result, file by file in alphabetical order, and returns the lines without a valid one. A
+    /// missing folder has no results.
     pub(crate) fn read(
         &self,
         mut each: impl FnMut(StoredRecord),
@@ -147,7 +151,8 @@ impl Store {
     }
 }
 
-/// The result of a line; none if the line is torn or its checksum is wrong.
+/// The result of a line (with its line break); none if the line is torn, is no UTF-8, or has a wrong checksum. `number` counts
+/// the lines of `file` from 1.
 fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix("\"}\n")?;
     let (line, checksum) = line.rsplit_once(",\"checksum\":\"")?;
@@ -167,12 +172,13 @@ fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     })
 }
 
-/// The time since 1970.
+/// The time since 1970-01-01 UTC; 0 if the clock is before it.
 fn now() -> std::time::Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
-/// The name of the machine, without characters that file names cannot have.
+/// The name of the machine by Slurm, the kernel or the environment, at most 60 characters, of which those other than ASCII
+/// letters, digits and `.-_` are `_`; `host` if unknown.
 fn host() -> String {
     let system = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let variable = |name: &str| std::env::var(name).ok();
@@ -187,6 +193,7 @@ fn host() -> String {
 mod tests {
     use super::*;
 
+    /// Identifiers of all records of a store, and its damaged lines.
     fn read(store: &Store) -> (Vec<String>, Vec<DamagedLine>) {
         let mut ids = Vec::new();
         let damaged = store.read(|record| ids.push(record.id)).unwrap();

@@ -1,4 +1,6 @@
-//! Summaries of the fits of a campaign, for their comparison.
+//! Summaries of a campaign's fits for the page that compares them: name, changed keys, grade, status, estimates and warnings.
+//!
+//! Only keys whose values differ between the fits are kept. Fits without a name are named after these keys.
 
 use crate::campaign::collect::Collected;
 use crate::campaign::csv_table::{BOOTSTRAP_KEYS, ResultRow, plain_text};

@@ -1,4 +1,8 @@
 //! The table of a campaign (CSV): a row for each fit, a column for each changed key.
+//!
+//! Special columns are `fit` (path of the fit file) and `name`; columns whose name begins with `#` are comments. Without a column
+//! `fit` every row applies to every fit file of the campaign. Cells are numbers, booleans or lists in the notation of TOML, or
+//! texts; empty cells change nothing. The separator is recognized, and with semicolons decimal commas are allowed.
 
 use crate::campaign::changes::Key;
 use crate::campaign::row::{CampaignRow, TableLine};
@@ -10,13 +14,13 @@ use marker_files::table::{csv_error, delimiter};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Column of the fit file, which is no key.
+/// Name of the column with the fit file, which is no key.
 const FIT: &str = "fit";
-/// Column of the name of the fit, which is no key.
+/// Name of the column with the name of the fit, which is no key.
 const NAME: &str = "name";
 
-/// The rows of a table, combined with each of `fits`, or with the fit file of their own column. A blank cell changes
-/// nothing; columns whose name begins with `#` are comments.
+/// The rows of the table at `path`, each with the fit file of its own column, or combined with each of `fits`. Errors, with the
+/// line: an invalid header, both or neither of the two sources of fit files, no rows.
 pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRow>, Error> {
     let bytes = data(path)?;
     // The byte order mark of spreadsheets.
@@ -70,7 +74,8 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
     }
 }
 
-/// Rejects a column that appears twice, that is no key, or that is the same key as another one by another name.
+/// Rejects a column that appears twice, that is no key, or that is the same key as another one by another name; the error is the
+/// message.
 fn check_header(header: &[&str]) -> Result<(), String> {
     let mut keys: Vec<(&str, Key)> = Vec::new();
     for (k, column) in header.iter().enumerate() {
@@ -83,6 +88,7 @@ fn check_header(header: &[&str]) -> Result<(), String> {
         if [FIT, NAME].contains(column) || column.starts_with('#') {
             continue;
         }
+        // Two names of one key would set it twice, in an order that a user cannot see.
         let also = "; also fit, name, and columns whose name begins with #";
         let key = Key::new(column).map_err(|error| format!("{error}{also}"))?;
         if let Some((other, _)) = keys.iter().find(|(_, other)| *other == key) {

@@ -1,4 +1,8 @@
-//! `rodfit bench`: steps per second and seconds per fit of the shipped scenes on this machine.
+//! `rodfit bench`: measures the speed of this machine on two shipped scenes, a planar cantilever and a spatial helix.
+//!
+//! Two quantities are measured: time steps per second of the stepper alone ([`RUNS`]), and wall seconds of a fit of Young's
+//! modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, and the shortest duration counts.
+//! The output is a table, or JSON, with the version, the vector unit of the processor and the number of threads.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -19,38 +23,40 @@ pub struct BenchOptions {
     json: JsonOption,
 }
 
-/// A time between 0 and 1000 s.
+/// Parses the value of `--seconds`, s; a text that is no number, or outside 0 to 1000, is rejected with a message.
 fn repetition_time(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
     let is_allowed = (0.0..=1e3).contains(&seconds);
     is_allowed.then_some(seconds).ok_or_else(|| "it must be between 0 and 1000".into())
 }
 
-/// The text of a shipped scene (TOML), and that of the recorded motion of its tip (CSV).
+/// A scene compiled into the program: its name, the text of its scene file (TOML), and the recorded motion of its tip (CSV).
 struct ShippedScene {
     name: &'static str,
     scene: &'static str,
     tip: &'static str,
 }
 
-/// The planar cantilever.
+/// The planar cantilever of `data/cantilever.toml`, with the recorded motion of its tip.
 const CANTILEVER: ShippedScene = ShippedScene {
     name: "cantilever",
     scene: include_str!("../../data/cantilever.toml"),
     tip: include_str!("../../data/cantilever-tip.csv"),
 };
-/// The spatial helix.
+/// The spatial helix of `data/helix.toml`, with the recorded motion of its tip.
 const HELIX: ShippedScene = ShippedScene {
     name: "helix",
     scene: include_str!("../../data/helix.toml"),
     tip: include_str!("../../data/helix-tip.csv"),
 };
 
-/// The simulations: scene, step in s, and the parameter beta of the scheme.
+/// The simulations whose steps are timed: scene, time step in s, and the parameter beta of Newmark-beta (0.5 conserves
+/// energy, 1 is implicit Euler). A smaller step needs fewer Newton iterations, so both kinds of steps are measured.
 const RUNS: [(ShippedScene, f64, f64); 4] =
     [(CANTILEVER, 1e-3, 0.5), (CANTILEVER, 5e-3, 1.0), (HELIX, 1e-3, 0.5), (HELIX, 5e-3, 0.5)];
 
-/// Speed of the time stepper.
+/// Speed of the time stepper: scene, number of segments, time step in s, beta of the scheme, and steps per second of wall
+/// time in the fastest run.
 #[derive(Serialize)]
 struct SteppingSpeed {
     scene: &'static str,
@@ -61,14 +67,15 @@ struct SteppingSpeed {
     steps_per_second: f64,
 }
 
-/// Wall time of a fit, s.
+/// Shortest wall time of a fit of Young's modulus to the recorded tip of a scene, s.
 #[derive(Serialize)]
 struct FitTime {
     scene: &'static str,
     seconds: f64,
 }
 
-/// The result of the benchmark.
+/// The result of the benchmark: version of rodfit, SIMD instruction set (`vector_unit`), threads of the fits, and all measured
+/// rows.
 #[derive(Serialize)]
 struct BenchReport {
     version: &'static str,
@@ -78,7 +85,8 @@ struct BenchReport {
     fits: Vec<FitTime>,
 }
 
-/// Measures steps per second and seconds per fit.
+/// Measures the steps per second of [`RUNS`] and the seconds per fit of both scenes, and writes the report (JSON and table).
+/// Returns the exit code: 0, or that of an output that cannot be written.
 pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
@@ -118,7 +126,7 @@ pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(outputs.finish(0, &report, None, &report.summary()))
 }
 
-/// The shortest duration of repeated runs, which are repeated until `least` has passed.
+/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least.
 fn fastest(
     least: Duration,
     mut run: impl FnMut() -> Result<Duration, Error>,
@@ -133,7 +141,7 @@ fn fastest(
 }
 
 impl ShippedScene {
-    /// The problem with another time step, s, and another beta.
+    /// The problem of the scene with another time step, s, and another beta of the scheme; the mesh is that of the scene.
     fn problem(&self, step: f64, beta: f64) -> Result<Problem, Error> {
         let mut scene = Scene::from_toml(self.scene, ".")?;
         if let Some(time) = &mut scene.time {
@@ -142,7 +150,8 @@ impl ShippedScene {
         scene.problem()
     }
 
-    /// The recorded motion of the tip: a time and two or three coordinates on each line below the header.
+    /// The recorded motion of the tip, from CSV lines with a time, s, and two or three coordinates, m. Lines without a number at
+    /// the start, such as the header, are skipped; a missing coordinate is `None`.
     fn observation(&self) -> Observation {
         let line = |line: &str| {
             let mut numbers = line.split(',').map(|number| number.trim().parse().ok());
@@ -156,7 +165,7 @@ impl ShippedScene {
 }
 
 impl BenchReport {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: a table of simulations (step in ms) and a table of fits.
     fn summary(&self) -> Summary {
         let Self { version, vector_unit, threads, .. } = self;
         let steps = ItemTable::new(&self.steps)

@@ -1,4 +1,7 @@
-//! `rodfit check`: compares hand-derived derivatives with those of dual numbers and with finite differences.
+//! `rodfit check`: verifies the hand-derived derivatives of the energies of a scene.
+//!
+//! At states of a simulation of the scene they are compared with automatic derivatives (dual numbers) and with finite
+//! differences. The result is a report (JSON and text); the exit code is 3 if any pair differs by more than its tolerance.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
@@ -16,7 +19,7 @@ pub struct CheckOptions {
     json: JsonOption,
 }
 
-/// Exit code 3 if derivatives disagree.
+/// Checks the derivatives of a scene and writes the report. Returns exit code 0 if all agree, 3 if some disagree.
 pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
     // Outputs are checked before the computation: a mistyped path costs no time.

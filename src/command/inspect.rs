@@ -1,4 +1,7 @@
-//! `rodfit inspect`: describes a file of markers.
+//! `rodfit inspect`: describes a file of recorded markers before it is used in a fit.
+//!
+//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a frame rate and a
+//! scale that the file lacks. Output is a description (JSON and text), with the `[[observation]]` for a fit file.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -29,13 +32,13 @@ pub struct RecordingUnits {
 }
 
 impl RecordingUnits {
-    /// The keys of a recording, without any others.
+    /// The keys of a recording with the given frame rate, Hz, and scale, m per unit; all other keys are at their defaults.
     pub fn recording(&self) -> Recording {
         Recording { fps: self.fps, scale: self.scale, ..Recording::default() }
     }
 }
 
-/// Writes and prints the description.
+/// Reads the file and writes its description. Returns exit code 0, or that of an output that cannot be written.
 pub fn run(options: &InspectOptions, global: GlobalOptions) -> Result<u8, Error> {
     let inputs = std::slice::from_ref(&options.file);
     let outputs = Outputs::with_json(&options.json, inputs, global)?;

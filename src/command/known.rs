@@ -1,9 +1,13 @@
-//! The option `--known NAME=SIGMA`: inputs with a standard uncertainty (GUM: type B).
+//! The option `--known NAME=SIGMA`: adds inputs with a standard uncertainty (GUM: type B) to a fit file.
+//!
+//! NAME is a number of the scene, as `rod.section.radius`; SIGMA is the standard uncertainty in its unit. The fit then
+//! gives expanded intervals with the contribution of these inputs.
 
 use rodfit::Error;
 use rodfit::fit::{FitFile, Known};
 
-/// Adds the inputs of the option to those of a fit file.
+/// Appends the inputs of all `NAME=SIGMA` texts to those of a fit file. A text without `=`, an unknown name or a sigma that is no
+/// number is an error.
 pub fn add_known_inputs(file: &mut FitFile, texts: &[String]) -> Result<(), Error> {
     for text in texts {
         file.knowns.push(known_input(text)?);

@@ -1,7 +1,9 @@
-//! Cost of a run in memory, time and disk, estimated before it starts, and its rejection above a limit.
+//! Estimated cost of a run in memory, time and disk space before it starts, and its rejection above a limit.
 //!
-//! The constants were measured on a current machine. They are right to within a factor of two or so: enough to separate
-//! minutes from hours and hours from years.
+//! Cost is the number of nodes times the number of steps or simulations times a measured cost per node. A run above
+//! [`MAX_MEMORY`], [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is
+//! announced on standard error. The constants were measured on a current machine. They are right to within a factor of two or
+//! so: enough to separate minutes from hours and hours from years.
 
 use crate::command::{GlobalOptions, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};
@@ -15,14 +17,14 @@ const MAX_MEMORY: f64 = 4e9;
 const MAX_TIME: f64 = 3600.0;
 /// Largest disk space without `--no-limits`, bytes.
 const MAX_DISK: f64 = 10e9;
-/// Runs that take longer are announced, s.
+/// Runs with a longer estimated time are announced, s.
 const LONG: f64 = 60.0;
-/// Runs that take more memory are announced, bytes.
+/// Runs with a larger estimated memory are announced, bytes.
 const LARGE: f64 = 1e9;
-/// Most threads: more do not speed up a fit.
+/// Largest number of threads that `RAYON_NUM_THREADS` can set: more do not speed up a fit.
 const MAX_THREADS: usize = 256;
 
-/// Cost of one node.
+/// Measured cost of one node of a rod.
 struct NodeCost {
     /// Memory of a simulation, bytes.
     bytes: f64,
@@ -38,37 +40,37 @@ const PLANAR: NodeCost = NodeCost { bytes: 600.0, step: 0.25e-6, equilibrium: 0.
 const SPATIAL: NodeCost = NodeCost { bytes: 1700.0, step: 1.4e-6, equilibrium: 0.6e-3 };
 /// Memory of an equilibrium over that of a simulation.
 const EQUILIBRIUM_MEMORY: f64 = 2.0;
-/// Memory of one mode, of one node, bytes.
+/// Memory of one mode per node, bytes.
 const MODE_BYTES: f64 = 100.0;
-/// Time of one mode, of one node, s.
+/// Time of one mode per node, s.
 const MODE_SECONDS: f64 = 0.05e-3;
-/// Modes that are computed in addition to those that are asked for.
+/// Modes that the eigenvalue iteration computes in addition to the requested ones.
 const EXTRA_MODES: f64 = 8.0;
-/// Time steps of the states at which derivatives are checked.
+/// Cost of a check of derivatives, in time steps of the simulation whose states are used.
 const CHECK_STEPS: f64 = 400.0;
-/// Memory of a step's tip and energies in the report, bytes.
+/// Memory of one step's tip position and energies in the report, bytes.
 const SERIES_BYTES: f64 = 160.0;
-/// Disk space of the same in JSON, bytes.
+/// Disk space of one step's tip position and energies in JSON, bytes.
 const SERIES_DISK: f64 = 200.0;
-/// Disk space of a position in a CSV file, bytes.
+/// Disk space of one node's position at one step in a CSV file, bytes.
 const POSITION_DISK: f64 = 60.0;
-/// Smallest row of a polyline's file, bytes.
+/// Smallest row of a polyline's file, bytes; the size of the file over it bounds the number of nodes from above.
 const MIN_ROW_BYTES: f64 = 20.0;
 /// Cost of a study in simulations: 3 schemes, of which the dearest costs 6 times as much as the default, on meshes
 /// 7.75 times the scene's and in 15.75 times its steps.
 const STUDY_RUNS: f64 = 1500.0;
-/// Finest mesh of a study, and most of its steps, over those of the scene.
+/// Ratio of the finest mesh of a study to the scene's mesh, and of its largest number of steps to the scene's.
 const STUDY_REFINEMENT: f64 = 8.0;
-/// Cost of a design in simulations: one with derivatives over twice the duration, and one by the known inputs.
+/// Cost of a design in simulations: one with derivatives over twice the duration, and one by the input uncertainties.
 const DESIGN_RUNS: f64 = 10.0;
-/// Cost of a fit in simulations, at most.
+/// Upper bound of the cost of a fit, in simulations.
 const FIT_RUNS: f64 = 40.0;
-/// Cost of a replicate of a bootstrap or a Monte Carlo in simulations.
+/// Cost of one replicate of a bootstrap or a Monte Carlo, in simulations.
 const REPLICATE_RUNS: f64 = 3.0;
-/// Memory of a recorded point at a step, for its value and each derivative, bytes.
+/// Memory of a recorded point at one step, for its position or one derivative of it, bytes.
 const RECORD_BYTES: f64 = 48.0;
 
-/// The estimated cost of a run.
+/// The estimated cost of a run: memory and disk space in bytes, time in s. `file`, `key` and `cause` are for the message.
 pub struct CostEstimate {
     file: Option<PathBuf>,
     /// Key of the setting that determines the cost.
@@ -81,7 +83,8 @@ pub struct CostEstimate {
 }
 
 impl CostEstimate {
-    /// Rejects a cost above the limits unless they are ignored, and announces a long or large run.
+    /// Rejects a cost above the limits by an error with the setting, the estimate and the limit; prints a note for a long or
+    /// large run unless `--quiet`. With `--no-limits` everything passes without a note.
     pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
         if global.ignores_limits() {
             return Ok(());
@@ -108,7 +111,7 @@ impl CostEstimate {
         Ok(())
     }
 
-    /// The cost of a scene whose memory, bytes, and time, s, are proportional to its nodes.
+    /// The cost of a scene whose memory and time are proportional to its nodes: `bytes` and `seconds` are those of one node.
     fn per_node(scene: &Scene, bytes: f64, seconds: f64) -> Self {
         let nodes = node_count(scene);
         let cause = format!("{} nodes", count(nodes));
@@ -117,31 +120,32 @@ impl CostEstimate {
     }
 }
 
-/// The cost of the mesh of a scene.
+/// The cost of the mesh of a scene: the memory of a simulation's state, without time.
 pub fn mesh_cost(scene: &Scene) -> CostEstimate {
     CostEstimate::per_node(scene, node_cost(scene).bytes, 0.0)
 }
 
-/// The cost of an equilibrium.
+/// The cost of the equilibrium of a scene: memory and time per node times the number of nodes.
 pub fn equilibrium_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
 }
 
-/// The cost of a number of modes about an equilibrium.
+/// The cost of a number of vibration modes about an equilibrium, which is computed first.
 pub fn modes_cost(scene: &Scene, modes: usize) -> CostEstimate {
     let (node, modes) = (node_cost(scene), modes as f64 + EXTRA_MODES);
     let bytes = EQUILIBRIUM_MEMORY * node.bytes + MODE_BYTES * modes;
     CostEstimate::per_node(scene, bytes, node.equilibrium + MODE_SECONDS * modes)
 }
 
-/// The cost of a check of derivatives at states of a simulation.
+/// The cost of a comparison of derivatives at the states of a simulation of [`CHECK_STEPS`] steps.
 pub fn check_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
 }
 
-/// The cost of a simulation, with the positions of all nodes in a file or not, and with series in the report or not.
+/// The cost of a simulation of `steps` steps. `has_table`: the positions of all nodes go to a file at every step; `has_series`:
+/// the report has the series of tip and energies.
 pub fn simulation_cost(
     problem: &Problem,
     steps: usize,
@@ -162,7 +166,7 @@ pub fn simulation_cost(
     }
 }
 
-/// The cost of a work-precision study.
+/// The cost of a work-precision study of a scene: time of [`STUDY_RUNS`] simulations, memory of the finest one.
 pub fn study_cost(scene: &Scene) -> CostEstimate {
     let (node, nodes) = (node_cost(scene), node_count(scene));
     let steps = scene.time.as_ref().map_or(0.0, |time| time.steps() as f64);
@@ -178,18 +182,20 @@ pub fn study_cost(scene: &Scene) -> CostEstimate {
     }
 }
 
-/// The cost of a fit with its replicates.
+/// The cost of the fit file at `path`: [`FIT_RUNS`] simulations, and [`REPLICATE_RUNS`] per replicate of bootstrap and Monte
+/// Carlo.
 pub fn fit_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
     repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
 }
 
-/// The cost of a design.
+/// The cost of a design with the fit file at `path`: [`DESIGN_RUNS`] simulations of every experiment.
 pub fn design_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     repeated_cost(file, path, DESIGN_RUNS)
 }
 
-/// The cost of this many simulations of every experiment.
+/// The cost of `runs` simulations of every experiment up to its last recorded time, with an equilibrium each per fit. Memory
+/// holds each recorded point with its derivatives by all parameters.
 fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
     // Each recorded value has a derivative by every parameter.
@@ -213,7 +219,7 @@ fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     CostEstimate { file: Some(path), key: "scene", cause, bytes, seconds, disk: 0.0 }
 }
 
-/// Steps of a simulation until the last recorded time.
+/// Number of time steps of an experiment until its last recorded time, at most until the end of the scene; 0 without `[time]`.
 fn recorded_steps(experiment: &Experiment) -> f64 {
     let motions = experiment.measurements.iter().filter_map(Measurement::motion);
     let last = |o: &PointMotion| o.samples.last().map_or(0.0, |sample| sample.time);
@@ -222,7 +228,8 @@ fn recorded_steps(experiment: &Experiment) -> f64 {
     time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil())
 }
 
-/// The nodes of a scene before its mesh is made; those of a polyline are estimated by the size of its file.
+/// The number of nodes of a scene before its mesh exists: segments + 1, the given points of a polyline, or an upper bound by the
+/// size of the polyline's file.
 fn node_count(scene: &Scene) -> f64 {
     match (&scene.rod.shape, scene.rod.segments) {
         (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
@@ -234,17 +241,18 @@ fn node_count(scene: &Scene) -> f64 {
     }
 }
 
-/// The cost of a node of a scene without a mesh, whose model is chosen later: planar unless the scene is spatial.
+/// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod unless the scene requires a spatial one.
 fn node_cost(scene: &Scene) -> NodeCost {
     if scene.rod.dimension == Dimension::Spatial { SPATIAL } else { PLANAR }
 }
 
-/// The cost of a node by the model of its problem.
+/// The cost of a node of a problem, by its model, planar or spatial.
 fn problem_node_cost(problem: &Problem) -> NodeCost {
     if problem.planar().is_some() { PLANAR } else { SPATIAL }
 }
 
-/// Limits the threads of `RAYON_NUM_THREADS` to [`MAX_THREADS`].
+/// Limits the threads of the pool to [`MAX_THREADS`] if `RAYON_NUM_THREADS` is larger, with a warning. No effect otherwise,
+/// or if a pool exists already.
 pub fn limit_threads(global: GlobalOptions) {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok());
     let Some(asked) = asked.filter(|n| *n > MAX_THREADS) else { return };
@@ -255,17 +263,17 @@ pub fn limit_threads(global: GlobalOptions) {
     }
 }
 
-/// A count in words, with an exponent if it is large.
+/// A count as text, with an exponent from 1e5 on.
 fn count(n: f64) -> String {
     if n < 1e5 { format!("{n:.0}") } else { format!("{n:.1e}") }
 }
 
-/// A number of bytes in words.
+/// A number of bytes as text, in MB or GB.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
 }
 
-/// A duration, s, in words.
+/// A duration, s, as text in a fitting unit from seconds to years.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),

@@ -128,6 +128,7 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     };
     add_number(&mut keys, "sigma", options.sigma);
     if scene.supports.path.is_some() {
+        // The recording itself is read by the keys of the scene's table, which these options would contradict.
         let excluded = [
             ("--marker", options.marker.is_some()),
             ("--time-zero", options.time_zero.is_some()),

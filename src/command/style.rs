@@ -52,6 +52,7 @@ fn style(
 mod tests {
     use crate::command::style::style;
 
+    /// Whether output is colored, at a terminal or not, with these environment variables (name and value).
     fn is_colored(is_terminal: bool, set: &[[&str; 2]]) -> bool {
         let value =
             |name: &str| set.iter().find(|[own, _]| *own == name).map(|[_, v]| v.to_string());

@@ -1,11 +1,14 @@
-//! Bisection of rejected steps.
+//! Bisection of rejected steps: a step that fails, or gains energy, is replaced by two steps of half its size.
+//!
+//! Halving continues up to [`HALVINGS`] times; the error of the smallest step then ends the run. Simulations with
+//! derivatives and assemblies of rods use the same function through the trait [`BisectedSteps`].
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::error::Error;
 use crate::rod::Rod;
 
-/// A simulation whose steps can be taken back, with what follows it, such as its derivatives.
+/// A simulation whose steps can be undone, together with its derivatives.
 pub(crate) trait BisectedSteps {
     /// The rod.
     type Rod: Rod<f64>;
@@ -13,7 +16,7 @@ pub(crate) trait BisectedSteps {
     /// The simulation.
     fn simulation(&self) -> &Simulation<f64, Self::Rod>;
 
-    /// Makes a step to a time, s.
+    /// Makes a trial step to a time, s.
     ///
     /// # Errors
     /// Those of the step; the state is then the one before it.
@@ -22,13 +25,13 @@ pub(crate) trait BisectedSteps {
     /// Restores the state before the last step.
     fn step_back(&mut self);
 
-    /// Completes an accepted step.
+    /// Completes an accepted step, for example by advancing derivatives.
     ///
     /// # Errors
     /// Those of the derivatives.
     fn accepted(&mut self) -> Result<(), Error>;
 
-    /// The control of the energy, with the simulation.
+    /// The energy control of the steps, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Self::Rod>);
 }
 
@@ -40,7 +43,7 @@ pub(crate) fn advance(steps: &mut impl BisectedSteps, time: f64) -> Result<(), E
     advance_halved(steps, time, 0)
 }
 
-/// The same after so many halvings.
+/// [`advance`] for a step that is already the result of so many halvings.
 fn advance_halved(steps: &mut impl BisectedSteps, time: f64, halvings: u32) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     // Trial step, and its energy.

@@ -1,56 +1,55 @@
-//! The equations of a step that Newton's method solves, and their numbers.
+//! The equations of an implicit time step and their coefficients: Newmark-beta, average vector field,
+//! generalised-alpha.
+//!
+//! From the scheme, its parameter and the step size `h` follow [`StepCoefficients`]: the factors of forces, velocities,
+//! accelerations and strain rates at both ends of the step. Newton's method solves the equations for the unknowns `q1`
+//! at the end; velocities and accelerations there follow. `q0`, `v0`, `a0` are unknowns, velocities and accelerations
+//! at the start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus the damping force.
 //!
 //! # Newmark-beta
 //!
-//! The paper's scheme, Eq. (6), with its misprint corrected.
-//!
-//! With `n(q, v)` the elastic gradient less the loads plus the damping force, a step of length `h`
-//! solves
+//! The paper's scheme, Eq. (6), with its misprint corrected. A step of length `h` solves
 //!
 //! ```text
 //! M (q1 - q0) - h M v0 + h^2 beta^2 n1 + h^2 beta (1 - beta) n0 = 0
 //! v1 = (q1 - q0)/(h beta) - (1 - beta)/beta v0
 //! ```
 //!
-//! for `beta` in [1/2, 1]: implicit Euler at 1, second order without dissipation at 1/2. The
-//! printed Eq. (6a) has the two factors of `n` exchanged and contradicts both Eq. (6c) and the
-//! paper's own remark that beta = 1 gives Eq. (4); it does not dissipate at any beta and is
-//! explicit at beta = 1.
+//! for `beta` in [1/2, 1]: implicit Euler at 1, second order without dissipation at 1/2. The printed Eq. (6a) has the
+//! two factors of `n` exchanged. It contradicts Eq. (6c) and the paper's remark that beta = 1 gives Eq. (4); it does
+//! not dissipate at any beta and is explicit at beta = 1.
 //!
-//! Kelvin-Voigt damping stresses every strain `s` with `K (s - s_natural + eta ds/dt)`. The rate at
-//! the end follows from the change over the step as the velocity does,
-//! `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`, so a damped step is an elastic one with stiffness
-//! `K c` and natural strain `(s_natural + shift)/c`, where `c = 1 + eta/(h beta)` and
-//! `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
+//! Kelvin-Voigt damping stresses every strain `s` with `K (s - s_natural + eta ds/dt)`. The rate at the end follows
+//! from the change over the step as the velocity does, `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`. A damped step is
+//! therefore an elastic one with stiffness `K c` and natural strain `(s_natural + shift)/c`, where
+//! `c = 1 + eta/(h beta)` and `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
 //!
-//! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there: at
-//! beta = 1/2 that would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps
-//! no error, only changes its sign, so that the errors of a stiff wire accumulate until it diverges.
-//! The viscous force over a step is then `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))` with the mean rates
-//! `d` of this step and the last and the gradients `G` of the strain at both ends: of second order at
-//! beta = 1/2, and where the geometry is linear just `eta K d1 G`, which never adds energy. The first
-//! step takes `d0 = 0`: that is of first order for one step. It neglects the initial strain rates of a
-//! rod that starts with a velocity while an end is held; they last for less than a step.
+//! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there. At beta = 1/2 the
+//! latter would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps no error, only changes
+//! its sign, so that the errors of a stiff wire accumulate until it diverges. With the mean rates `d0` of the last step
+//! and `d1` of this one, and the gradients `G0` and `G1` of the strain at both ends, the viscous force over a step is
+//! `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))`. It is of second order at beta = 1/2. Where the geometry is linear it is
+//! just `eta K d1 G`, which never adds energy. The first step takes `d0 = 0`, which is of first order for one step. It
+//! neglects the initial strain rates of a rod that starts with a velocity while an end is held; they last for less than
+//! a step.
 //!
 //! # Average vector field
 //!
-//! beta = 1/2 takes the mean of the forces at both ends of the step and lets the energy of a stiff
-//! rod grow in the long run. The mean over the straight line between them,
+//! At beta = 1/2 the mean of the forces at both ends of the step lets the energy of a stiff rod grow in long runs. The
+//! mean over the straight line between them,
 //!
 //! ```text
 //! M (q1 - q0) - h M v0 + h^2/2 int_0^1 n(q0 + s (q1 - q0)) ds = 0
 //! v1 = 2 (q1 - q0)/h - v0
 //! ```
 //!
-//! keeps the energy exactly (Quispel and McLaren 2008): its work over the step is the difference
-//! of the potentials. The integral is Gauss's with four points, which is exact to rounding for the
-//! rotations of reasonable steps (where it is not, the step is taken in halves; of [energies of one's
-//! own](crate::energy::own), which may have corners, the energy is only kept from growing). Damping
-//! acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in
-//! Newmark-beta at 1/2. It does not act at the stages between them: nodes on straight lines shorten
-//! every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`, and the dissipation of
-//! that stretching, `eta EA alpha^4/24` a step and length, is more than that of bending in a wire.
-
+//! conserves the energy exactly (Quispel and McLaren 2008): its work over the step is the difference of the potentials.
+//! The integral is Gauss quadrature with four points, which is exact to rounding for the rotations of reasonable steps.
+//! Where it is not, the step is halved. The energy of [user-defined energies](crate::energy::own), which may have
+//! corners, is only kept from growing. Mass damping acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts
+//! at both ends of the step as in Newmark-beta at 1/2. It does not act at the stages in between: nodes on straight
+//! lines shorten every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`. The dissipation of that
+//! stretching, `eta EA alpha^4/24` per step and length, is more than that of bending in a wire.
 //!
 //! # Generalised-alpha
 //!
@@ -62,16 +61,15 @@
 //! v1 = v0 + h ((1 - g) a0 + g a1)
 //! ```
 //!
-//! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and
-//! `b = (1 - am + af)^2/4` for the factor `rho` of unresolved fast modes over a step:
-//! second order at every `rho`, and so little dissipation of slow modes that rods which hardly
-//! stretch take large steps without spurious oscillation. Without `a1` the first line is, times
-//! `b h^2/(1 - am)`, of Newmark's form with one more term, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
+//! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and `b = (1 - am + af)^2/4`. `rho` is
+//! the factor of unresolved fast modes over a step. The scheme has second order at every `rho`. Slow modes dissipate so
+//! little that rods which hardly stretch take large steps without spurious oscillation. Without `a1` the first line is,
+//! times `b h^2/(1 - am)`, of Newmark's form. One term is added, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
 //!
-//! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates
-//! of this step and the last, so that the rate at the end counts as
-//! `((3/2 - af) d1 - d0/2)/(1 - af)` beside `d0` at the start: that of Newmark-beta at `rho = 1`,
-//! and at `rho = 0` the difference formula BDF2, which is stable however stiff the damping.
+//! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates of this step and
+//! the last. The rate at the end therefore counts as `((3/2 - af) d1 - d0/2)/(1 - af)`, beside `d0` at the start. At
+//! `rho = 1` that is the rate of Newmark-beta, and at `rho = 0` the difference formula BDF2, which is stable however
+//! stiff the damping.
 //!
 //! Where accelerations at the start are not known, the first step is one of implicit Euler.
 
@@ -79,7 +77,7 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::map_components;
 use crate::scene::Scheme;
 
-/// The numbers of one step.
+/// The coefficients of the equations of one step, made of its size and the scheme's parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct StepCoefficients<D> {
     /// Length of the step, s.
@@ -94,13 +92,13 @@ pub struct StepCoefficients<D> {
     pub old_velocity_factor: D,
     /// Terms of the acceleration at the start, for schemes that use it.
     pub acceleration: Option<Acceleration<D>>,
-    /// Factors of the changes of strains and of their rates before in the rates at the end, 1/s and 1.
+    /// Factors of the change of a strain, 1/s, and of minus its mean rate before, 1, in its rate at the end.
     strain_rate: [D; 2],
-    /// Where between start (0) and end (1) the forces are taken, and with which weight.
+    /// The points between start (0) and end (1) at which the forces are evaluated, with their weights.
     pub stages: &'static [Stage],
 }
 
-/// The terms of the accelerations.
+/// Coefficients of the accelerations, for generalised-alpha only.
 #[derive(Clone, Copy, Debug)]
 pub struct Acceleration<D> {
     /// Factor of the masses and the acceleration at the start in the residual, s^2.
@@ -112,16 +110,16 @@ pub struct Acceleration<D> {
     pub end: [D; 3],
 }
 
-/// A point on the straight line from the start of a step to its end.
+/// A point on the straight line from the start of a step to its end, at which forces are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
-    /// Part of the way.
+    /// Fraction of the way from start (0) to end (1).
     pub place: f64,
-    /// Weight of the forces there.
+    /// Weight of the forces there in the mean over the step.
     pub weight: f64,
 }
 
-/// The end of a step.
+/// The end of a step, with all the weight: the only stage of schemes that do not average.
 pub const END: Stage = Stage { place: 1.0, weight: 1.0 };
 
 /// Gauss-Legendre quadrature of four points on [0, 1]: exact for forces of the seventh degree.
@@ -133,8 +131,9 @@ const AVERAGE: [Stage; 4] = [
 ];
 
 impl<D: Scalar> StepCoefficients<D> {
-    /// The step of length `h`, s, of a scheme with its `parameter`. `knows_acceleration`: whether the
-    /// accelerations at its start are known.
+    /// The coefficients of a step of size `h`, s, of a scheme with its `parameter` (beta or rho). `knows_acceleration`:
+    /// whether the accelerations at its start are known; without them generalised-alpha takes one step of implicit
+    /// Euler.
     #[inline]
     pub fn new(scheme: Scheme, parameter: D, knows_acceleration: bool, h: f64) -> Self {
         match scheme {
@@ -159,7 +158,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients of the Newmark-beta scheme with parameter `beta` and step size `h`, s.
+    /// The coefficients of Newmark-beta with the parameter `beta` and the step size `h`, s: `end = h^2 beta^2`,
+    /// `start = h^2 beta (1 - beta)`, `rate = 1/(h beta)`.
     #[inline]
     fn newmark(beta: D, h: f64) -> Self {
         let rest = -beta + 1.0;
@@ -177,7 +177,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients of the generalised-alpha scheme with the spectral radius `rho` and step size `h`, s.
+    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, from `am`, `af`,
+    /// gamma and beta of Chung and Hulbert (1993).
     fn generalised_alpha(rho: D, h: f64) -> Self {
         // am and af of Chung and Hulbert, then gamma and beta for second order.
         let part = (rho + 1.0).recip();
@@ -223,20 +224,20 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Whether the forces are an average over the step.
+    /// Whether the forces are a mean over several stages of the step.
     #[inline]
     pub fn averages(&self) -> bool {
         self.stages.len() > 1
     }
 
-    /// The same without accelerations, so that loops over unknowns do not test for them.
+    /// The same coefficients without those of accelerations, so that loops over unknowns do not test for them.
     #[inline(always)]
     pub fn without_acceleration(self) -> Self {
         Self { acceleration: None, ..self }
     }
 
-    /// Velocity at the end of an unknown that changed by `change` from the velocity `v0`, Eq. (6c), and
-    /// the acceleration `a0`, of which schemes without know nothing.
+    /// Velocity at the end of an unknown that changed by `change` from the velocity `v0`, Eq. (6c), and the
+    /// acceleration `a0`. Schemes without accelerations ignore `a0`.
     #[inline]
     pub fn velocity(&self, change: D, v0: D, a0: D) -> D {
         let v1 = change * self.rate - self.old_velocity_factor * v0;
@@ -246,21 +247,22 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Factors of the change of an unknown, of its velocity and of its acceleration at the start in the
+    /// Factors of the change of an unknown, 1/s, of its velocity, and of its acceleration at the start, s, in the
     /// [velocity](Self::velocity) at the end.
     pub fn velocity_factors(&self) -> [D; 3] {
         let acceleration = self.acceleration.as_ref().map_or(D::from(0.0), |a| a.velocity);
         [self.rate, -self.old_velocity_factor, acceleration]
     }
 
-    /// The same in the [velocity that mass damping acts on](Self::damped_velocity).
+    /// Factors of change, velocity and acceleration in the [velocity that mass damping acts on](Self::damped_velocity).
     pub fn damped_velocity_factors(&self) -> [D; 3] {
         // An averaging scheme damps the mean velocity, which keeps the energy balance exact.
         let [mean, zero] = [D::from(1.0 / self.h), D::from(0.0)];
         if self.averages() { [mean, zero, zero] } else { self.velocity_factors() }
     }
 
-    /// The same in the [acceleration](Self::acceleration_at_end) at the end.
+    /// Factors of change, velocity and acceleration at the start in the [acceleration](Self::acceleration_at_end) at
+    /// the end.
     pub fn acceleration_factors(&self) -> [D; 3] {
         let ([rate, old_velocity_factor, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
         let Some(Acceleration { end, .. }) = self.acceleration else {
@@ -276,8 +278,8 @@ impl<D: Scalar> StepCoefficients<D> {
         if self.averages() { change * (1.0 / self.h) } else { self.velocity(change, v0, a0) }
     }
 
-    /// Acceleration at the end of a step in which an unknown changed by `change`, and its velocity from
-    /// `v0` to `v1`.
+    /// Acceleration at the end of a step in which an unknown changed by `change`, and its velocity from `v0` to `v1`.
+    /// Without accelerations in the scheme it is the mean acceleration `(v1 - v0)/h`.
     #[inline]
     pub fn acceleration_at_end(&self, change: D, [v0, v1]: [D; 2], a0: D) -> D {
         match &self.acceleration {
@@ -286,13 +288,14 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Derivative of the [damped velocity](Self::damped_velocity) by the change, 1/s.
+    /// Derivative of the [damped velocity](Self::damped_velocity) by the change of the unknown, 1/s.
     #[inline]
     pub fn damped_velocity_slope(&self) -> D {
         if self.averages() { D::from(1.0 / self.h) } else { self.rate }
     }
 
-    /// Residual of one degree of freedom, N s^2: the corrected Eq. (6a).
+    /// Residual of one degree of freedom, kg m, the corrected Eq. (6a): from its mass, its change over the step,
+    /// velocity and acceleration at the start, and forces at the end, `n1`, and at the start, `n0`.
     #[inline]
     pub fn residual(&self, mass: D, change: D, [v0, a0]: [D; 2], n1: D, n0: D) -> D {
         // Change over the step less that at constant velocity.
@@ -303,9 +306,9 @@ impl<D: Scalar> StepCoefficients<D> {
         mass * inertial + self.end * n1 + self.start * n0
     }
 
-    /// Writes minus the residuals of unknowns that go from `q0` with the velocities `v0` to `q1`, under
-    /// forces `n0` at the start and `n1` at the end. The accelerations are asked for by a function, so
-    /// that a scheme without does not look for them.
+    /// Overwrites `minus` with minus the residuals of unknowns that move from `q0` to `q1`. Velocities at the start are
+    /// `v0`, forces `n0`; forces at the end are `n1`. The function `a0` returns the acceleration at the start, and is
+    /// called only by schemes with accelerations.
     #[inline(always)]
     pub fn residuals(
         self,
@@ -324,7 +327,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Adds the forces of mass damping to `n1`, likewise.
+    /// Adds the forces of mass damping, `c m v`, N, to `n1`. `damping` is `c`, 1/s; `v` is the damped velocity from the
+    /// unknowns at both ends and the velocities `v0` and accelerations `a0` at the start.
     #[inline(always)]
     pub fn add_damping(
         self,
@@ -341,7 +345,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Writes the velocities at the end, likewise.
+    /// Overwrites `v1` with the velocities at the end, from the unknowns `q1` at the end and `q0`, velocities `v0` and
+    /// accelerations `a0` at the start: `rate (q1 - q0) - old_velocity_factor v0`, plus the term of `a0`.
     #[inline(always)]
     pub fn velocities(self, [q1, q0, v0]: [&[D]; 3], a0: impl Fn(usize) -> D, v1: &mut [D]) {
         let count = v1.len();
@@ -351,7 +356,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Writes the accelerations at the end, likewise.
+    /// Overwrites `a1` with the accelerations at the end, from unknowns and velocities at both ends and the
+    /// accelerations `a0` at the start.
     #[inline(always)]
     pub fn accelerations(self, [q1, q0, v0, v1]: [&[D]; 4], a0: impl Fn(usize) -> D, a1: &mut [D]) {
         let count = a1.len();
@@ -361,15 +367,15 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The part of the viscous stress at an end that its forces count with: an average counts both
-    /// ends by half, and once.
+    /// The viscous time `eta` multiplied by the weight of an end of the step: a mean over the step takes half of the
+    /// viscous stress at each end.
     #[inline]
     fn viscous(&self, eta: D) -> D {
         if self.averages() { eta * 0.5 } else { eta }
     }
 
-    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s; of an average
-    /// that of the viscous stress alone.
+    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s: `1 + eta/(h beta)`. Averaging
+    /// schemes: that of the viscous stress alone.
     #[inline]
     pub fn viscous_factor(&self, eta: D) -> D {
         let viscous = self.viscous(eta) * self.strain_rate[0];

@@ -1,4 +1,7 @@
-//! Motions of the director axes that markers beside the center line move with, and their derivatives by parameters.
+//! Motions of the director axes of edges, for markers beside the center line, and their derivatives by parameters.
+//!
+//! A marker with an offset moves with the directors of its edge. Input: a state, and its sensitivities. Output for
+//! every recorded edge: three unit axes with their rates (1/s), and the derivatives of both.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;
@@ -10,14 +13,16 @@ use std::sync::Arc;
 
 /// The directors of a rod, from which the axes of recorded edges follow.
 pub(super) struct DirectorAxes {
+    /// The recorded edges, ascending.
     edges: Arc<[usize]>,
+    /// The rotation from the frames of a simulation to the directors.
     directors: DirectorRotation<f64>,
-    /// With the derivatives by every parameter.
+    /// The same with the derivatives along each parameter.
     derived: Vec<DirectorRotation<Dual64>>,
 }
 
 impl DirectorAxes {
-    /// The axes of the edges of a record; none where it has no edges.
+    /// The axes of the edges of `record`, with their derivatives by `parameters`; `None` if it has no edges.
     pub fn new<M: Model>(
         discretized: &Discretized<'_, M>,
         parameters: &[Parameter],
@@ -34,7 +39,7 @@ impl DirectorAxes {
         })
     }
 
-    /// Three unit axes of every recorded edge in a state, with their rates, 1/s.
+    /// Three unit axes of every recorded edge in a state, each with its rate of change, 1/s.
     pub fn motions<M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -45,7 +50,7 @@ impl DirectorAxes {
             .flat_map(move |edge| discretized.axes(self.directors, q, v, frames, *edge))
     }
 
-    /// The derivatives of these motions by parameter `k`.
+    /// The derivatives of axes and rates by parameter `k`, in the order of [`motions`](Self::motions).
     pub fn rates<M: Model>(
         &self,
         discretized: &Discretized<'_, M>,

@@ -1,24 +1,24 @@
-//! Energy that a time integrator adds to a motion, or takes from it.
+//! Energy that a time integration scheme adds to a motion, or removes from it, as a warning.
 //!
-//! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an
-//! error of the scheme. The largest kinetic energy is the scale: a motion whose energy changes by all of it is not that of the
-//! scene. Gains stop a run ([`StepControl`](crate::dynamics::step_control::StepControl)); losses are reported here.
+//! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an error
+//! of the scheme. The scale is the largest kinetic energy: a change by all of it makes the motion wrong. Gains stop a
+//! run ([`StepControl`](crate::dynamics::step_control::StepControl)); losses above [`MAX_CHANGE`] are reported here.
 
 use crate::code::Code;
 use crate::scene::{Scene, SchemeParameter, Time};
 
-/// Largest numerical change of the energy of a scheme that is meant to keep it, over the largest kinetic energy: the
-/// limit of step control for gains.
+/// Largest change of the energy without a warning, over the largest kinetic energy: the limit of step control for
+/// gains.
 const MAX_CHANGE: f64 = 0.1;
-/// The same where `beta` or `rho_inf` asks for numerical dissipation, or the program chose the step for the accuracy of
-/// positions: high modes that hold little displacement may lose their energy.
+/// The same where `beta` or `rho_inf` requests numerical dissipation, or the program chose the step for the accuracy of
+/// positions: high modes with little displacement may lose their energy.
 const MAX_DISSIPATION: f64 = 1.0;
-/// Above this beta Newmark's scheme dissipates.
+/// From this beta on Newmark's scheme is taken as dissipative.
 const DISSIPATIVE_BETA: f64 = 0.505;
-/// Below this `rho_inf` generalised-alpha dissipates.
+/// Up to this `rho_inf` generalised-alpha is taken as dissipative.
 const DISSIPATIVE_RHO_INF: f64 = 0.98;
 
-/// Whether the number of the scheme asks for numerical dissipation.
+/// Whether the parameter of the scheme requests numerical dissipation.
 pub(super) fn is_dissipative(time: &Time) -> bool {
     match time.scheme.traits().parameter {
         Some(SchemeParameter::Beta) => time.beta >= DISSIPATIVE_BETA,
@@ -27,12 +27,14 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
     }
 }
 
-/// Whether every change of the total energy of a scene is an error of the scheme.
+/// Whether the total energy of a scene is constant: no damping, flow or moving support. Every change is then an error
+/// of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
     !(scene.supports.move_ends() || scene.loads.have_flow() || scene.loads.are_dissipative())
 }
 
-/// The warning of a run whose total energy changed by `change` of the largest kinetic energy.
+/// The warning of a run whose total energy changed by `change`, a fraction of the largest kinetic energy; `None` below
+/// the limit and for scenes that are not conservative.
 pub(crate) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let time = scene.time.as_ref().filter(|_| is_conservative(scene))?;
     // A chosen step is for the accuracy of positions, which lost high modes hardly change.

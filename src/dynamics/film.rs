@@ -1,13 +1,17 @@
-//! A motion with a bounded number of frames and samples, for the animation and the plots of a page.
+//! A motion thinned to a bounded number of frames and samples, for the animation and the plots of a page.
+//!
+//! Input: the states of a run, step after step. Tip and energies are kept at regular intervals, at most about
+//! [`SAMPLES`] times; the shape at selected nodes at most about [`FRAMES`] times. The first and the last state are
+//! always kept.
 
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;
 use crate::rod::Energies;
 use crate::scene::Stencil;
 
-/// Largest number of shapes of a film, beside the first.
+/// Largest number of shapes of a film, beside the first. More shapes make larger pages and smoother animations.
 const FRAMES: usize = 200;
-/// Largest number of samples of tip and energies.
+/// Largest number of samples of tip and energies, beside the first: more than the pixels of a plot add nothing.
 const SAMPLES: usize = 1000;
 /// Largest number of edges of a shape.
 const EDGES: usize = 100;
@@ -19,9 +23,11 @@ pub struct Film {
     nodes: Vec<usize>,
     /// The tip as a weighted sum of nodes.
     tip: Stencil,
+    /// Number of steps of the run.
     steps: usize,
     /// Steps from one sample to the next, and samples from one frame to the next.
     every: [usize; 2],
+    /// Number of states added so far.
     seen: usize,
     frames: Vec<Frame>,
     samples: Vec<FilmSample>,
@@ -48,7 +54,7 @@ pub struct FilmSample {
 }
 
 impl Film {
-    /// An empty film of a run of so many steps.
+    /// An empty film for a run of so many steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let (last, sample) = (problem.nodes() - 1, steps.div_ceil(SAMPLES).max(1));
         let between = last.div_ceil(EDGES).max(1);
@@ -61,7 +67,8 @@ impl Film {
         Self { nodes, tip: problem.tip(), steps, every, seen: 0, frames, samples }
     }
 
-    /// Adds the initial state of a simulation, or the state after a step.
+    /// Adds the initial state of a simulation, or the state after a step. Only states at the sampling intervals, and
+    /// the last one, are kept.
     pub fn push(&mut self, simulation: &dyn Snapshot) {
         let [sample, frame] = self.every;
         let step = self.seen;
@@ -80,7 +87,7 @@ impl Film {
         }
     }
 
-    /// Shapes, with the first and the last.
+    /// The shapes, from the first to the last state.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }
@@ -90,7 +97,7 @@ impl Film {
         &self.samples
     }
 
-    /// A description of the omitted steps and nodes; none if there are none.
+    /// A description of the omitted steps and nodes, for a caption; `None` if nothing was omitted.
     pub fn thinned(&self, problem: &Problem) -> Option<String> {
         let [sample, frame] = self.every;
         let mut words = Vec::new();
@@ -107,7 +114,7 @@ impl Film {
     }
 }
 
-/// `2nd`, `13th`.
+/// An ordinal number as text, such as `2nd` or `13th`.
 fn ordinal(n: usize) -> String {
     let ending = match (n % 10, n % 100) {
         (_, 11..=13) => "th",

@@ -1,4 +1,8 @@
-//! The largest step of an explicit scheme: its limit of stability over the highest frequency.
+//! The largest stable step of an explicit scheme: its stability limit over the highest angular frequency of the rod.
+//!
+//! The highest eigenvalue of `K x = omega^2 M x` at the start of the scene is found by bisection. The number of
+//! negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). A step above the limit is
+//! rejected before the run.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -9,11 +13,12 @@ use crate::rod::Rod;
 use crate::scene::Scheme;
 use std::ops::Range;
 
-/// Relative tolerance of the highest frequency.
+/// Relative tolerance of the highest eigenvalue. A larger value rejects some stable steps; a smaller one costs
+/// factorizations.
 const TOLERANCE: f64 = 1e-4;
 
 impl<M: Model> Discretized<'_, M> {
-    /// The largest step of the scene's scheme about its start, s; none if every step is stable.
+    /// The largest stable step of the scene's scheme at its start, s; `None` for schemes without a limit.
     ///
     /// # Errors
     /// Those of making the [start](Self::simulation).
@@ -29,7 +34,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
     }
 
-    /// Refuses a step above the largest.
+    /// Rejects a scene whose step exceeds the largest stable one of its explicit scheme. Schemes without a limit pass.
     pub(crate) fn check_step(&self) -> Result<(), Error> {
         let (Some(largest), Some(time)) = (self.largest_step()?, &self.scene().time) else {
             return Ok(());
@@ -47,8 +52,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The largest eigenvalue of `K x = lambda M x` in `range`, from above. By bisection: `K - lambda M`
-/// has as many negative pivots as there are eigenvalues below `lambda`.
+/// An upper bound of the largest eigenvalue of `K x = lambda M x` of the unknowns in `range`, 1/s^2, to [`TOLERANCE`].
+/// Bisection: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`.
 fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usize>) -> f64 {
     let n = mass.len();
     let mut sums = vec![0.0; n];

@@ -1,4 +1,8 @@
-//! Linearization of an implicit step at its solution.
+//! Linearization of an implicit step at its solution: the data from which derivatives over the step follow.
+//!
+//! [`Linearization`] refers to the states before and after, and to the tangent of the forces at the solution. It has
+//! the factors of the matrix of the step, `M (1 + h beta c) + h^2 beta^2 K`. Forward sensitivities and the adjoint
+//! solve with these factors; solutions of indefinite matrices are checked by their residual.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
@@ -10,7 +14,11 @@ use crate::rod::{FactorsOf, NodalDrag, Rod, State};
 use crate::scene::{Damping, Scheme};
 use std::ops::Range;
 
-/// The forces at one place between the start of a step and its end.
+/// Largest residual of a linear solution, over the size of its right-hand side: half of all digits. Only solutions with an
+/// indefinite matrix are checked.
+const SOLUTION_TOLERANCE: f64 = 1e-8;
+
+/// The forces of a rod at one stage of an averaging scheme, or at its end for the viscous ones.
 #[derive(Clone, Debug)]
 pub struct StageForces<D: Scalar, R: Rod<D>> {
     /// The unknowns there, m (rad for angles).
@@ -42,7 +50,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub derivatives: Derivatives,
     /// The unknowns that move.
     pub free: Range<usize>,
-    /// Those among them that a recording leads: they have no derivatives, and rows and columns of the identity in
+    /// Those among them with a recorded motion: they have no derivatives, and rows and columns of the identity in
     /// [`tangent`](Self::tangent) and [`matrix`](Self::matrix).
     pub prescribed: &'a PrescribedDofs,
     /// The scheme whose equations were solved.
@@ -80,17 +88,16 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
 }
 
 impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
-    /// The numbers of the step, for a scheme's `parameter` that may carry derivatives.
+    /// The coefficients of the step for a `parameter` of the scheme that may carry derivatives.
     pub fn coefficients<E: Scalar>(&self, parameter: E) -> StepCoefficients<E> {
         let knows_acceleration = !self.before.acceleration.is_empty();
         let h = self.after.time - self.before.time;
         StepCoefficients::new(self.scheme, parameter, knows_acceleration, h)
     }
 
-    /// Refuses a solution `x` of the factored matrix and right-hand side `b` that is not one to
-    /// about half of all digits. A positive definite matrix is always solved well; one with
-    /// negative pivots may not be. (Newton's corrections need no such check: one that does not
-    /// shrink as predicted is followed by another.)
+    /// Rejects a solution `x` of the factored matrix and right-hand side `b` whose residual exceeds
+    /// `SOLUTION_TOLERANCE` of both. A positive definite matrix is always solved well; one with negative pivots may not
+    /// be. (Newton's corrections need no such check: one that does not shrink as predicted is followed by another.)
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -108,7 +115,7 @@ impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
         let error = largest(&mut residual.into_iter()) * tangent.value();
         let size = largest(&mut rest[self.free.clone()].iter().copied())
             + largest(&mut b[self.free.clone()].iter().copied());
-        match error <= 1e-8 * size {
+        match error <= SOLUTION_TOLERANCE * size {
             true => Ok(()),
             false => Err(Error::SingularTangent { time: self.after.time, row: self.free.start }),
         }

@@ -1,5 +1,9 @@
-//! Motion of a rod: time integration schemes, simulations and their step control, derivatives of trajectories by
-//! parameters (forward and adjoint), and recorded trajectories.
+//! Motion of a rod: time integration of `M q'' + c M q' + dE/dq = F(t)`, and derivatives of the motion by parameters.
+//!
+//! A prepared problem gives the initial state ([`Simulation`]); a stepper of the scheme advances it; step control
+//! rejects wrong steps, which are bisected. The run is recorded as a [`Trajectory`] (positions and velocities of
+//! selected nodes) with derivatives by parameters: forward sensitivities, or the adjoint ([`Reversible`]) for the
+//! gradient of a misfit.
 
 pub mod adjoint;
 mod bisection;

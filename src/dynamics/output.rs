@@ -1,4 +1,8 @@
 //! Output of `rodfit simulate`: a CSV table of all nodes during the run, and a JSON report at its end.
+//!
+//! [`NodeTable`] writes a row per step: time (s) and coordinates of all nodes (m). [`SimulationReport`] collects tip,
+//! energies, work and warnings (strain, energy balance, instability), and describes the change of the total energy in
+//! one sentence. [`shape_csv`] writes one shape as a polyline with arc lengths.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -13,8 +17,12 @@ use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
-/// An energy that changes by less than this part of the largest kinetic energy is kept.
+/// Change of the energy, over the largest kinetic energy, up to which the text calls the energy conserved. Affects the
+/// text only.
 const MAX_KEPT: f64 = 0.02;
+/// Displacement over the length of a rod, in the time of the scene, up to which the rod counts as still: far above rounding
+/// errors of coordinates.
+const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 
 /// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
 #[derive(Debug)]
@@ -29,7 +37,7 @@ impl<W: Write> NodeTable<W> {
         Self { writer, nodes }
     }
 
-    /// Writes the names of the columns.
+    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
@@ -38,7 +46,7 @@ impl<W: Write> NodeTable<W> {
         writeln!(self.writer)
     }
 
-    /// Appends the state of a simulation.
+    /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state.
     pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
         write!(self.writer, "{}", simulation.time())?;
         for i in 0..self.nodes {
@@ -48,15 +56,14 @@ impl<W: Write> NodeTable<W> {
         writeln!(self.writer)
     }
 
-    /// The writer, all of the table being handed to it.
+    /// The writer, with the whole table written to it.
     pub fn into_inner(self) -> W {
         self.writer
     }
 }
 
-/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node:
-/// where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads it
-/// as a polyline.
+/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node: its position in
+/// world axes, and its arc length from the wall. `initial.shape` accepts the table as a polyline.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for more nodes than the rod has.
@@ -148,7 +155,7 @@ fn is_yes(has_series: &bool) -> bool {
 }
 
 impl SimulationReport {
-    /// A report of nothing yet.
+    /// The report of a run before its first state.
     pub fn new(problem: &Problem) -> Self {
         let (model, model_reason) = problem.model();
         Self {
@@ -178,7 +185,7 @@ impl SimulationReport {
         }
     }
 
-    /// Takes the estimated error of the numerics, and the warnings that follow from it, from the problem.
+    /// Updates resolution and warnings from the `problem`, after its numerics have been checked.
     pub fn assessed(&mut self, problem: &Problem) {
         self.resolution = problem.resolution().copied();
         let warnings = Self::new(problem);
@@ -190,7 +197,7 @@ impl SimulationReport {
         Self { has_series: false, ..self }
     }
 
-    /// Appends the state of a simulation.
+    /// Adds the state of a simulation: tip, energies, largest strain, largest change of energy.
     pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.place(&problem.tip());
@@ -211,7 +218,7 @@ impl SimulationReport {
         }
     }
 
-    /// Takes the totals of a run and how it ended.
+    /// Completes the report with the totals of the run `trajectory`, its warnings, and its `outcome`.
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
@@ -235,13 +242,12 @@ impl SimulationReport {
         };
     }
 
-    /// `[t, x, y, z]` of the tip as it was seen last.
+    /// `[t, x, y, z]` of the last recorded tip, s and m.
     pub fn last_tip(&self) -> Option<[f64; 4]> {
         self.last_tip.or(self.tip.last().copied())
     }
 
-    /// Largest change of the total energy over the largest kinetic energy; 0 of a rod that stays where
-    /// it is.
+    /// Largest change of the total energy over the largest kinetic energy; 0 for a rod that does not move.
     pub fn energy_drift(&self) -> f64 {
         match self.is_still() {
             true => 0.0,
@@ -249,11 +255,12 @@ impl SimulationReport {
         }
     }
 
-    /// A description of the change of the energy. It is an error of the scheme only without damping and moving supports,
-    /// and is measured by the kinetic energy of a rod that moves.
+    /// A description of the change of the energy. Without damping, flow and moving supports the change is an error of
+    /// the scheme, given as a percentage of the largest kinetic energy.
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
+        // Moving supports, flow and damping change the energy too: only without them is a change an error of the scheme.
         let time = scene.time.as_ref();
         let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
@@ -285,20 +292,21 @@ impl SimulationReport {
         }
     }
 
-    /// Whether the kinetic energy is a rounding error.
+    /// Whether the largest kinetic energy is below [`negligible_energy`].
     fn is_still(&self) -> bool {
         self.largest_kinetic_energy <= self.negligible_energy
     }
 }
 
-/// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
+/// The kinetic energy, J, of a rod that moves by [`NEGLIGIBLE_DISPLACEMENT`] of its length during the time of the
+/// scene.
 fn negligible_energy(problem: &Problem) -> f64 {
     let (section, material) = problem.scene().at(0.5);
     let (mass, end) = (
         material.density * section.moments().area * problem.length(),
         problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),
     );
-    0.5 * mass * (1e-9 * problem.length() / end).powi(2)
+    0.5 * mass * (NEGLIGIBLE_DISPLACEMENT * problem.length() / end).powi(2)
 }
 
 /// A number of percent as text: with one decimal, below 0.1 % in scientific notation.

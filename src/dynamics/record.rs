@@ -1,4 +1,8 @@
-//! Recorded motion of a run: positions and velocities of tracked nodes, interpolated between steps.
+//! Recorded motion of a run: positions and velocities of tracked nodes at every step, interpolated in between.
+//!
+//! Storage: one list of motions, record after record, with nodes first and then three director axes per recorded edge;
+//! the derivatives by each parameter in the same order. [`RecordView`] computes positions of points and markers at any
+//! time by cubic Hermite interpolation of positions and velocities, with derivatives if requested.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -13,23 +17,27 @@ use num_dual::Dual64;
 use std::sync::Arc;
 use std::time::Duration;
 
+/// Relative excess of a time over the last record that is accepted: sums of steps and unit conversions have rounding errors
+/// of some 1e-16.
+const TIME_TOLERANCE: f64 = 1e-9;
+
 /// Position and velocity of a node in world axes, m and m/s, or their derivatives.
 pub(crate) type Motion<D = f64> = [[D; 3]; 2];
 
-/// Positions and velocities of some nodes at every step.
+/// Positions and velocities of tracked nodes and director axes at every step of the scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<D = f64> {
     /// The nodes that are recorded, ascending.
     tracked: Arc<[usize]>,
-    /// The edges whose axes are recorded, ascending: three behind the nodes each.
+    /// The edges whose axes are recorded, ascending; three axes each follow the nodes.
     edges: Arc<[usize]>,
     /// Times of the records, s: the start and the end of every step of the scene.
     times: Vec<f64>,
-    /// Of every tracked node and axis, step after step.
+    /// The motions of every tracked node and axis, record after record.
     motion: Vec<Motion<D>>,
-    /// The same derived by every parameter, where a run in plain numbers carries derivatives along.
+    /// Their derivatives by every parameter, in a run in plain numbers with parameters.
     derivatives: Vec<Vec<Motion>>,
-    /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.
+    /// Ends of all accepted steps, s: those of the scene, and halves where a step was rejected.
     pub taken: Vec<f64>,
     /// Energies at every time, if requested.
     pub energies: Option<Vec<Energies>>,
@@ -46,8 +54,7 @@ pub(crate) struct Record<D = f64> {
 }
 
 impl<D: Scalar> Record<D> {
-    /// An empty record of the nodes `tracked`, ascending, with room for derivatives by so many
-    /// parameters.
+    /// An empty record of the nodes `tracked`, ascending, with lists of derivatives by so many parameters.
     pub fn new(tracked: impl Into<Arc<[usize]>>, parameters: usize) -> Self {
         Self {
             tracked: tracked.into(),
@@ -65,7 +72,7 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// With the axes of these edges, ascending.
+    /// The record with the axes of these edges, ascending.
     pub fn with_axes(self, edges: impl Into<Arc<[usize]>>) -> Self {
         Self { edges: edges.into(), ..self }
     }
@@ -93,12 +100,12 @@ impl<D: Scalar> Record<D> {
         self.motion.extend(motions);
     }
 
-    /// The derivatives of the same by parameter `k`, to be appended to.
+    /// The list of derivatives by parameter `k`, to be appended to.
     pub fn derivatives_mut(&mut self, k: usize) -> &mut Vec<Motion> {
         &mut self.derivatives[k]
     }
 
-    /// Makes room for so many derivatives by every parameter, as far as there is any: lists without it grow.
+    /// Reserves memory for derivatives at so many `times` by every parameter. Failure is ignored: the lists grow then.
     pub fn make_room(&mut self, times: usize) {
         let motions = times.saturating_mul(self.width());
         for list in &mut self.derivatives {
@@ -106,7 +113,7 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// Keeps the first so many times alone.
+    /// Removes everything after the first so many `times`.
     pub fn truncate(&mut self, times: usize) {
         let motions = times * self.width();
         self.times.truncate(times);
@@ -118,13 +125,13 @@ impl<D: Scalar> Record<D> {
         self.taken.retain(|end| *end <= last);
     }
 
-    /// The motion of a node after `k` steps; none where it is not recorded.
+    /// Position and velocity of a tracked node after `k` steps; `None` where it is not recorded.
     pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
         let column = self.tracked.binary_search(&node).ok()?;
         self.motion.get(k * self.width() + column)
     }
 
-    /// The index of the motion of a node after `k` steps.
+    /// The index of the motion of a node after `k` steps in the list of motions.
     pub fn index_of(&self, node: usize, k: usize) -> Result<usize, Error> {
         let column = place_in(&self.tracked, node, "a node that was not tracked")?;
         let last = self.times.len().saturating_sub(1);
@@ -140,19 +147,19 @@ impl<D: Scalar> Record<D> {
         self.tracked.len() + 3 * self.edges.len()
     }
 
-    /// Times, motions and their derivatives by every parameter.
+    /// The parts of the record: times, s; motions; and their derivatives by every parameter.
     pub fn into_parts(self) -> (Vec<f64>, Vec<Motion<D>>, Vec<Vec<Motion>>) {
         (self.times, self.motion, self.derivatives)
     }
 
-    /// The record to be read at any time.
+    /// A view of the record that interpolates at any time.
     pub fn read(&self) -> RecordView<'_, D> {
         let motions = RecordedMotions::Own(&self.motion);
         RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
 
-/// A record that is read at any time, in its own numbers or with a derivative.
+/// A record that is interpolated at any time, in its own numbers or with a derivative.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordView<'a, D = f64> {
     tracked: &'a [usize],
@@ -161,7 +168,7 @@ pub(crate) struct RecordView<'a, D = f64> {
     motions: RecordedMotions<'a, D>,
 }
 
-/// The motions of a record.
+/// The motions of a record, with or without derivatives.
 #[derive(Clone, Copy, Debug)]
 enum RecordedMotions<'a, D> {
     /// In the record's own scalar.
@@ -194,7 +201,8 @@ impl<D: Scalar> RecordView<'_, D> {
         self.interpolate(&self.columns(stencil)?, k, &hermite)
     }
 
-    /// The positions of a point at these times, m, likewise: soonest where they ascend.
+    /// The positions of a point at these `times`, m, as [`position`](Self::position) computes them. Ascending times are
+    /// found fastest.
     pub fn places(
         &self,
         stencil: &Stencil<D>,
@@ -210,7 +218,8 @@ impl<D: Scalar> RecordView<'_, D> {
         times.map(place).collect()
     }
 
-    /// The position of a marker at a time, m, likewise.
+    /// The position of a marker at a time, m: the point on the center line plus the offset along the director axes of
+    /// its edges.
     pub fn marker(&self, marker: &MarkerStencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         let mut columns = self.columns(&marker.centre)?;
@@ -222,7 +231,7 @@ impl<D: Scalar> RecordView<'_, D> {
         self.interpolate(&columns, k, &hermite)
     }
 
-    /// Position and velocity of a point at a time, m and m/s, by the same interpolant.
+    /// Position and velocity of a point at a time, m and m/s: the interpolant and its derivative by time.
     pub fn motion(&self, stencil: &Stencil<D>, time: f64) -> Result<Motion<D>, Error> {
         let position = self.position(stencil, D::from(time))?;
         let (k, _) = self.around(time)?;
@@ -234,7 +243,8 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok([position, self.interpolate(&columns, k, &rates)?])
     }
 
-    /// The recorded motions that a point's place at a time is made of, with the weights of their places and velocities.
+    /// The recorded motions from which a point's position at a time is interpolated: their indices, with the weights of
+    /// position and velocity.
     pub fn weights(&self, stencil: &Stencil, time: f64) -> Result<Vec<(usize, [f64; 2])>, Error> {
         let (k, hermite) = self.around(time)?;
         let width = self.width();
@@ -250,33 +260,33 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(ends.into_iter().flat_map(of_end).collect())
     }
 
-    /// The step a time lies in, by its end, and the interpolant there.
+    /// The step that contains `time`, s: the index of the record at its end, and the Hermite weights at that time.
     fn around<E: Scalar>(&self, time: E) -> Result<(usize, HermiteWeights<E>), Error> {
         self.check(time.value())?;
         let k = self.step_at(time.value());
         Ok((k, self.hermite(k, time)))
     }
 
-    /// Rejects times outside of the record.
+    /// Rejects times outside of the record, beyond a relative tolerance of [`TIME_TOLERANCE`].
     fn check(&self, time: f64) -> Result<(), Error> {
         let Some(&last) = self.times.last() else {
             return Err(Error::invalid("trajectory", "no record", "a trajectory that has run"));
         };
         // Sums of steps and unit conversions have rounding errors of some 1e-16.
-        match time >= 0.0 && time <= last * (1.0 + 1e-9) {
+        match time >= 0.0 && time <= last * (1.0 + TIME_TOLERANCE) {
             true => Ok(()),
             false => Err(Error::OutOfRange { what: "time", found: time, low: 0.0, high: last }),
         }
     }
 
-    /// The step a time lies in, by its end.
+    /// The index of the record at the end of the step that contains `time`, s, by bisection.
     fn step_at(&self, time: f64) -> usize {
         // By bisection; a time at the end of the last step belongs to that step.
         let k = self.times.partition_point(|end| *end <= time);
         k.clamp(1, self.times.len().max(2) - 1)
     }
 
-    /// The same, searched from a step on.
+    /// The same as `step_at`, searched forward from step `k`.
     fn step_from(&self, mut k: usize, time: f64) -> usize {
         // Ascending times find the next step by going forward, without a bisection for each.
         if self.times[k - 1] > time {
@@ -288,7 +298,8 @@ impl<D: Scalar> RecordView<'_, D> {
         k
     }
 
-    /// The interpolant at a time in the step that ends with record `k`.
+    /// The weights of positions and velocities at both ends of the step that ends with record `k`, for the cubic
+    /// Hermite interpolant at `time`, s.
     fn hermite<E: Scalar>(&self, k: usize, time: E) -> HermiteWeights<E> {
         match self.times.get(k) {
             Some(end) => HermiteWeights::new(self.times[k - 1], *end, time),
@@ -296,7 +307,8 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The interpolant in the step that ends with record `k`.
+    /// The interpolated value, m, in the step that ends with record `k`: the weighted sum over `columns` with the
+    /// weights `hermite`.
     fn interpolate(
         &self,
         columns: &[(usize, D)],
@@ -321,7 +333,7 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(sum)
     }
 
-    /// The indices of the nodes of a stencil among the motions of a step, with their weights.
+    /// The columns of the nodes of a stencil among the motions of a record, with their weights.
     fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
         let column = |(node, weight): &(usize, E)| {
             Ok((place_in(self.tracked, *node, "a node that was not tracked")?, *weight))
@@ -330,7 +342,7 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 }
 
-/// The index of a node or an edge among the recorded ones.
+/// The index of a node or edge `wanted` in the ascending list `recorded`; `what` names it in the error.
 fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usize, Error> {
     recorded.binary_search(&wanted).map_err(|_| Error::OutOfRange {
         what,
@@ -341,7 +353,7 @@ fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usi
 }
 
 impl Record {
-    /// The record with its derivative by parameter `k`, or by one that changes nothing.
+    /// A view of the record with its derivatives by parameter `k`; zero derivatives for `None`.
     pub fn along(&self, k: Option<usize>) -> RecordView<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
         let motions = RecordedMotions::Along(&self.motion, rates, motion_with_rates);
@@ -349,7 +361,7 @@ impl Record {
     }
 }
 
-/// A motion with its derivatives.
+/// A motion as dual numbers with its derivatives.
 #[inline]
 fn motion_with_rates(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
     let mut both = [[Dual64::from(0.0); 3]; 2];

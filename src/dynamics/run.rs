@@ -1,5 +1,9 @@
-//! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states and their
-//! derivatives by parameters.
+//! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states.
+//!
+//! Input: a discretized scene, parameters of the derivatives, number of steps. After every step of the scene the
+//! motions of tracked nodes and their derivatives are appended to a [`Record`], energies and reactions if requested.
+//! The derivatives are computed on the same thread, or on a second one where a processor is idle; results are bitwise
+//! equal. A run ends early with the error of a step that bisection does not save; the record keeps the states before.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -29,13 +33,13 @@ pub trait Snapshot {
     fn energies(&self) -> Energies;
     /// Counts of the numerical work so far.
     fn work(&self) -> Work;
-    /// Position of a point in world coordinates, m.
+    /// Position of a point on the rod in world coordinates, m: the weighted sum of node positions of its `stencil`.
     fn place(&self, stencil: &Stencil) -> [f64; 3] {
         stencil.place(|i| self.position(i))
     }
 }
 
-/// The snapshot of a simulation.
+/// The snapshot of a simulation with its model, which converts to world coordinates.
 struct SimulationSnapshot<'a, M: Model> {
     model: &'a M,
     simulation: &'a Simulation<f64, M::Rod<f64>>,
@@ -60,7 +64,7 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     }
 }
 
-/// A run: the discretized scene, the parameters of the derivatives and the number of steps.
+/// A run to be made: the discretized scene, the parameters of the derivatives and the number of steps of the scene.
 pub(super) struct RunTask<'a, M: Model> {
     pub problem: &'a Problem,
     pub discretized: &'a Discretized<'a, M>,
@@ -68,10 +72,10 @@ pub(super) struct RunTask<'a, M: Model> {
     pub steps: usize,
 }
 
-/// A function of the state of a run.
+/// A function that is called with the simulation after every accepted step.
 type SubstepObserver<'a, M> = dyn FnMut(&Simulation<f64, <M as Model>::Rod<f64>>) + 'a;
 
-/// Functions that a run calls.
+/// Functions that a run calls with its states.
 pub(super) struct RunObservers<'a, M: Model> {
     /// Called with the initial state and after every step of the scene.
     pub after_step: &'a mut dyn FnMut(&dyn Snapshot),
@@ -79,7 +83,7 @@ pub(super) struct RunObservers<'a, M: Model> {
     pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
-/// Simulates a run, with its derivatives on a thread of their own where a processor is idle.
+/// Simulates a run into `record`, with its derivatives on a second thread where a processor is idle.
 ///
 /// # Errors
 /// Those of the scene's step and initial state, and of a step that bisection does not save; the record then ends with the
@@ -97,7 +101,8 @@ where
     run_with(task, asynchronous, record, observers)
 }
 
-/// The same, with the choice of `asynchronous` derivatives.
+/// [`run`] with a given choice: `asynchronous` derivatives are computed on a second thread, if the scheme can be
+/// linearized again.
 fn run_with<M: Model>(
     task: &RunTask<'_, M>,
     asynchronous: bool,
@@ -139,7 +144,7 @@ where
     result
 }
 
-/// The same with the derivatives on another thread, which works on steps while the next ones are made.
+/// The run with the derivatives on a second thread, which linearizes accepted steps while the next ones are made.
 fn run_asynchronously<M: Model>(
     task: &RunTask<'_, M>,
     mut simulation: Simulation<f64, M::Rod<f64>>,
@@ -194,7 +199,8 @@ where
     result
 }
 
-/// The main loop: makes the steps of a run and records them.
+/// The main loop of a run: steps, record of states, stability checks, calls of the observers. Derivatives are computed
+/// or sent by the `carrier`.
 fn take_steps<M: Model>(
     task: &RunTask<'_, M>,
     simulation: &mut Simulation<f64, M::Rod<f64>>,
@@ -251,7 +257,7 @@ where
     Ok(())
 }
 
-/// The steps of a run with their derivatives.
+/// The steps of a run with their derivatives, as bisection needs them.
 struct RunSteps<'a, R: Sensitive> {
     simulation: &'a mut Simulation<f64, R>,
     carrier: &'a mut SensitivityCarrier<R>,
@@ -268,29 +274,30 @@ impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
         self.simulation
     }
 
-    /// Makes a step to a time, s.
+    /// Makes a trial step to a time, s.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.carrier.step_to(self.simulation, time)
     }
 
-    /// Restores the state before the last step.
+    /// Undoes the last trial step.
     fn step_back(&mut self) {
         self.carrier.step_back(self.simulation);
     }
 
-    /// Completes an accepted step.
+    /// Completes an accepted step: observer, then derivatives.
     fn accepted(&mut self) -> Result<(), Error> {
         (self.accepted)(self.simulation);
         self.carrier.advance(self.simulation)
     }
 
-    /// The control of the energy, with the simulation.
+    /// The energy control of the steps, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, R>) {
         (self.control, self.simulation)
     }
 }
 
-/// Records a state, and its derivatives unless another thread records them.
+/// Appends the state of a simulation to `record`, and its derivatives unless another thread records them. Without a
+/// record only the list of accepted steps is cleared.
 fn record_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -330,7 +337,7 @@ fn record_state<M: Model>(
     }
 }
 
-/// Records derivatives of the tracked nodes and of director axes.
+/// Appends derivatives of tracked nodes and director axes to a record.
 struct DerivativeRecorder<'a, M: Model> {
     discretized: &'a Discretized<'a, M>,
     tracked: &'a [usize],
@@ -341,7 +348,7 @@ impl<M: Model> DerivativeRecorder<'_, M>
 where
     M::Rod<f64>: Sensitive,
 {
-    /// Appends the derivatives of the recorded motions in a state by parameter `k`.
+    /// Appends to `list` the derivatives, by parameter `k`, of the recorded motions of a state.
     fn push(
         &self,
         sensitivities: &Sensitivities<M::Rod<f64>>,
@@ -361,7 +368,8 @@ where
     }
 }
 
-/// Repeats a run over another scalar with the same accepted steps. `seed` converts the values of parameters to it.
+/// Repeats a run over another scalar with the accepted steps of the `plain` record, and records the same nodes and
+/// axes. `seed` converts the value of each parameter to the scalar.
 pub(super) fn repeat_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
     plain: &Record,

@@ -1,4 +1,7 @@
 //! Derivatives of a run: computed by the thread that makes the steps, or sent to another one.
+//!
+//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: step, undo, advance
+//! derivatives.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;
@@ -6,7 +9,7 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Sensitive;
 
-/// The derivatives of a running simulation, or their way to another thread.
+/// The derivatives of a running simulation, or the producer that sends its steps to another thread.
 pub(super) enum SensitivityCarrier<R: Sensitive> {
     /// Derivatives after every accepted step, on the same thread.
     Synchronous {
@@ -19,7 +22,8 @@ pub(super) enum SensitivityCarrier<R: Sensitive> {
 }
 
 impl<R: Sensitive> SensitivityCarrier<R> {
-    /// Makes a step to `time`, see [`Sensitivities::step_to`].
+    /// Makes a step of `simulation` to `time`, s. Where derivatives come from dual numbers, the first dual simulation
+    /// makes it.
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_to(simulation, time),
@@ -27,7 +31,7 @@ impl<R: Sensitive> SensitivityCarrier<R> {
         }
     }
 
-    /// Undoes the last step, see [`Sensitivities::step_back`].
+    /// Undoes the last step of `simulation`, and of the dual simulation that made it.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_back(simulation),
@@ -35,7 +39,8 @@ impl<R: Sensitive> SensitivityCarrier<R> {
         }
     }
 
-    /// Advances the derivatives over the last step, see [`Sensitivities::advance`].
+    /// Advances the derivatives over the last accepted step, see [`Sensitivities::advance`], or sends that step to the
+    /// other thread.
     pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, relinearized: None } => {

@@ -1,8 +1,9 @@
-//! Two-stage pipeline for derivatives of a run: one thread makes the steps, another one computes the derivatives over
-//! steps already made, where a processor is idle.
+//! Two-stage pipeline for a run with derivatives: one thread makes the steps, a second one computes derivatives over
+//! them.
 //!
-//! The states before and after a step are enough: the consumer linearizes the step again, as a synchronous run does.
-//! Derivatives are therefore bitwise the same either way.
+//! Used where a processor is idle ([`ActiveRun::has_room`]). The states before and after a step suffice: the consumer
+//! linearizes the step again, as a synchronous run does. Derivatives are therefore bitwise the same either way. States
+//! are sent in batches over a bounded channel, and used batches are returned for reuse.
 
 use crate::dynamics::record::Motion;
 use crate::dynamics::sensitivity::Sensitivities;
@@ -13,11 +14,12 @@ use crate::rod::{Rod, Sensitive, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
-/// Steps in a batch.
+/// Steps per batch. A larger number takes more memory, a smaller one more synchronization of the threads.
 const BATCH: usize = 32;
-/// Batches that may wait for the consumer.
+/// Batches that may wait for the consumer; then the producer waits.
 const MAX_WAITING_BATCHES: usize = 2;
-/// Smallest product of steps and nodes of a run for which a second thread is started.
+/// Smallest product of steps and nodes of a run for which a second thread is started: below it the thread costs more
+/// than it saves.
 const MIN_STEPS_TIMES_NODES: usize = 8000;
 
 /// Number of active runs of the process.
@@ -27,13 +29,14 @@ static RUNS: AtomicUsize = AtomicUsize::new(0);
 pub(super) struct ActiveRun;
 
 impl ActiveRun {
-    /// Counts a run.
+    /// Counts a run as active.
     pub fn begin() -> Self {
         RUNS.fetch_add(1, Ordering::Relaxed);
         Self
     }
 
-    /// Whether a processor is idle, and the product of steps and nodes is large enough for a second thread.
+    /// Whether a processor is idle, and the run is large enough for a second thread: at least
+    /// [`MIN_STEPS_TIMES_NODES`], and two threads for each active run of the process.
     pub fn has_room(&self, steps_times_nodes: usize) -> bool {
         let runs = RUNS.load(Ordering::Relaxed);
         // Two threads for each run: other runs of the process have theirs.
@@ -42,6 +45,7 @@ impl ActiveRun {
 }
 
 impl Drop for ActiveRun {
+    /// Ends the count of the run.
     fn drop(&mut self) {
         RUNS.fetch_sub(1, Ordering::Relaxed);
     }
@@ -60,15 +64,18 @@ struct Batch<R: Rod<f64>> {
     filled: usize,
 }
 
-/// The end of the pipeline on the thread of the simulation.
+/// The producing end of the pipeline, on the thread of the simulation.
 pub(super) struct StepProducer<R: Sensitive> {
+    /// The batch being filled.
     batch: Batch<R>,
+    /// Channel of filled batches.
     full: SyncSender<Batch<R>>,
+    /// Channel of used batches.
     empty: Receiver<Batch<R>>,
 }
 
 impl<R: Sensitive> StepProducer<R> {
-    /// Sends the last step of a simulation.
+    /// Appends the last step of a simulation to the batch, and sends the batch when it is full.
     ///
     /// # Errors
     /// [`Error::Interrupted`] where the consumer has ended; its own error has the reason.
@@ -91,7 +98,7 @@ impl<R: Sensitive> StepProducer<R> {
         Ok(())
     }
 
-    /// Marks the last step as recorded.
+    /// Marks the last step as recorded, so that the consumer records its derivatives.
     pub fn mark_recorded(&mut self) {
         if let Some(last) = self.batch.filled.checked_sub(1) {
             self.batch.steps[last].is_recorded = true;
@@ -110,14 +117,14 @@ impl<R: Sensitive> StepProducer<R> {
         self.full.send(batch).map_err(|_| Error::Interrupted)
     }
 
-    /// Sends the rest and closes the pipeline.
+    /// Sends the last, incomplete batch and closes the pipeline.
     pub fn finish(mut self) {
         // A consumer that ended early reports its own error.
         let _ = self.send();
     }
 }
 
-/// The end of the pipeline on the thread of the derivatives.
+/// The consuming end of the pipeline, on the thread of the derivatives.
 pub(super) struct SensitivityConsumer<R: Sensitive> {
     simulation: Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
@@ -133,7 +140,7 @@ pub(super) struct SensitivityFailure {
 
 /// Derivatives of a run.
 pub(super) struct SensitivityResult {
-    /// By every parameter, for all recorded steps.
+    /// The derivatives by every parameter, for all recorded steps.
     pub derivatives: Vec<Vec<Motion>>,
     /// Number of recorded steps with derivatives.
     pub recorded: usize,
@@ -143,7 +150,7 @@ pub(super) struct SensitivityResult {
     pub failure: Option<SensitivityFailure>,
 }
 
-/// Both ends of the pipeline for a simulation in its initial state.
+/// The producer and the consumer of a pipeline, for a simulation in its initial state and its sensitivities.
 pub(super) fn new<R: Sensitive>(
     simulation: &Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
@@ -159,8 +166,8 @@ pub(super) fn new<R: Sensitive>(
 }
 
 impl<R: Sensitive> SensitivityConsumer<R> {
-    /// Computes the derivatives over all steps until the pipeline closes. `record` appends the derivatives of a recorded
-    /// state by a parameter to a list.
+    /// Computes the derivatives over all steps until the pipeline closes or a step has no derivatives. `record` appends
+    /// the derivatives of a recorded state by one parameter to a list.
     pub fn consume(
         self,
         record: impl Fn(&Sensitivities<R>, usize, &State<f64, R::Frames>, &mut Vec<Motion>),
@@ -175,6 +182,7 @@ impl<R: Sensitive> SensitivityConsumer<R> {
         };
         'batches: for batch in full {
             for AcceptedStep { state, work, is_recorded } in &batch.steps[..batch.filled] {
+                // The step is linearized again from its two states; the sensitivities advance over it.
                 let step = simulation.linearized(&before, state);
                 let advanced = step.and_then(|step| match step {
                     Some(step) => sensitivities.advance_over(&step),
@@ -184,6 +192,7 @@ impl<R: Sensitive> SensitivityConsumer<R> {
                     result.failure = Some(SensitivityFailure { error, work: *work });
                     break 'batches;
                 }
+                // Bisected steps are not recorded, but advance the derivatives.
                 if *is_recorded {
                     for (k, list) in result.derivatives.iter_mut().enumerate() {
                         record(&sensitivities, k, state, list);

@@ -1,4 +1,8 @@
-//! A simulation: the state of a rod, its equations of motion, and the stepper that advances it.
+//! A simulation: the state of a rod, its equations of motion, and the stepper that advances it from time to time.
+//!
+//! Generic over the scalar: plain numbers give the motion, dual numbers the motion with its derivatives. A step that
+//! fails leaves the state before it. After each step of an implicit scheme the linearization is available, from which
+//! derivatives follow. Also computed: kinetic and total energy, J, with those of Maxwell and friction springs.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
@@ -17,15 +21,21 @@ use std::ops::Range;
 /// A simulation of a rod, over any scalar: with dual numbers it contains the derivatives of the motion.
 #[derive(Clone, Debug)]
 pub struct Simulation<D: Nestable, R: Rod<D>> {
+    /// The equations of motion.
     system: System<D, R>,
+    /// The state now.
     state: State<D, R::Frames>,
+    /// The state before the last step.
     previous: State<D, R::Frames>,
+    /// The stepper of the scheme.
     stepper: Stepper<D, R>,
+    /// Counts of the numerical work so far.
     work: Work,
 }
 
 impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
-    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move.
+    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. The stepper follows from
+    /// `settings`; `derivatives` selects hand-derived or dual derivatives of the energy.
     pub fn new(
         rod: R,
         q: Vec<D>,
@@ -49,13 +59,14 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.stepper.keep_tangent();
     }
 
-    /// Adds the drag of a fluid.
+    /// Adds the drag of a fluid, and computes the forces at the start again.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);
         self.find_forces();
     }
 
-    /// Sets the motion of supports, and the free unknowns that it prescribes.
+    /// Sets the motion of supports, and the free unknowns that it prescribes. Velocities and forces at the start
+    /// follow.
     pub(crate) fn move_supports(
         &mut self,
         boundary_motion: BoundaryMotion<D>,
@@ -67,7 +78,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.find_forces();
     }
 
-    /// Sets the velocities, m/s (rad/s for angles); entries outside the free unknowns are
+    /// Sets the velocities, m/s (rad/s for angles), and the forces they cause. Entries outside the free unknowns are
     /// ignored.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.system.free.clone() {
@@ -77,8 +88,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.find_forces();
     }
 
-    /// Sets initial velocities from the change of all unknowns in the first `h`, s: the mean velocity, extrapolated from
-    /// the middle of that time to its start with the acceleration.
+    /// Sets initial velocities from the `change` of all unknowns in the first `h`, s: the mean velocity `change/h` less
+    /// `a h/2`, with the acceleration `a` at the start.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -123,7 +134,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The range of free unknowns, with those among them that a recording prescribes.
+    /// The range of free unknowns. A recording may prescribe some of them.
     pub fn free(&self) -> Range<usize> {
         self.system.free.clone()
     }
@@ -135,14 +146,14 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn work(&self) -> Work {
         self.work
     }
-    /// Newton's method, if it solves the steps.
+    /// The Newton solver, if the scheme has one.
     pub(crate) fn newton(&self) -> Option<&Newton<D, R>> {
         self.stepper.newton()
     }
 
-    /// The last step, linearized at its solution. None at the start or after a step that was taken
-    /// back; of a simulation that does not [keep tangents](Self::keep_tangent); and of schemes that
-    /// solve no equations, whose derivatives come from the same step in dual numbers.
+    /// The last step, linearized at its solution. `None` at the start, after a step that was undone, without [kept
+    /// tangents](Self::keep_tangent), and for schemes that solve no equations. Derivatives of the latter come from the
+    /// same step in dual numbers.
     pub fn linearization(&self) -> Option<Linearization<'_, D, R>> {
         if self.previous.time >= self.state.time {
             return None;
@@ -150,20 +161,21 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.newton()?.linearization(&self.system, &self.previous, &self.state)
     }
 
-    /// Whether its steps can be [linearized](Self::linearized) by the states before and after them.
+    /// Whether steps can be [linearized](Self::linearized) from the states before and after them: implicit schemes that
+    /// do not average.
     pub(crate) fn can_linearize_again(&self) -> bool {
         self.newton().is_some_and(|newton| !newton.averages())
     }
 
-    /// A copy that [linearizes](Self::linearized) steps of this simulation again, and counts the work of that.
+    /// A copy that [linearizes](Self::linearized) steps of this simulation again, with a work count of its own.
     pub(crate) fn linear(&self) -> Self {
         let mut linear = Self { work: Work::default(), ..self.clone() };
         linear.keep_tangent();
         linear
     }
 
-    /// The [linearization](Self::linearization) of an earlier step from the states at both ends; none for schemes that
-    /// solve no equations.
+    /// The [linearization](Self::linearization) of an earlier step from the states `before` and `after` it; `None` for
+    /// schemes that solve no equations.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -177,7 +189,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Ok(newton.linearization(&self.system, before, after))
     }
 
-    /// Kinetic energy now, J.
+    /// Kinetic energy of the free unknowns now, J.
     pub fn kinetic_energy(&self) -> f64 {
         let twice = |mass: &D, v: &D| mass.value() * v.value() * v.value();
         let (masses, rest_mass) = self.system.rod.mass()[self.system.free.clone()].as_chunks::<4>();
@@ -193,7 +205,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         0.5 * (sums.iter().sum::<f64>() + rest)
     }
 
-    /// All energies now, J.
+    /// All energies now, J. Bending includes that of friction springs, each kind that of its Maxwell springs.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
@@ -210,8 +222,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Energies { kinetic, ..energies }
     }
 
-    /// No less than the energy, J, of a change of all coordinates by `relative` of themselves that
-    /// takes `h`, s.
+    /// An upper bound of the energy, J, of a change of all coordinates by the fraction `relative` of themselves within
+    /// the time `h`, s: the effect of rounding errors of coordinates.
     pub(crate) fn energy_of_motion_by(&self, relative: f64, h: f64) -> f64 {
         let State { q, frames, .. } = &self.state;
         let n = q.len();
@@ -226,7 +238,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         0.5 * relative * relative * self.system.free.clone().map(of).sum::<f64>()
     }
 
-    /// Advances to `time`, s.
+    /// Advances to `time`, s, in one step. Steps through a fold are rejected.
     ///
     /// # Errors
     /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`] or [`Error::Fold`]; the
@@ -255,21 +267,22 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         solved
     }
 
-    /// The error of a user-defined energy that is not finite in the current state.
+    /// The error at `time` of a user-defined energy that is not finite in the current state; `None` if all are finite.
     pub(crate) fn non_finite_energy(&self, time: f64) -> Option<Error> {
         let (name, arc_length) =
             self.system.rod.non_finite_energy(&self.state.q, &self.state.frames)?;
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step.
+    /// Restores the state before the last step; it can be called once per step.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
     }
 }
 
 impl<R: Rod<f64>> Simulation<f64, R> {
-    /// Copies the last step of a simulation of the same rod in dual numbers.
+    /// Takes over the last step of a simulation of the same rod in dual numbers: the real parts of its state, and its
+    /// work.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);

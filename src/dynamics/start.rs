@@ -1,4 +1,8 @@
-//! The initial state of a simulation and of its derivatives: places and velocities at t = 0.
+//! The initial state of a simulation and of its derivatives: positions and velocities at t = 0, over any scalar.
+//!
+//! Positions: rest shape, equilibrium under the loads, or a recorded motion; optionally with a perturbation.
+//! Velocities: those of a rigid body, or of the recorded motion over its first interval. The equilibrium is found once
+//! in plain numbers; its derivatives follow from one linear system with the tangent.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -18,7 +22,7 @@ use crate::statics::RecordedStart;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
-    /// A simulation at the start, over plain numbers.
+    /// A simulation in its initial state, over plain numbers.
     ///
     /// # Errors
     /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one.
@@ -50,7 +54,8 @@ impl<M: Model> Discretized<'_, M> {
         self.simulation_of(&self.setup_over(seed))
     }
 
-    /// The simulation of a setup at its start: state, velocities, supports, drag and scheme over the scalar `D`.
+    /// The simulation of a setup in its initial state: positions, velocities, supports, drag and scheme over the scalar
+    /// `D`.
     fn simulation_of<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -106,7 +111,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok(simulation)
     }
 
-    /// The sensitivities of a simulation to parameters, at the start.
+    /// The sensitivities of a simulation to `parameters`, in the initial state.
     ///
     /// # Errors
     /// Those of [`simulation_over`](Self::simulation_over).
@@ -125,7 +130,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok(Sensitivities::new(parameters.iter().map(along).collect::<Result<_, _>>()?))
     }
 
-    /// The unknowns of the initial equilibrium, computed at the first call.
+    /// The unknowns of the equilibrium at t = 0, m and rad, computed at the first call and then stored in the problem.
     fn equilibrium_start(&self) -> Result<&[f64], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -137,7 +142,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(start.get().map_or(&[], |start| start[0].as_slice()))
     }
 
-    /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.
+    /// The unknowns at t = 0 with their frames: rest shape or equilibrium with exact derivatives, plus the perturbation
+    /// of the scene.
     pub(crate) fn start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -193,7 +199,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok((followed, frames))
     }
 
-    /// The initial velocities of a rod at `q`, those of a rigid body; none for a rod at rest over plain numbers.
+    /// The initial velocities of a rod at `q`, m/s and rad/s: those of a rigid body that translates and spins about the
+    /// center of mass. `None` for a rod at rest over plain numbers.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,4 +1,7 @@
-//! The equations of motion of a rod, one step of them, and counts of numerical work.
+//! The equations of motion of a rod ([`System`]), one step of them ([`Step`]), and counts of numerical work ([`Work`]).
+//!
+//! These are the arguments that a simulation passes to the stepper of its scheme: rod, free unknowns, damping, drag,
+//! moving supports, and the time and size of the step.
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -40,7 +43,7 @@ impl std::ops::AddAssign for Work {
     }
 }
 
-/// The scheme of a simulation, its parameter, and the tolerance of its steps.
+/// The settings of a stepper: scheme, its parameter, and the tolerance of its steps.
 #[derive(Clone, Copy, Debug)]
 pub struct StepperSettings<D> {
     /// The time integration scheme.
@@ -54,7 +57,7 @@ pub struct StepperSettings<D> {
     pub length: f64,
 }
 
-/// The equations of motion of a rod.
+/// The equations of motion of a rod: loads, supports, damping and drag.
 #[derive(Clone, Debug)]
 pub(crate) struct System<D, R> {
     /// The rod under its loads.
@@ -73,7 +76,7 @@ pub(crate) struct System<D, R> {
     pub boundary_motion: Option<BoundaryMotion<D>>,
 }
 
-/// A step of a system.
+/// One step of a system.
 #[derive(Debug)]
 pub(crate) struct Step<'a, D, R> {
     /// The equations of motion.
@@ -85,7 +88,8 @@ pub(crate) struct Step<'a, D, R> {
 }
 
 impl<D: Nestable, R> System<D, R> {
-    /// Writes the velocities of prescribed unknowns among free ones at a time, s.
+    /// Overwrites the entries of prescribed unknowns in `v` with their recorded velocities at `time`, s, m/s. Nothing
+    /// changes without such unknowns.
     pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {
         if let (false, Some(boundary_motion)) = (self.prescribed.is_empty(), &self.boundary_motion)
         {

@@ -1,21 +1,18 @@
-//! Detection of wrong steps by the energy, and their bisection.
+//! Detection of wrong time steps by the total energy of the rod, so that they are bisected or end the run.
 //!
-//! At beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until
-//! Newton's method fails, or finds a root of the step's equations that is not the motion. Above
-//! 1/2 the scheme dissipates, but does so no less with steps that find another root, each at another
-//! height. Explicit schemes grow where the rod stiffens beyond their step. Dead loads do no net work,
-//! so a rod's total energy can only fall, unless moving supports do work: growth is always an error.
+//! Dead loads do no net work, so that the total energy of a rod can only fall, except by the error of the scheme. At
+//! beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until Newton's method fails, or
+//! finds a root of the equations that is not the motion. Dissipative schemes may find such roots too, each at another
+//! energy. Explicit schemes grow where the rod stiffens beyond their stability limit. A step whose energy rises by more
+//! than [`MAX_GAIN_PER_STEP`] of the largest kinetic energy is rejected; so is a run that gains more than [`MAX_GAIN`].
 //!
-//! The energy that a valid run gains by the scheme's own error is far below the limits: in 250 random scenes at
-//! betas from 0.51 to 1 and steps of 1/300 to half a first period, a step gained either less than
-//! 0.005 of the largest kinetic energy, or 0.01 to 1000 of it and was nonsense; at beta = 1 none
-//! gained 0.001.
+//! Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 and steps of 1/300 to half a first period, a
+//! step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong motion. At beta
+//! = 1 none gained 0.001.
 //!
-//! Supports that move, and fluids that flow, do work. There a root that is not the motion shows in how far edges
-//! turn: none does by more than 45 degrees in a step.
-//!
-//! The average vector field keeps the energy where its quadrature is exact. A large step in which
-//! the rod whips about may be beyond that, and has many roots; it shows in the energy at once.
+//! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may turn by
+//! more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is exact; its
+//! limits are much smaller, for losses too.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -24,22 +21,37 @@ use crate::rod::Rod;
 use crate::scene::scheme::EnergyConservation;
 use crate::scene::{Scene, Scheme};
 
-/// How often a step is halved before the run ends.
+/// How often a step is halved before the run ends: the smallest step is 1/64 of the scene's.
 pub(crate) const HALVINGS: u32 = 6;
-/// All energies are summed after so many steps at the latest. Before, only where the kinetic
-/// energy rises by more than a step may add, or after a step that was hard to solve: a wrong root
-/// shows as motion first, or takes its iterations.
+/// Largest number of steps between two sums of all energies. In between they are summed only after a rise of the
+/// kinetic energy above the limit of a step, or a step with many iterations. A wrong root shows in the motion first, or
+/// takes many iterations.
 const INTERVAL: usize = 16;
-/// How often all energies are summed in the small steps of explicit schemes.
+/// The same for explicit schemes, whose steps are small.
 const EXPLICIT_INTERVAL: usize = 32;
-/// Newton iterations of a step that was easy to solve, where the energy must fall. At beta = 1/2 the
-/// energy of limp rods in large steps swings by a hundredth for long without growing; to take such
-/// steps in halves would make the motion discontinuous in parameters.
+/// Newton iterations up to which a step was easy to solve, where the energy must fall. At beta = 1/2 the energy of limp
+/// rods in large steps oscillates by a hundredth for long without growing; halving such steps would make the motion
+/// discontinuous in parameters.
 const EASY: usize = 5;
-/// Coordinates are right to this part of themselves.
+/// Relative accuracy of coordinates: rounding errors of a few operations.
 const COORDINATES: f64 = 8.0 * f64::EPSILON;
+/// Largest gain of energy in a step, over the largest kinetic energy: twice that of valid steps (see above).
+const MAX_GAIN_PER_STEP: f64 = 0.01;
+/// Largest gain of energy of a run, over the largest kinetic energy; with more the motion is wrong.
+const MAX_GAIN: f64 = 0.1;
+/// Change of energy over the other energies that counts as rounding: a rod at rest has no kinetic energy as a scale.
+const ROUNDING: f64 = 1e-8;
+/// Largest change of energy in a step of a scheme that conserves energy exactly, over the largest kinetic energy. Larger values
+/// accept steps at which the quadrature is not exact; smaller ones halve more steps.
+const EXACT_PER_STEP: f64 = 1e-10;
+/// The same in a step that is not halved again.
+const EXACT_AT_LAST: f64 = 1e-8;
+/// The same in a whole run.
+const EXACT_IN_ALL: f64 = 1e-6;
+/// Change of energy over the other energies that counts as rounding in such a scheme.
+const EXACT_ROUNDING: f64 = 1e-13;
 
-/// Limits of the change of the energy by a scheme, as parts of the largest kinetic energy.
+/// Limits of the change of the energy by a scheme, as fractions of the largest kinetic energy.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     /// A step that adds more is taken in halves.
@@ -62,7 +74,8 @@ struct Limits {
 }
 
 impl Limits {
-    /// The limits of the scene's scheme; none where supports do work.
+    /// The limits for the scheme of a scene: those of an energy-conserving scheme without damping, or those of all
+    /// others. `None` without `[time]`, and where supports or a fluid do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
         if scene.supports.move_ends() || scene.loads.have_flow() {
@@ -74,26 +87,27 @@ impl Limits {
         let exactly = traits.energy == EnergyConservation::Exact && scene.energies.is_empty();
         if exactly && !damped {
             return Some(Self {
-                per_step: 1e-10,
-                at_last: 1e-8,
-                in_all: 1e-6,
+                per_step: EXACT_PER_STEP,
+                at_last: EXACT_AT_LAST,
+                in_all: EXACT_IN_ALL,
                 losses: true,
                 falls: false,
                 interval: 0,
-                rounding: 1e-13,
+                rounding: EXACT_ROUNDING,
                 remedy: SMALLER,
             });
         }
+        // All other schemes have an error in the energy: only gains are limited.
         let dissipates = is_dissipative(time);
         let explicit = traits.stability_limit.is_some();
         Some(Self {
-            per_step: 0.01,
-            at_last: 0.01,
-            in_all: 0.1,
+            per_step: MAX_GAIN_PER_STEP,
+            at_last: MAX_GAIN_PER_STEP,
+            in_all: MAX_GAIN,
             losses: false,
             falls: damped || dissipates,
             interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
-            rounding: 1e-8,
+            rounding: ROUNDING,
             remedy: match traits.energy {
                 EnergyConservation::Inexact if time.scheme == Scheme::GeneralisedAlpha => {
                     SMALLER_OR_SMALLER_RHO
@@ -125,7 +139,7 @@ const SMALLER_OR_LARGER_BETA: &str =
 #[derive(Clone, Debug)]
 pub(crate) struct StepControl {
     limits: Option<Limits>,
-    /// The energy that gains count from, J.
+    /// The reference energy of gains, J: at the start, or the lowest so far.
     start: f64,
     /// Energy of a rod at rest by rounding errors of its coordinates, J.
     still: f64,
@@ -133,8 +147,11 @@ pub(crate) struct StepControl {
     last: f64,
     /// Total energy after the step that waits to be taken, J; none if it was not summed.
     now: Option<f64>,
+    /// Largest kinetic energy of accepted states, J.
     kinetic: f64,
+    /// Kinetic energy after the checked step, J.
     kinetic_now: f64,
+    /// Kinetic energy after the last accepted step, J.
     kinetic_last: f64,
     /// Steps taken since the energies were summed.
     unseen: usize,
@@ -143,7 +160,7 @@ pub(crate) struct StepControl {
 }
 
 impl StepControl {
-    /// The control of the energy for a run of the scene, at the initial state of the simulation.
+    /// The control of a run of the scene, at the initial state of the simulation.
     pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         let limits = Limits::of(scene);
         let (start, kinetic, still) = match limits {
@@ -170,8 +187,8 @@ impl StepControl {
         }
     }
 
-    /// Refuses the step `simulation` has just made if it gained energy it cannot have; `at_last` it
-    /// will not be taken in halves.
+    /// Rejects the step `simulation` has just made if its energy grew beyond the limits. `at_last`: the step will not
+    /// be halved again, so that the wider limit holds.
     pub fn check<R: Rod<f64>>(
         &mut self,
         simulation: &Simulation<f64, R>,
@@ -218,7 +235,8 @@ impl StepControl {
         Ok(())
     }
 
-    /// Accepts the checked step: its energy is the reference of the next check.
+    /// Accepts the checked step: if its energy was summed, it is the reference of the next check, and a lower energy
+    /// that of later gains.
     pub fn accept(&mut self) {
         match self.now {
             Some(now) => {
@@ -235,8 +253,8 @@ impl StepControl {
     }
 }
 
-/// The check where supports or a fluid do work, so that a wrong root does not show in the energy: rejects the
-/// step `simulation` has just made if an edge leapt.
+/// The check where supports or a fluid do work, so that a wrong root does not show in the energy: rejects the step
+/// `simulation` has just made if an edge turned by more than 45 degrees.
 fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
     match simulation.rod().over_rotated_edge(&before.q, &now.q) {

@@ -1,4 +1,9 @@
-//! Trajectories: positions and velocities of tracked nodes at every step, with their derivatives by parameters.
+//! Trajectories: positions and velocities of tracked nodes at every step of a run, with their derivatives by
+//! parameters.
+//!
+//! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0). Positions of points
+//! on the rod at any time follow by cubic Hermite interpolation. [`Trajectory::over`] repeats the run in another
+//! scalar, for example hyper-dual numbers for second derivatives.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
@@ -16,15 +21,17 @@ use std::time::Duration;
 
 /// The recorded motion, in world coordinates, over the scalar it was computed in.
 ///
-/// A trajectory in plain numbers carries the derivatives by its [parameters](Self::parameters)
-/// beside it; [`over`](Trajectory::over) runs it again in numbers that have their own.
+/// A trajectory in plain numbers stores the derivatives by its [parameters](Self::parameters) separately.
+/// [`over`](Trajectory::over) repeats the run in numbers that carry derivatives.
 #[derive(Clone, Debug)]
 pub struct Trajectory<D = f64> {
     /// The problem of the run.
     problem: Problem,
+    /// The parameters of the derivatives.
     parameters: Vec<Parameter>,
-    /// Whether it is an equilibrium.
+    /// Whether it is an equilibrium at time 0.
     rests: bool,
+    /// The recorded motions.
     record: Record<D>,
 }
 
@@ -63,6 +70,7 @@ impl Problem {
     /// # Errors
     /// Those of [`Trajectory::new`] and [`Trajectory::run`].
     pub fn simulate_with(&self, parameters: &[Parameter]) -> Result<Trajectory, Error> {
+        // All nodes are tracked: any point of the rod can be interpolated.
         let all: Vec<usize> = (0..self.nodes()).collect();
         let mut trajectory = Trajectory::new(self, &all, parameters)?;
         trajectory.run(self, self.time()?.steps(), |_| {})?;
@@ -101,7 +109,7 @@ impl Trajectory {
         })
     }
 
-    /// An empty trajectory of a run that is observed only, and records nothing.
+    /// An empty trajectory for a run that is observed only, and records nothing.
     ///
     /// # Errors
     /// None today.
@@ -111,26 +119,27 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// Keeps the axes of these edges, which must be ascending, in a run to come.
+    /// Requests, for the run to come, the director axes of these edges, in ascending order.
     pub(crate) fn keep_axes(mut self, edges: &[usize]) -> Self {
         self.record = self.record.with_axes(edges);
         self
     }
 
-    /// Keeps the [energies](Self::energies) of a run to come.
+    /// Requests the [energies](Self::energies) of the run to come.
     pub fn keep_energies(mut self) -> Self {
         self.record.energies = Some(Vec::new());
         self
     }
 
-    /// Examines the stability of a few states of a run to come: [`SimulationReport`](crate::dynamics::SimulationReport)
-    /// has a warning where symmetry holds the rod at an unstable one.
+    /// Requests, for the run to come, stability checks of a few states.
+    /// [`SimulationReport`](crate::dynamics::SimulationReport) then has a warning where symmetry holds the rod at an
+    /// unstable one.
     pub fn check_stability(mut self) -> Self {
         self.record.stability = Some(StabilityChecks::default());
         self
     }
 
-    /// Keeps the [reactions](Self::reactions) of a run to come.
+    /// Requests the [reactions](Self::reactions) of the run to come.
     pub fn keep_reactions(mut self) -> Self {
         self.record.reactions = Some(Vec::new());
         self
@@ -183,7 +192,7 @@ impl Trajectory {
         self.run_seen(problem, steps, &mut after)
     }
 
-    /// Not generic, so that callers of `run` do not compile the simulation again.
+    /// The run of [`run`](Self::run), not generic, so that callers do not compile the simulation again.
     fn run_seen(
         &mut self,
         problem: &Problem,
@@ -210,7 +219,8 @@ impl Trajectory {
         }
     }
 
-    /// Rejects a run of `problem` over so many steps: into a record that is not empty, of another scene, or beyond its end.
+    /// Rejects a run of `problem` over so many steps: into a record that is not empty, of another scene, or with more
+    /// steps than the scene has.
     ///
     /// # Errors
     /// [`Error::Invalid`].
@@ -274,8 +284,8 @@ impl Trajectory {
         })
     }
 
-    /// The recorded motion over the scalar `D`: the run is repeated, or the equilibrium differentiated, with the numbers of the
-    /// scene that `seed` returns.
+    /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns: the run is repeated,
+    /// or the equilibrium differentiated.
     fn record_over<D: Nestable, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -356,19 +366,19 @@ impl Trajectory {
 }
 
 impl Trajectory {
-    /// The record alone.
+    /// The record of the trajectory, without a copy.
     pub(crate) fn into_record(self) -> Record {
         self.record
     }
 
-    /// The record itself, to be written.
+    /// The record, to which a run appends its states.
     pub(super) fn record_mut(&mut self) -> &mut Record {
         &mut self.record
     }
 }
 
 impl<D: Scalar> Trajectory<D> {
-    /// The record itself.
+    /// The record of all states.
     pub(crate) fn record(&self) -> &Record<D> {
         &self.record
     }
@@ -377,7 +387,7 @@ impl<D: Scalar> Trajectory<D> {
     pub fn times(&self) -> &[f64] {
         self.record.times()
     }
-    /// The work it took.
+    /// Counts of the numerical work of the run.
     pub fn work(&self) -> Work {
         self.record.work
     }
@@ -423,7 +433,7 @@ impl<D: Scalar> Trajectory<D> {
     }
 }
 
-/// Records the equilibrium, and its derivatives.
+/// Records the equilibrium of a problem at time 0, and its derivatives by `parameters`.
 fn rest<M: Model>(
     discretized: &Discretized<'_, M>,
     parameters: &[Parameter],
@@ -444,12 +454,12 @@ fn rest<M: Model>(
     Ok(())
 }
 
-/// Places, m, and velocities, m/s, of the tracked nodes, record after record.
+/// Positions, m, and velocities, m/s, of the tracked nodes, record after record.
 pub type Motions = Vec<[[f64; 3]; 2]>;
 
 impl Trajectory {
-    /// The record itself, without a copy: times, s; places and velocities of the tracked nodes at every time;
-    /// and these by every parameter.
+    /// The parts of the record: times, s; positions and velocities of the tracked nodes at every time; and their
+    /// derivatives by every parameter.
     pub fn into_parts(self) -> (Vec<f64>, Motions, Vec<Motions>) {
         self.record.into_parts()
     }
@@ -458,11 +468,12 @@ impl Trajectory {
 impl approx::AbsDiffEq for Trajectory {
     type Epsilon = f64;
 
-    /// A picometre.
+    /// The default tolerance, 1e-12 m.
     fn default_epsilon() -> f64 {
         1e-12
     }
 
+    /// Whether times and tracked nodes are equal, and positions agree to `epsilon`, m.
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
         let [a, b] = [self, other].map(|t| t.record.motions());
         self.times() == other.times()
@@ -474,6 +485,7 @@ impl approx::AbsDiffEq for Trajectory {
 }
 
 impl PartialEq for Trajectory {
+    /// Whether times, tracked nodes and motions are equal.
     fn eq(&self, other: &Self) -> bool {
         self.times() == other.times()
             && self.record.tracked() == other.record.tracked()

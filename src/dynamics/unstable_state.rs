@@ -1,14 +1,16 @@
-//! States of a simulation that are unstable while symmetry holds the rod there.
+//! Detection of states of a simulation that are unstable, while symmetry holds the rod there.
 //!
-//! A compressed straight strip stays straight in a simulation for ever, since nothing pushes it aside; a real one buckles.
-//! Such a state has three properties, which are examined at a few times:
+//! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles. A
+//! few states of a run are examined. Such a state has three properties:
 //!
-//! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene.
-//! 2. The rod is near the saddle along this mode, `|x' f| / sigma^2` and `|x' M v| / sigma` are zero but for rounding
-//!    errors, with the forces `f` out of balance. A rod that moves through unstable states in general is not.
-//!    Vibrations that are fast against the growth are taken out of the state first.
-//! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma`. With `s = 2 sigma^2` these
-//!    displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
+//! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene ([`MIN_GROWTH`]).
+//! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for rounding
+//!    errors ([`HELD`]), with the forces `f` out of balance. A rod that moves through unstable states is in general not.
+//!    Vibrations that are fast against the growth are removed from the state first.
+//! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma` ([`PERSISTENT`]). With
+//!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
+//!
+//! The result is a warning with time and growth rate.
 
 use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
@@ -23,28 +25,29 @@ use crate::statics::{Pencil, PencilMode, UNCERTAIN_LEVELS, spatial_motion};
 const MIN_GROWTH: f64 = 3.0;
 /// Largest distance from the saddle over the rod's length: rounding errors leave some 1e-12.
 const HELD: f64 = 1e-8;
-/// Largest displacement in the time of growth, over the rod's length, of a state that persists.
+/// Largest displacement in the time of growth, over the rod's length, of a state that persists. A larger value reports
+/// states that the rod leaves by itself; a smaller one misses slow motions near an unstable state.
 const PERSISTENT: f64 = 0.05;
-/// Most modes that are examined, the fastest.
+/// Largest number of modes that are examined, those of fastest growth.
 const MODES: usize = 4;
-/// Largest number of times that are examined, beside the end.
+/// Largest number of times that are examined, beside the end. Each costs a few factorizations.
 const MOST_TIMES: usize = 8;
-/// Smallest number of steps between times that are examined.
+/// Smallest number of steps between times that are examined, so that short runs are not slowed down.
 const STEPS_PER_TIME: usize = 50;
 
 /// An unstable state at which symmetry holds the rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UnstableState {
-    /// When, s.
+    /// Time of the state, s.
     pub time: f64,
     /// Growth rate of the fastest mode without damping, 1/s.
     pub rate: f64,
-    /// Whether that mode leaves the plane of a planar scene.
+    /// Whether the mode leaves the plane of a planar scene.
     pub out_of_plane: bool,
 }
 
 impl UnstableState {
-    /// The warning, of a simulation that lasts until `end`, s.
+    /// The warning about this state, for a simulation that lasts until `end`, s.
     pub fn warning(&self, end: f64) -> (Code, String) {
         let Self { time, rate, out_of_plane } = *self;
         let when = match time >= end * (1.0 - 1e-9) {
@@ -64,24 +67,24 @@ impl UnstableState {
     }
 }
 
-/// The states that a simulation is examined at.
+/// The results of the stability checks of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StabilityChecks {
-    /// The last unstable state.
+    /// The last unstable state, if any.
     pub found: Option<UnstableState>,
     /// Number of states examined.
     pub count: usize,
 }
 
 impl StabilityChecks {
-    /// Whether the state after `step` of so many is examined.
+    /// Whether the state after `step` of so many `steps` is examined: evenly spaced times, and the end.
     pub fn includes(step: usize, steps: usize) -> bool {
         // Evenly spaced over the run.
         let times = (steps / STEPS_PER_TIME).min(MOST_TIMES) + 1;
         step == steps || step > 0 && (step * times) / steps != ((step - 1) * times) / steps
     }
 
-    /// Examines a state. A failure of the linear algebra is no finding.
+    /// Examines the present state of a simulation. A failure of the linear algebra is not reported.
     pub fn examine<M: Model>(
         &mut self,
         discretized: &Discretized<'_, M>,
@@ -96,12 +99,13 @@ impl StabilityChecks {
 
 /// An unstable mode at which symmetry holds the rod.
 struct HeldMode {
+    /// Square of the growth rate, 1/s^2.
     squared_rate: f64,
     out_of_plane: bool,
 }
 
-/// The mode of fastest growth at the state of a simulation, if it grows noticeably before the end of the run: the lowest eigenvalue of
-/// tangent and masses is below zero.
+/// The unstable state at which symmetry holds the rod now, with the growth rate of its fastest held mode; `None` if one
+/// of the three properties is missing.
 fn unstable_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -164,8 +168,9 @@ fn unstable_state<M: Model>(
     Ok(persists.then_some(found))
 }
 
-/// Unknowns of the state without vibrations that are fast against a squared rate, 1/s^2: those of a column along itself
-/// double its load for half a period. None where that displaces the rod far, so that the state does not persist.
+/// Unknowns of the state without vibrations that are fast against a squared rate, 1/s^2, by the static response
+/// `(K + s M)^-1 f`. Axial vibrations, for example, double the load of a column for half a period. `None` if the
+/// response displaces the rod far: the state does not persist.
 fn relaxed<M: Model>(
     discretized: &Discretized<'_, M>,
     rod: &M::Rod<f64>,
@@ -187,8 +192,8 @@ fn relaxed<M: Model>(
     Ok((!far).then(|| moved.collect()))
 }
 
-/// The square of the fastest growth rate out of the plane of a planar scene above a least one, 1/s^2. The motion in the
-/// plane has no part in these modes.
+/// The square of the fastest growth rate, above `least`, of motions out of the plane of a planar scene at `q`, 1/s^2;
+/// `None` without one.
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,
     q: &[f64],

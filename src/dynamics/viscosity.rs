@@ -20,29 +20,38 @@ use crate::numerics::vector::map_components;
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
 
-/// The factors of the stretch `z0` and of the change of the strain in the stretch after a step of length `h`, s.
+/// The factors `[e^(-h/tau), w]` of a Maxwell spring over a step of length `h`, s: of its stretch `z0` and of the
+/// change of its strain, in its stretch at the end.
 pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     let x = maxwell.time.recip() * h;
     [(-x).exp(), phi1(x)]
 }
 
-/// Coefficients of the effective strain at one moment, from a strain `s`, its mean rate `r` over the step before, 1/s, and
-/// the stretch `z` of its relaxing spring. The stress is that of the elastic rod at
-/// `factor s - strain s0 - rate r0 - relaxing z0`, with `own_factor s - time (past[0] s0 + past[1] r0)` added for each of
-/// stretching, bending and twisting.
+/// Coefficients of the effective strain at one moment, from a strain `s` there. `s0`, `r0` and `z0` are the strain
+/// before, its mean rate over the step before, 1/s, and the stretch of its Maxwell spring. The stress is that of the
+/// elastic rod at `factor s - strain s0 - rate r0 - relaxing z0`. For each of stretching, bending and twisting
+/// `own_factor s - time (past[0] s0 + past[1] r0)` is added.
 #[derive(Clone, Copy, Debug)]
 pub struct EffectiveStrainFactors<D> {
+    /// Factor of the strain `s`.
     pub factor: D,
+    /// Factor of the strain before.
     pub strain: D,
+    /// Factor of its rate before, s.
     pub rate: D,
+    /// Factor of the stretch of the Maxwell spring.
     pub relaxing: D,
+    /// Factors of strain, 1/s, and rate before in minus the rate of strain.
     pub past: [D; 2],
+    /// Factor of `s` of each kind with a time of its own.
     pub own_factor: [D; 3],
+    /// Time of each kind, s.
     pub time: [D; 3],
 }
 
 impl<D: Scalar> EffectiveStrainFactors<D> {
-    /// At the end of a step, which began with `s0`, `r0` and `z0`; of an averaging scheme for the viscous stress alone.
+    /// The factors at the end of a step, which began with `s0`, `r0` and `z0`; of an averaging scheme for the viscous
+    /// stress alone.
     pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
         let past = [(1.0, 0.0), (0.0, 1.0)]
@@ -67,8 +76,8 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
         }
     }
 
-    /// Coefficients of the effective strain at the start of a step, where the strain `s0`, its rate `r0` and the stretch `z0` of
-    /// the relaxing spring are known.
+    /// The factors at the start of a step, where the strain `s0`, its rate `r0` and the stretch `z0` of the Maxwell
+    /// spring are known.
     pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let zero = D::from(0.0);
         // An average counts both ends by half.
@@ -85,7 +94,8 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
     }
 }
 
-/// The stress at the end of a step that began with `before`.
+/// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
+/// factor of the stiffnesses, and shifts of the natural strains.
 pub fn at_end<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -109,6 +119,7 @@ pub fn at_end<D: Scalar>(
         }
         return;
     }
+    // Kelvin-Voigt stress as a shift of the natural strains, then the Maxwell branch and kinds with their own time.
     for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
         *shift = factors.strain * *strain + factors.rate * *rate;
     }
@@ -125,7 +136,7 @@ pub fn at_end<D: Scalar>(
     }
 }
 
-/// The stress at the start of a step, where the rates are known.
+/// Overwrites `viscosity` with the stress at the start of a step, where the internal variables `now` have the rates.
 pub fn at_start<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -142,7 +153,8 @@ pub fn at_start<D: Scalar>(
     }
 }
 
-/// Writes how far the springs of the Maxwell branch are stretched after a step of length `h`, s, to these strains.
+/// Overwrites `z` with the stretches of the Maxwell springs after a step of length `h`, s, from the internal variables
+/// `before` to these `strains`; empty without a Maxwell branch.
 pub fn relax<D: Scalar>(
     damping: &Damping<D>,
     h: f64,

@@ -1,4 +1,8 @@
-//! Uncertainty budgets (GUM: contributions of inputs to the combined standard uncertainty), and sensitivities to inputs.
+//! The section "Uncertainty budget" of a page: how much each uncertain input contributes to a parameter's uncertainty.
+//!
+//! Input are the estimates of a fit or design. For each parameter a table lists source, standard uncertainty, sensitivity,
+//! contribution and share of the variance (GUM: combined standard uncertainty). A second table has the change by +1 % of each
+//! input without a stated uncertainty, and a note compares the budget with Monte Carlo fits. Output is HTML.
 
 use crate::fit::{BudgetLine, Estimate, QuotedEstimate};
 use crate::page::chart::labeled;
@@ -8,16 +12,17 @@ use crate::page::number::{Scale, quantity, signed_percent, signed_quantity, thre
 use crate::page::table::HtmlTable;
 use crate::summary::quantity::counted;
 
-/// Inputs in a table of sensitivities; the others are folded.
+/// Inputs in a table of sensitivities that are shown at once; further ones are folded.
 const SHOWN_INPUTS: usize = 6;
 
-/// Budget, sensitivities and Monte Carlo check of every parameter that has any.
+/// HTML with budget, sensitivities and Monte Carlo check of every parameter that has any.
 pub(super) fn budgets(parameters: &[Estimate]) -> String {
     let content = |e: &Estimate| budget(e) + &sensitivities(e) + &monte_carlo(e);
     parameters.iter().map(|e| subsection(&e.label(), &content(e))).collect()
 }
 
-/// The table of contributions to the combined standard uncertainty, with the expanded interval.
+/// The table of contributions to the combined standard uncertainty of a parameter, with its coverage factor and, if inputs have a
+/// stated uncertainty, its expanded 95 % interval. Empty without a budget.
 fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
@@ -52,7 +57,7 @@ fn budget(e: &Estimate) -> String {
     table.render() + &note(&format!("{text}{own}."))
 }
 
-/// The name of a source of uncertainty: that of the input, or a description of the discretization or the experiments.
+/// The name of a source of uncertainty: its key in the budget is the name of an input, or `mesh`, `step` or `experiments`.
 fn source_name(key: &str) -> &str {
     match key {
         "mesh" => "discretization: mesh",
@@ -62,12 +67,12 @@ fn source_name(key: &str) -> &str {
     }
 }
 
-/// A relative sensitivity in three digits, or zero below a thousandth.
+/// A relative sensitivity (dimensionless) in three digits; zero below 1e-3.
 fn relative_sensitivity(value: f64) -> String {
     if value.abs() < 1e-3 { "0.00".into() } else { three_digits(value) }
 }
 
-/// The derivative of a parameter with this unit by the input of a line, with its unit.
+/// The derivative `value` of a parameter with this `unit` by the input of a line, with the unit of the quotient.
 fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     let units = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
     match units {
@@ -76,7 +81,7 @@ fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     }
 }
 
-/// The changes of a parameter by +1 % of each input without a stated uncertainty.
+/// The table of changes of a parameter by +1 % of each input without a stated uncertainty; empty without such inputs.
 fn sensitivities(e: &Estimate) -> String {
     let label = e.label();
     let name = format!("sensitivities of {label} to inputs");
@@ -99,7 +104,8 @@ fn sensitivities(e: &Estimate) -> String {
     if table.is_empty() { table } else { line + &table }
 }
 
-/// The standard deviation of fits with random inputs and noise, beside that of the linear budget.
+/// A sentence with the standard deviation of fits with random inputs and noise, beside that of the linear budget. Empty
+/// without a Monte Carlo run.
 fn monte_carlo(e: &Estimate) -> String {
     let Some(found) = &e.monte_carlo else { return String::new() };
     let scale = Scale::for_size(found.std, e.name.unit());

@@ -1,4 +1,6 @@
-//! The first card of a page: status, main result and messages, with a border in the color of the status.
+//! The first card of a page: a headline with the status, the main result, and lists of messages such as warnings.
+//!
+//! The color of its border is that of the severity (`Tone`). Messages that end with a code unfold the code's explanation.
 
 use crate::page::html::{list, with_explanation};
 use crate::summary::Tone;
@@ -13,13 +15,13 @@ pub(super) const fn tone_class(tone: Tone) -> &'static str {
     }
 }
 
-/// Messages of one kind, such as warnings, under their heading.
+/// Messages (text) of one kind, such as warnings, under their heading.
 pub(super) struct MessageList {
     pub heading: &'static str,
     pub messages: Vec<String>,
 }
 
-/// The card with its headline and content, which are HTML, and below them the lists that have messages.
+/// The card as HTML: headline and content, which are HTML, and below them the lists that have messages.
 pub(super) fn card(tone: Tone, headline: &str, content: &str, lists: &[MessageList]) -> String {
     let mut html = String::new();
     for MessageList { heading, messages } in lists.iter().filter(|l| !l.messages.is_empty()) {

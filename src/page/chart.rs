@@ -1,4 +1,8 @@
-//! Charts: their data in SI units, their axes, legend and CSV. [`drawing`](crate::page::drawing) draws them.
+//! Charts under construction: series of data in SI units, axes, legend and CSV. `drawing` renders them as SVG.
+//!
+//! A builder adds lines, dots, bands, bars and reference lines. Values are divided by the factor of their axis' unit;
+//! values that are not finite, or not positive on a logarithmic axis, are left out. Each named series enters the legend and
+//! the CSV file; unnamed ones are decoration. Series of more than `MAX_POINTS` points are thinned out evenly.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;
@@ -6,21 +10,22 @@ use crate::page::number::Scale;
 use crate::page::plotted::{Datum, csv_rows};
 use kuva::prelude::{LinePlot, ReferenceLine, ScatterPlot, ShadedRegion};
 
-/// Most points of a series that are drawn: more are thinned out evenly.
+/// Most points of a series that are drawn, also in the CSV: more are thinned out evenly. More points enlarge the page without
+/// a visible difference.
 const MAX_POINTS: usize = 2000;
-/// Decades of a logarithmic axis that are shown below its top.
+/// Decades of a logarithmic axis that are shown below its top; smaller values are cut off, as they would flatten the rest.
 const DECADES: f64 = 12.0;
 
 /// Points of a chart: abscissa and ordinate, in SI units or, as they are drawn, in the units of the axes.
 pub(super) type Points = Vec<[f64; 2]>;
 
-/// A drawn series.
+/// A drawn series, in the units of the axes.
 pub(super) enum Mark {
     Line(LinePlot),
     Dots(ScatterPlot),
 }
 
-/// A series of the legend.
+/// A series of the legend: name, CSS color, and whether it is a line or dots.
 struct LegendEntry {
     name: String,
     color: String,
@@ -45,23 +50,23 @@ pub(super) struct ChartAxis {
 }
 
 impl ChartAxis {
-    /// An axis of a quantity in the unit of a scale.
+    /// A linear axis of a quantity, labeled with its name and the unit of a scale, without a range.
     pub fn new(name: &str, scale: &Scale) -> Self {
         let label = labeled(name, &scale.unit);
         Self { label, is_log: false, factor: scale.factor, range: [f64::INFINITY, -f64::INFINITY] }
     }
 
-    /// The axis in logarithmic scale, or not.
+    /// The axis in logarithmic scale if `is_log`, else in linear scale.
     pub fn log(self, is_log: bool) -> Self {
         Self { is_log, ..self }
     }
 
-    /// Whether a finite value can be drawn.
+    /// Whether a displayed value can be drawn: it is finite, and positive on a logarithmic axis.
     fn can_show(&self, value: f64) -> bool {
         value.is_finite() && !(self.is_log && value <= 0.0)
     }
 
-    /// Extends the range by a displayed value.
+    /// Extends the range of the axis by a displayed value, if it can be drawn.
     fn include(&mut self, value: f64) {
         if self.can_show(value) {
             self.range = [self.range[0].min(value), self.range[1].max(value)];
@@ -70,7 +75,7 @@ impl ChartAxis {
 }
 
 impl From<&str> for ChartAxis {
-    /// An axis of numbers that are shown as they are.
+    /// A linear axis with this label, whose numbers are shown without a unit's factor.
     fn from(label: &str) -> Self {
         Self::new(label, &Scale { factor: 1.0, unit: String::new() })
     }
@@ -95,7 +100,7 @@ pub(super) struct PageChart {
 }
 
 impl PageChart {
-    /// A chart of this width and height, px, without data.
+    /// A chart without data, with these axes, and with width and height in px.
     pub fn new(x: impl Into<ChartAxis>, y: impl Into<ChartAxis>, size: [f64; 2]) -> Self {
         Self {
             axes: [x.into(), y.into()],
@@ -136,7 +141,8 @@ impl PageChart {
         self
     }
 
-    /// Adds a line. A series without a name is decoration, which neither legend nor CSV contains.
+    /// Adds a line of a CSS color through points in SI units. A series without a name is decoration, which neither legend nor CSV
+    /// contains.
     pub fn line(
         mut self,
         series: &str,
@@ -264,7 +270,8 @@ impl PageChart {
         }
     }
 
-    /// Adds points with intervals along an axis to the data of a series.
+    /// Adds points with their intervals along the axis 0 (x) or 1 (y) to the CSV data of a series. Points that are not finite are
+    /// left out.
     fn add_intervals(&mut self, series: &str, points: &[IntervalPoint], axis: usize) {
         let factor = self.axes[axis].factor;
         let finite = points.iter().filter(|p| p.at.iter().all(|x| x.is_finite()));
@@ -277,7 +284,7 @@ impl PageChart {
         self.data.extend(data);
     }
 
-    /// Adds a series to the legend unless it has no name or is there.
+    /// Adds a series to the legend unless its name is empty or already in the legend.
     fn add_entry(&mut self, series: &str, color: &str, is_line: bool) {
         let is_new = self.legend.iter().all(|entry| entry.name != series);
         if !series.is_empty() && is_new {
@@ -285,7 +292,7 @@ impl PageChart {
         }
     }
 
-    /// A point of the data, converted to the units of the axes.
+    /// A point in SI units, converted to the units of the axes.
     fn displayed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [x / self.axes[0].factor, y / self.axes[1].factor]
     }
@@ -310,7 +317,8 @@ impl PageChart {
         kept
     }
 
-    /// The range of an axis with a margin, never without extent.
+    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin of a few per cent, never without extent. A logarithmic axis
+    /// has at most [`DECADES`] decades.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
         let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {
@@ -334,13 +342,13 @@ impl PageChart {
     }
 }
 
-/// A line of a color and a width, px, through displayed points.
+/// A line of a CSS color and a width, px, through points in the units of the axes.
 fn stroke(points: Points, color: &str, width: f64) -> LinePlot {
     let line = LinePlot::new().with_data(points.into_iter().map(<(f64, f64)>::from));
     line.with_color(color).with_stroke_width(width)
 }
 
-/// The label of a quantity with its unit.
+/// The label of a quantity: its name, and its unit in parentheses if it has one.
 pub(super) fn labeled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.into() } else { format!("{name} ({unit})") }
 }

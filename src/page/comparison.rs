@@ -1,4 +1,8 @@
-//! The page that compares several fits: a plot and a table of every parameter, with the grades.
+//! The page that compares several fits, of a campaign or of one command.
+//!
+//! Input are the summaries of the fits. The page has the numbers of fits per grade, the mean and the standard deviation of each
+//! parameter between fits, a plot and a table of each parameter's estimates with 95 % intervals, and a table of grades,
+//! warnings and changed keys. Output is a self-contained HTML page.
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};
@@ -17,13 +21,13 @@ use std::collections::BTreeSet;
 
 /// Height of a row of a plot, px.
 const ROW_HEIGHT: f64 = 24.0;
-/// Height of the axis of a plot, px.
+/// Height of a plot's axis with its label, px.
 const AXIS_HEIGHT: f64 = 70.0;
 /// Most fits that are drawn with their names; the plot of more has their numbers.
 const MAX_NAMED: usize = 60;
-/// Rows of a table that are not folded.
+/// Rows of a table that are shown at once; further ones are folded.
 const SHOWN_FITS: usize = 60;
-/// Fewest values with a mean and a standard deviation.
+/// Fewest values of which a mean and a standard deviation are shown: of two values they mean little.
 const MIN_VALUES: usize = 3;
 
 /// A self-contained HTML page that compares fits. `title` names them, for example their campaign.
@@ -39,20 +43,20 @@ pub fn comparison_page(fits: &[FitSummary], title: &str) -> String {
     page("Comparison", title, &body, None)
 }
 
-/// A parameter with its estimate in each fit that identifies it.
+/// A parameter with its label, its SI unit, and its estimate in each fit that has it.
 struct ComparedParameter<'a> {
     label: &'a str,
     unit: &'static str,
     estimates: Vec<ComparedEstimate<'a>>,
 }
 
-/// The estimate of a parameter in a fit.
+/// A fit with its estimate of the parameter.
 struct ComparedEstimate<'a> {
     fit: &'a FitSummary,
     estimate: &'a Estimate,
 }
 
-/// Mean, standard deviation and range of the values of a parameter.
+/// Number, mean, standard deviation and range of the values of a parameter over all fits that identify it, in SI units.
 struct ValueStatistics {
     count: usize,
     mean: f64,
@@ -62,7 +66,7 @@ struct ValueStatistics {
 }
 
 impl<'a> ComparedParameter<'a> {
-    /// The estimates of the parameter with a label.
+    /// Collects the estimates of the parameter with a label from all fits that have it.
     fn new(fits: &'a [FitSummary], label: &'a str) -> Self {
         let own = |fit: &'a FitSummary| {
             let estimate = fit.parameters.iter().find(|e| e.label() == *label)?;
@@ -73,13 +77,13 @@ impl<'a> ComparedParameter<'a> {
         Self { label, unit, estimates }
     }
 
-    /// The values of fits that identify the parameter.
+    /// The values, in SI units, of the fits in which the parameter is identifiable.
     fn values(&self) -> Vec<f64> {
         let identifiable = self.estimates.iter().map(|own| own.estimate).filter(|e| e.identifiable);
         identifiable.filter_map(|e| e.value).collect()
     }
 
-    /// The statistics of the values; none without values.
+    /// The statistics of the values, with the standard deviation of a sample (divisor n - 1); none without values.
     fn statistics(&self) -> Option<ValueStatistics> {
         let values = self.values();
         let count = values.len();
@@ -90,14 +94,14 @@ impl<'a> ComparedParameter<'a> {
         (count > 0).then_some(ValueStatistics { count, mean, std, range })
     }
 
-    /// The scale of all values and ends of intervals.
+    /// The unit with prefix for all values and ends of intervals.
     fn scale(&self) -> Scale {
         let sizes = self.estimates.iter().map(|own| own.estimate);
         let sizes = sizes.flat_map(|e| e.value.into_iter().chain(ends(e).into_iter().flatten()));
         Scale::for_values(sizes, self.unit)
     }
 
-    /// The intervals of all fits.
+    /// The figure with one row per fit: its value as a dot and its quoted 95 % interval as a bar.
     fn plot(&self) -> String {
         let count = self.estimates.len();
         let has_numbers = self.has_numbers();
@@ -122,14 +126,15 @@ impl<'a> ComparedParameter<'a> {
         figure("Estimates", &name, &chart, "bars: 95 % intervals")
     }
 
-    /// Whether names shortened for an axis do not identify the fits, so that axis and table have numbers.
+    /// Whether the axis and the table number the fits: there are more than [`MAX_NAMED`], or their shortened names are not
+    /// unique.
     fn has_numbers(&self) -> bool {
         let names: BTreeSet<String> =
             self.estimates.iter().map(|own| shortened(&own.fit.name)).collect();
         self.estimates.len() > MAX_NAMED || names.len() < self.estimates.len()
     }
 
-    /// The estimates of all fits with their grades.
+    /// The table with estimate, standard error, interval, unit and grade of every fit; rows beyond [`SHOWN_FITS`] are folded.
     fn table(&self) -> String {
         let has_numbers = self.has_numbers();
         let scale = self.scale();
@@ -157,12 +162,13 @@ impl<'a> ComparedParameter<'a> {
     }
 }
 
-/// Ends of the quoted interval.
+/// Ends of the quoted 95 % interval in SI units: the expanded one if inputs are uncertain, else the statistical one; none if
+/// there is no two-sided interval.
 fn ends(e: &Estimate) -> Option<[f64; 2]> {
     e.expanded95.filter(|_| QuotedEstimate::new(e).is_expanded).or(e.interval95)
 }
 
-/// The numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.
+/// The first card: numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.
 fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
     // The page has the worst tone of its fits.
@@ -198,17 +204,17 @@ fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     card(tone, &counted(fits.len(), "fit"), &content, &[])
 }
 
-/// The severity of a fit's grade; a fit without a result has the worst.
+/// The severity of a fit's grade; bad for a fit without a result.
 fn fit_tone(fit: &FitSummary) -> Tone {
     fit.grade.map_or(Tone::Bad, Grade::tone)
 }
 
-/// The grade of a fit in words.
+/// The grade of a fit as text, or `without a result`.
 fn grade_name(fit: &FitSummary) -> String {
     fit.grade.map_or("without a result".into(), |grade| grade.to_string())
 }
 
-/// The name of a fit, linked to its page if it has one.
+/// The name of a fit as HTML, linked to its page if it has one.
 fn linked_name(fit: &FitSummary) -> String {
     let name = escaped(&fit.name);
     match &fit.page {
@@ -218,12 +224,12 @@ fn linked_name(fit: &FitSummary) -> String {
     }
 }
 
-/// The grade in its color.
+/// The grade of a fit as a table cell in the color of its severity.
 fn colored_grade(fit: &FitSummary) -> String {
     format!("<td class=\"{}\">{}</td>", tone_class(fit_tone(fit)), escaped(&grade_name(fit)))
 }
 
-/// The table of grade, warnings and changed keys of every fit.
+/// The table with grade, warning codes, status and changed keys of every fit.
 fn grade_table(fits: &[FitSummary]) -> String {
     let keys = distinct(fits.iter().flat_map(|fit| &fit.changes).map(|(key, _)| key));
     let mut table = HtmlTable::new("grades and warnings", fits)

@@ -1,4 +1,7 @@
-//! The correlation matrix of several parameters.
+//! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled Jacobian.
+//!
+//! Cells are colored by sign and size. The ratio of the largest to the smallest singular value is the condition number of the
+//! fit: a large one shows combinations of parameters that the data hardly determine.
 
 use crate::fit::Estimate;
 use crate::page::html::note;
@@ -8,8 +11,8 @@ use crate::page::table::HtmlTable;
 /// Opacity of the color of a correlation of one, %.
 const LARGEST_OPACITY: f64 = 45.0;
 
-/// The correlation matrix as a table, and the singular values of the scaled Jacobian; nothing for a single parameter, or
-/// without any correlation.
+/// The correlation matrix (row and column per parameter; unknown entries are missing) as a table, and the singular values with
+/// the condition number. Empty for a single parameter, or without any correlation.
 pub(super) fn correlation_matrix(
     parameters: &[Estimate],
     matrix: &[Vec<Option<f64>>],
@@ -25,6 +28,7 @@ pub(super) fn correlation_matrix(
     for (k, other) in parameters.iter().enumerate() {
         table = table.html(&other.label(), |(_, row)| row.get(k).copied().flatten().and_then(cell));
     }
+    // Singular values are in descending order.
     let ratio = match singular_values {
         [first, .., last] if *last > 0.0 => {
             format!("; condition number {}", three_digits(first / last))
@@ -37,7 +41,7 @@ pub(super) fn correlation_matrix(
     table.render() + &if values.is_empty() { values } else { note(&text) }
 }
 
-/// A correlation coefficient in three decimals, in a color by its sign and size.
+/// The cell of a correlation coefficient with three decimals, in a color by its sign and size; none unless it is finite.
 fn cell(value: f64) -> Option<String> {
     let color = if value < 0.0 { "var(--minus)" } else { "var(--plus)" };
     let opacity = LARGEST_OPACITY * value.abs().min(1.0);

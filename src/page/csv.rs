@@ -1,14 +1,16 @@
-//! The data of a chart as a CSV file inside the page, in a link that saves it.
+//! The data of a chart as a CSV file (RFC 4180) that is embedded in the page as a link (`data:` URL), so that the page needs
+//! no other file.
 
 use crate::input::text_cell::to_cell;
 use crate::page::html::{escaped, percent_encoded};
 
 /// Significant digits of numbers: more than any use needs, without the rounding errors of the last bits.
 const DIGITS: usize = 10;
-/// Longest name of a file, in characters.
+/// Longest name of a CSV file without its ending, in characters; the start of a longer one is cut.
 const LONGEST_NAME: usize = 60;
 
-/// A link that saves rows of cells as a file named after `name`. The first row is the header.
+/// A link that saves rows of cells as a CSV file named after `name`. The first row is the header. Texts that a spreadsheet would
+/// compute are escaped.
 pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -24,7 +26,8 @@ pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     )
 }
 
-/// A number with at most [`DIGITS`] digits and without trailing zeros.
+/// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent if it is very small or
+/// large.
 pub(super) fn csv_number(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     match rounded.abs() {

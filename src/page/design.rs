@@ -1,5 +1,8 @@
-//! The page of a planned experiment: the expected uncertainty, the contribution of each measurement, and other choices of
-//! marker, duration and frame rate.
+//! The page of a planned experiment (`rodfit design`).
+//!
+//! Input is a design. The page has the expected standard errors and intervals, the contribution of each measurement, plots of
+//! the standard errors over marker position, duration and frame rate with the recommended choice, the uncertainty
+//! budget, undetected biases, and correlations. Output is a self-contained HTML page.
 
 use crate::fit::{
     Advice, Choice, Contribution, Design, DesignVariable, Estimate, quoted_estimates,
@@ -17,7 +20,7 @@ use crate::page::page;
 use crate::page::table::{HtmlTable, KeyTable};
 use crate::summary::Tone;
 
-/// Measurements in the table of contributions; the others are folded.
+/// Measurements in the table of contributions that are shown at once; further ones are folded.
 const SHOWN_MEASUREMENTS: usize = 12;
 
 /// A self-contained HTML page of a planned experiment. `title` names the plan, for example its file.
@@ -39,7 +42,7 @@ pub fn design_page(design: &Design, title: &str) -> String {
     page("Plan", title, &body, None)
 }
 
-/// The expected standard errors and intervals, and the warnings.
+/// The first card: whether the plan determines all parameters, their expected standard errors and intervals, and the warnings.
 fn first_card(design: &Design) -> String {
     let (unknown, all) =
         (design.parameters.iter().filter(|e| !e.identifiable).count(), design.parameters.len());
@@ -49,6 +52,7 @@ fn first_card(design: &Design) -> String {
         (n, _) => format!("The plan does not determine {n} of {all} parameters"),
     };
     let tone = Tone::of_result(unknown == 0, !design.warnings.is_empty());
+    // The basis states which errors the intervals contain.
     let estimates = quoted_estimates(&design.parameters, &[]);
     let basis = if estimates.iter().any(|row| row.is_expanded) {
         "Expanded interval: noise, inputs with a stated uncertainty, and discretization."
@@ -73,7 +77,8 @@ fn first_card(design: &Design) -> String {
     card(tone, &headline, &content, &lists)
 }
 
-/// The k-th of the standard errors of all parameters, that of `e`: in per cent of a value that is positive.
+/// The k-th of the standard `errors` of all parameters, which is that of `e`: in per cent of a positive value, else in its
+/// unit; `not identifiable` if missing.
 fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
     let error = errors.get(k).copied().flatten();
     match (error, e.value.filter(|value| e.name.is_positive() && *value > 0.0)) {
@@ -83,7 +88,7 @@ fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
     }
 }
 
-/// The table of expected standard errors by each measurement alone, and by all others.
+/// The table of expected standard errors by each measurement alone, and by all others without it; empty without measurements.
 fn contributions(contributions: &[Contribution], parameters: &[Estimate]) -> String {
     if contributions.is_empty() {
         return String::new();
@@ -107,7 +112,7 @@ fn contributions(contributions: &[Contribution], parameters: &[Estimate]) -> Str
     ) + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
 }
 
-/// Title, name of the abscissa and its unit.
+/// Title of the figure, name of the abscissa and its SI unit, of a design variable.
 fn wording(variable: DesignVariable) -> [&'static str; 3] {
     match variable {
         DesignVariable::MarkerPosition => ["Marker position", "arc length from the wall", "m"],
@@ -116,13 +121,14 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
     }
 }
 
-/// The standard errors over one choice, relative to those of the plan, with a table; nothing if no choice determines any
-/// parameter.
+/// The figure of the standard errors over one design variable, relative to those of the plan, with a folded table of their
+/// values. Empty if no choice determines any parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
     let Advice { variable, choices, observation, .. } = advice;
     if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {
         return String::new();
     }
+    // Standard errors of all parameters share one axis, as each is relative to its planned one.
     let [title, name, unit] = wording(*variable);
     let scale = Scale::for_values(choices.iter().map(|choice| choice.value), unit);
     let x = ChartAxis::new(name, &scale).log(*variable != DesignVariable::MarkerPosition);
@@ -146,6 +152,7 @@ fn choice(advice: &Advice, design: &Design) -> String {
         &chart,
         &format!("dashed: the plan{}", best.unwrap_or_default()),
     );
+    // The table has the values in units, with the planned and the recommended choice marked.
     let mut table = HtmlTable::new(&format!("expected standard errors over the {name}"), choices)
         .row_class(|choice| if choice.best { "chosen" } else { "" })
         .text(name, |choice| quantity(choice.value, unit));
@@ -160,8 +167,8 @@ fn choice(advice: &Advice, design: &Design) -> String {
     format!("<div>{drawn}{}</div>", folded("standard errors", &table.render()))
 }
 
-/// The standard error of a parameter over the values of a choice, relative to that of the plan, or to the smallest if the
-/// plan does not determine the parameter.
+/// Points of the standard error of the parameter with an index over the values of a choice, relative to the planned choice, or
+/// to the smallest error if the plan does not determine the parameter.
 fn relative_errors(choices: &[Choice], parameter: usize) -> Points {
     let error = |choice: &Choice| choice.std_error.get(parameter).copied().flatten();
     let planned = choices.iter().find(|choice| choice.planned).and_then(error);

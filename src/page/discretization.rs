@@ -1,15 +1,18 @@
-//! The discretization error of the parameters: the bias of each estimate by mesh and time step.
+//! The section "Discretization error" of a page of a fit: the bias of each estimate by the mesh and the time step.
+//!
+//! The table has the applied correction, the parts by mesh and by time step, and an upper bound of the remaining error.
+//! Errors are fractions of the estimate, or in its unit for a parameter that may be zero.
 
 use crate::fit::{DiscretizationError, Estimate};
 use crate::page::html::note;
 use crate::page::number::{percent, quantity, signed_percent, signed_quantity};
 use crate::page::table::HtmlTable;
 
-/// Errors below this fraction of a value are shown as below it.
+/// Errors below this fraction of an estimate are shown as `below 0.001 %`.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// An error as a fraction of its estimate. A value near zero has no meaningful fraction, so that the error of a parameter
-/// that is not positive is in its unit; a correction has a sign.
+/// The error `fraction` of an estimate as text: in per cent, or in the unit of a parameter that is not positive, whose value may
+/// be near zero. A correction has a sign.
 fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     let value = e.value.filter(|_| !e.name.is_positive()).map(f64::abs);
     match (value, is_correction) {
@@ -21,7 +24,7 @@ fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     }
 }
 
-/// A table of the estimated errors with a note on their correction; nothing without errors.
+/// The table of the estimated errors of all parameters (same order) with a note on their correction; empty without errors.
 pub(super) fn discretization(errors: &[DiscretizationError], parameters: &[Estimate]) -> String {
     let has_error = |error: &DiscretizationError| {
         [error.correction, error.mesh, error.step, error.relative].iter().any(Option::is_some)

@@ -1,4 +1,7 @@
-//! Drawings of charts as SVG, by kuva, in the colors and letters of the page.
+//! Renders a chart as inline SVG with the plotting library kuva, in the colors and fonts of the page.
+//!
+//! Layout and ticks are set here; marks and reference lines are clipped to the axes. Colors are CSS variables, so that a
+//! drawing follows the light or dark mode of the page. A chart without data becomes a note.
 
 use crate::page::chart::{Mark, PageChart};
 use crate::page::html::no_data;
@@ -12,22 +15,22 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Margins left and right of the axes, px; the same for all charts, so that their axes align.
 const MARGINS: [f64; 2] = [88.0, 16.0];
-/// Width of a letter in the names of rows, px.
+/// Estimated width of a letter in the names of rows, px, which sets the left margin.
 const LETTER_WIDTH: f64 = 9.0;
-/// Letters of a name of a row; longer names are shortened.
+/// Most letters of a row's name; the middle of a longer name is left out.
 const MAX_LETTERS: usize = 24;
-/// Ticks of the axes.
+/// Approximate number of ticks of an axis.
 const TICKS: usize = 6;
-/// Ticks beside the names of rows, which leave less room.
+/// Approximate number of ticks beside the names of rows, which leave less room.
 const TICKS_BESIDE_NAMES: usize = 3;
-/// Ticks of charts up to [`LOW_HEIGHT`].
+/// Approximate number of ticks of charts up to [`LOW_HEIGHT`].
 const TICKS_OF_LOW: usize = 4;
-/// Height of charts that have fewer ticks, px.
+/// Height up to which a chart has fewer ticks, px.
 const LOW_HEIGHT: f64 = 200.0;
-/// Charts wider than this have no room for the label of the y axis on narrow screens.
+/// Width above which a chart hides the label of the y axis on narrow screens (CSS class `broad`), px.
 const BROAD_WIDTH: f64 = 600.0;
 
-/// The drawing of a chart as SVG, or a note if there are no data.
+/// The drawing of a chart as an SVG element, or a note if there are no data.
 pub(super) fn svg(chart: &PageChart) -> String {
     if chart.marks.is_empty() {
         return no_data("no data");
@@ -35,12 +38,13 @@ pub(super) fn svg(chart: &PageChart) -> String {
     inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
-/// Axes, margins and ticks of a chart.
+/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes.
 fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
     let [width, height] = chart.size;
     let names: Vec<String> = chart.row_names.iter().map(|name| shortened(name)).collect();
+    // Long names of rows need a wider margin than numbers.
     let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
     let margin = MARGINS[0].max(LETTER_WIDTH * longest as f64 + 24.0);
     let mut layout = Layout::new((left, right), (low, high))
@@ -84,7 +88,7 @@ fn layout(chart: &PageChart) -> Layout {
     layout
 }
 
-/// The name of the row at a height; nothing between two rows.
+/// The name of the row at a height (name k is at -k); empty between two rows.
 fn row_name(names: &[String], height: f64) -> String {
     let row = -height.round();
     let is_row = (height + row).abs() < 1e-6 && row >= 0.0;
@@ -102,7 +106,7 @@ pub(super) fn shortened(name: &str) -> String {
     letters[..start].iter().chain(&['\u{2026}']).chain(&letters[end..]).collect()
 }
 
-/// The primitives of a chart: axes, then bands, marks and lines, clipped to the axes.
+/// The graphic primitives of a chart: axes, then bands, marks and dashed reference lines, clipped to the axes.
 fn scene(chart: &PageChart) -> Scene {
     let layout = || layout(chart);
     // The same layout clips and draws, so that all marks align.
@@ -129,7 +133,7 @@ fn scene(chart: &PageChart) -> Scene {
     scene
 }
 
-/// Begins the part of the drawing that is clipped to the axes.
+/// Begins the part of the drawing that is clipped to the rectangle of the axes.
 fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     // Identifiers are unique on the page.
     static COUNT: AtomicUsize = AtomicUsize::new(0);
@@ -143,7 +147,8 @@ fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     scene.elements.push(Primitive::ClipStart { x, y, width, height, id });
 }
 
-/// Labels of ticks: powers of ten on a logarithmic axis, else numbers with as many decimals as the range needs.
+/// The format of tick labels for a range: powers of ten on a logarithmic axis, else numbers with as many decimals as the range
+/// needs, or with a power of ten if they are very small or large.
 fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
     if is_log {
         return TickFormat::Custom(Arc::new(log_tick_label));
@@ -163,7 +168,7 @@ fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
     }))
 }
 
-/// A number without zeros at the end of its decimals.
+/// A decimal number without zeros at the end of its decimals, and without a point at its end.
 fn without_trailing_zeros(number: &str) -> String {
     match number.contains('.') {
         true => number.trim_end_matches('0').trim_end_matches('.').into(),
@@ -171,7 +176,7 @@ fn without_trailing_zeros(number: &str) -> String {
     }
 }
 
-/// The label of a tick on a logarithmic axis: a power of ten, or a number near one.
+/// The label of a tick on a logarithmic axis: a power of ten, or a plain number between 0.01 and 1000.
 fn log_tick_label(x: f64) -> String {
     let power = x.log10().round();
     match (x / 10_f64.powf(power) - 1.0).abs() < 1e-6 {
@@ -181,7 +186,7 @@ fn log_tick_label(x: f64) -> String {
     }
 }
 
-/// Colors as CSS variables of the page, so that a drawing is light or dark with it.
+/// The colors of axes, grid and text as CSS variables of the page, so that a drawing is light or dark with it.
 fn theme() -> Theme {
     Theme {
         background: "none".into(),
@@ -193,7 +198,7 @@ fn theme() -> Theme {
     }
 }
 
-/// An SVG document as an element of HTML, which needs no namespace and shrinks with the page.
+/// An SVG document as an element of HTML: without its head, and shrinking with the page below its own width.
 fn inline_svg(svg: &str) -> String {
     let Some((head, body)) = svg.split_once('>') else { return String::new() };
     let attribute = |key: &str| Some(head.split_once(&format!(" {key}=\""))?.1.split_once('"')?.0);

@@ -1,4 +1,8 @@
-//! Effects that the model omits: those that the data show, and those that could bias a parameter undetected.
+//! Sections on effects that the model omits, such as a compliant clamp or a taper.
+//!
+//! "Likely omitted effects" has score tests: effects that explain the residuals, with rank, estimated size and p-value.
+//! "Undetected bias" has effects that the data do not exclude, with the bias that each would cause at its largest plausible
+//! size, and a test that would reveal it. Output is HTML tables.
 
 use crate::code::Code;
 use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};
@@ -7,10 +11,10 @@ use crate::page::number::{percent, signed_percent, signed_quantity, three_digits
 use crate::page::table::HtmlTable;
 use crate::summary::quantity::counted;
 
-/// Effects in a table; the others are folded.
+/// Effects in a table that are shown at once; further ones are folded.
 const SHOWN_EFFECTS: usize = 5;
 
-/// A number with a plus-minus sign instead of its own if the data do not determine the sign of the effect.
+/// A number with a plus-minus sign in place of its own if the data do not determine the sign of the effect.
 fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     match bias.estimate.is_some() {
         true => text.into(),
@@ -18,7 +22,8 @@ fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     }
 }
 
-/// The table of biases that the data do not exclude, the largest in standard errors first.
+/// The table of biases that the data do not exclude, in the given order, with an explanation. Biases of zero are left out; empty
+/// without others.
 pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     // An effect without influence on a parameter is no finding.
     let shown: Vec<&UndetectedBias> = biases.iter().filter(|bias| bias.change != 0.0).collect();
@@ -52,7 +57,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         + &explanation(Code::UndetectedBias)
 }
 
-/// A sentence of the undetected biases with the largest effects; empty without biases.
+/// A sentence with the effects whose undetected bias exceeds the interval of a parameter; empty without such effects.
 pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
         let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));
@@ -65,7 +70,7 @@ pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate])
     }
 }
 
-/// The size of an effect. A size without a unit is a fraction, shown in per cent.
+/// The size of an effect as text in its unit. A size without a unit is a fraction, shown in per cent.
 fn effect_size(value: f64, unit: &str) -> String {
     if unit.is_empty() { signed_percent(value) } else { signed_quantity(value, unit) }
 }
@@ -121,7 +126,7 @@ fn largest_bias(test: &ScoreTest) -> Option<String> {
     Some(format!("{relative} of {}", test.biased_parameter))
 }
 
-/// The folded explanation of a code of effects.
+/// The explanation of a code of effects as HTML, folded below a heading.
 fn explanation(code: Code) -> String {
     let html = with_explanation(&code.behind("About these effects"));
     format!("<div class=\"note\">{html}</div>\n")

@@ -1,4 +1,7 @@
-//! The table of estimates with their quoted intervals, and their parts as text.
+//! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
+//!
+//! Values have an SI prefix by their size and digits by their standard error. The quoted interval is the expanded one if inputs
+//! have a stated uncertainty, else the statistical one. A bound replaces it where the data bound the parameter on one side.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};
@@ -8,18 +11,19 @@ use crate::page::table::HtmlTable;
 /// The cell in the place of the value of a parameter that the data do not determine.
 pub(super) const NOT_IDENTIFIABLE: &str = "<td class=\"bad\">not identifiable</td>";
 
-/// The scale of an estimate, or of its one-sided bound.
+/// The unit with prefix for an estimate, by the size of its one-sided lower bound, its value or its upper bound.
 pub(super) fn estimate_scale(e: &Estimate) -> Scale {
     let size = e.lower95.or(e.value.filter(|value| *value != 0.0)).or(e.upper95);
     Scale::for_size(size.unwrap_or(0.0), e.name.unit())
 }
 
-/// An interval of SI values with the digits of an error.
+/// An interval of SI values as text `[low, high]` in the unit of a scale, with digits by the error `std`, SI.
 pub(super) fn interval([low, high]: [f64; 2], std: Option<f64>, scale: &Scale) -> String {
     format!("[{}, {}]", scale.format(low, std), scale.format(high, std))
 }
 
-/// A quoted interval in a scale; the digits of a one-sided bound are those of `bound_error` of it.
+/// A quoted interval as text in the unit of a scale, with digits by the error `std`. The digits of a one-sided bound follow
+/// `bound_error` of the bound.
 pub(super) fn quoted_interval(
     quoted: QuotedInterval,
     std: Option<f64>,
@@ -36,12 +40,12 @@ pub(super) fn quoted_interval(
     }
 }
 
-/// The heading of the standard errors: that of the guide to uncertainty (GUM) if inputs are uncertain.
+/// The heading of the column of standard errors: `standard uncertainty` (GUM) if inputs of any row are uncertain.
 pub(super) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     if rows.iter().any(|row| row.is_expanded) { "standard uncertainty" } else { "standard error" }
 }
 
-/// The table of estimates with their quoted intervals, and the `basis` of these: a sentence on the errors that they contain.
+/// The table of estimates with their quoted intervals, and below it `basis`: a sentence on the errors that they contain.
 pub(super) fn estimate_table(
     rows: &[QuotedEstimate],
     value_heading: &str,
@@ -69,17 +73,17 @@ pub(super) fn estimate_table(
     table.render() + &note(&escaped(basis))
 }
 
-/// The scale of a row.
+/// The unit with prefix of a row, by its size.
 fn scale(row: &QuotedEstimate) -> Scale {
     Scale::for_size(row.size(), &row.unit)
 }
 
-/// Whether the data bound the value from below only.
+/// Whether the data bound the value of a row from below only.
 fn is_lower_bound(row: &QuotedEstimate) -> bool {
     matches!(row.interval, Some(QuotedInterval::AtLeast(_)))
 }
 
-/// The value of a row; none beside a lower bound.
+/// The cell (HTML) of a row's value; none beside a lower bound.
 fn value_cell(row: &QuotedEstimate) -> Option<String> {
     match (row.interval, row.value) {
         (Some(QuotedInterval::AtLeast(_)), _) => None,
@@ -91,8 +95,8 @@ fn value_cell(row: &QuotedEstimate) -> Option<String> {
     }
 }
 
-/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive; none beside a
-/// one-sided bound.
+/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive; none beside a one-sided
+/// bound.
 fn error_cell(row: &QuotedEstimate) -> Option<String> {
     let is_two_sided = matches!(row.interval, None | Some(QuotedInterval::Between(_)));
     let std = row.std.filter(|_| is_two_sided && row.value.is_some())?;

@@ -1,4 +1,7 @@
-//! The page of a fit of parameters that vary along the rod: their values over the arc length, then residuals.
+//! The page of a fit of parameters that vary along the rod (`[[field]]`).
+//!
+//! Input is its report. The page has a plot of each parameter over the arc length with the 95 % interval of each value, the
+//! number of values that the data determine, single parameters, and the residuals. Output is a self-contained HTML page.
 
 use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
 use crate::page::card::{MessageList, card};
@@ -13,7 +16,7 @@ use crate::summary::Tone;
 
 /// Half the width of a 95 % interval, in standard errors.
 const COVERAGE_FACTOR: f64 = 1.96;
-/// Standard errors below this part of the standard deviation of the prior are determined by the data.
+/// Largest ratio of a standard error to the standard deviation of the prior at which a value counts as determined by the data.
 const DETERMINED: f64 = 0.5;
 
 /// A self-contained HTML page of a fit of values along the rod. `title` names the fit, such as its file.
@@ -26,7 +29,7 @@ pub fn field_page(report: &FieldReport, title: &str) -> String {
     page("Fit", title, &body, None)
 }
 
-/// Convergence, number of determined combinations, RMS residual, cost, and the warnings.
+/// The first card: convergence, number of determined combinations of values, RMS residual, cost, and the warnings.
 fn first_card(report: &FieldReport) -> String {
     let (tone, headline) = match report.converged {
         true => (Tone::Good, "Converged"),
@@ -44,7 +47,7 @@ fn first_card(report: &FieldReport) -> String {
     card(tone, headline, &(content + &note(&cost)), &[notes])
 }
 
-/// A chart of a distributed parameter over the arc length, with the 95 % intervals by data and prior together.
+/// The figure of a distributed parameter over the arc length, with the 95 % intervals by data and prior together.
 fn field(field: &FieldEstimate) -> String {
     let values = Scale::for_values(field.values.iter().copied(), &field.unit);
     let arc_lengths = Scale::for_values(field.arc_lengths.iter().copied(), "m");
@@ -65,7 +68,7 @@ fn field(field: &FieldEstimate) -> String {
     figure(&field.name, &format!("{} over the arc length", field.name), &chart, &caption)
 }
 
-/// The table of the parameters that are single numbers.
+/// The table of the parameters that are single numbers, with their standard errors.
 fn single_parameters(report: &FieldReport) -> String {
     // The error is in the unit of the value.
     let shown = |p: &SingleEstimate, x: f64| {

@@ -1,21 +1,21 @@
-//! Figures: a chart with its title, legend, caption and data.
+//! Figures in HTML: the drawing of a chart with its title, legend, caption and a link to its data as CSV.
 
 use crate::page::chart::PageChart;
 use crate::page::drawing::svg;
 use crate::page::html::escaped;
 
-/// CSS color of observations.
+/// CSS color of observed data.
 pub(super) const OBSERVED: &str = "var(--observed)";
-/// CSS color of the model.
+/// CSS color of simulated data.
 pub(super) const MODEL: &str = "var(--model)";
 
-/// CSS color of the k-th of several series. The colors repeat after the sixth.
+/// CSS color of the k-th of several series; the colors repeat after the sixth.
 pub(super) fn series_color(k: usize) -> String {
     format!("var(--scheme{})", k % 6)
 }
 
-/// A figure in HTML. `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and the
-/// file of the data.
+/// A figure in HTML. `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and for the
+/// name of the CSV file.
 pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) -> String {
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
     let drawing = svg(chart).replacen("role=\"img\"", &label, 1);
@@ -37,7 +37,7 @@ pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) 
     )
 }
 
-/// Figures side by side where there is room.
+/// Figures (HTML) side by side where there is room; empty without figures.
 pub(super) fn row(figures: &str) -> String {
     match figures.is_empty() {
         true => String::new(),

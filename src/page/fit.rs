@@ -1,4 +1,8 @@
-//! The page of a fit: the answer first, then the residuals, then its uncertainty and the search.
+//! The page of a fit of single parameters.
+//!
+//! Input is its report. The first card has the grade, the estimates with intervals and the warnings. Sections follow on
+//! parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias, omitted effects,
+//! correlations, likelihood profiles, search, trajectory and settings. Output is a self-contained HTML page.
 
 use crate::code::Code;
 use crate::fit::{FitReport, interval_content, quoted_estimates};
@@ -54,7 +58,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     page("Fit", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-/// Grade, estimates with intervals, and the most severe warnings.
+/// The first card: grade, estimates with intervals, warnings, parameters that are not identifiable, and likely omitted effects.
 fn first_card(report: &FitReport) -> String {
     let grade = capitalized(&report.grade.to_string());
     let headline = with_explanation(&report.grade.code().behind(&grade));

@@ -1,11 +1,12 @@
-//! HTML elements of the pages: escaped text, sections, folded lists, and messages with the explanation of their code.
+//! HTML elements of the pages: escaped text, headed sections, folded parts, lists, and messages with the explanation of their
+//! code.
 //!
 //! Functions return HTML. An element without content is an empty string, so that a page leaves it out.
 
 use crate::code::explained;
 use std::fmt::Write;
 
-/// Entries of a message list that are shown; the others are folded.
+/// Entries of a message list that are shown at once; further ones are folded.
 const SHOWN_ENTRIES: usize = 3;
 
 /// A section of the page: its heading (text) over its content (HTML).
@@ -30,7 +31,7 @@ pub(super) fn folded(summary: &str, content: &str) -> String {
     format!("<details class=\"fold\"><summary>{summary}</summary>\n{content}</details>\n")
 }
 
-/// A small paragraph of HTML.
+/// A small paragraph of HTML; empty without content.
 pub(super) fn note(content: &str) -> String {
     match content.is_empty() {
         true => String::new(),
@@ -38,13 +39,13 @@ pub(super) fn note(content: &str) -> String {
     }
 }
 
-/// A paragraph in the place of missing data.
+/// A paragraph with the reason (HTML) in the place of missing data.
 pub(super) fn no_data(reason: &str) -> String {
     format!("<p class=\"none\">{reason}</p>")
 }
 
-/// A list of entries in HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name;
-/// a single one is not worth folding.
+/// A list of entries in HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name; a single
+/// further one is not folded.
 pub(super) fn list(entries: &[String], plural: &str) -> String {
     let items = |entries: &[String]| {
         let items: String = entries.iter().map(|entry| format!("<li>{entry}</li>\n")).collect();
@@ -59,7 +60,7 @@ pub(super) fn list(entries: &[String], plural: &str) -> String {
     }
 }
 
-/// Text with the characters escaped that have a meaning in HTML.
+/// Text with `&`, `<`, `>` and `"` escaped, which have a meaning in HTML.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -99,7 +100,7 @@ pub(super) fn with_explanation(message: &str) -> String {
     }
 }
 
-/// The explanation of a code, in Markdown with bold and code spans, as paragraphs of HTML.
+/// A code's explanation, in Markdown with bold and code spans, as paragraphs of HTML.
 fn paragraphs(markdown: &str) -> String {
     let marked = |text: String, mark: &str, tag: &str| -> String {
         // Odd parts stand between a pair of marks.

@@ -1,4 +1,7 @@
-//! HTML pages of results. Each is one file that opens offline, without scripts, fonts or links from elsewhere.
+//! HTML pages of results, one function per kind: fit, field fit, prediction, simulation, study, design, comparison of fits.
+//!
+//! Input is a report of the library; output is one HTML file with style, charts (SVG), tables, CSV data and, for motions, an
+//! animation. It opens offline, without scripts, fonts or links from elsewhere.
 
 mod budget;
 mod card;
@@ -43,13 +46,13 @@ pub use study::study_page;
 use crate::page::html::escaped;
 use marker_files::printable::printable;
 
-/// The style sheet of all pages.
+/// The style sheet (CSS) of all pages.
 const STYLE: &str = include_str!("page.css");
 /// The title of the program in citations.
 const CITED_TITLE: &str = "rodfit: simulation of slender elastic rods and identification of their parameters from recorded motion";
 
-/// A whole page. `kind` and `body` are HTML, `title` is text; `version` is that of the program that computed the result,
-/// by default this one. Control characters are escaped, as names from files may have them.
+/// A whole HTML page. `kind` (such as `Fit`) and `body` are HTML, `title` is text; `version` is that of the program that computed
+/// the result, by default this one. Control characters are escaped, as names from files may have them.
 fn page(kind: &str, title: &str, body: &str, version: Option<&str>) -> String {
     let title = escaped(&printable(title));
     let body = printable(body);

@@ -1,21 +1,24 @@
-//! Numbers with units on pages: an SI prefix by the size, and digits by the error.
+//! Numbers with units as text on pages: an SI prefix by the size, and decimals down to the second digit of the error.
+//!
+//! A [`Scale`] is the factor and the unit with its prefix, common to a table or axis. Very small or large numbers without a
+//! prefix have a power of ten. Minus signs and exponents are typographic.
 
-/// Symbols of SI units that take prefixes. A gram replaces the kilogram where a prefix is needed.
+/// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
-/// Units whose prefix always follows the size.
+/// Units whose prefix always follows the size; others only outside [`PLAIN`].
 const ALWAYS_PREFIXED: [&str; 7] = ["m", "s", "Pa", "Hz", "N", "rad", "J"];
-/// Sizes without a prefix in all other units, and without a power of ten.
+/// Sizes that are displayed without a prefix in all other units, and without a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
 /// Prefixes from 10^-12 to 10^12, in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "\u{b5}", "m", "", "k", "M", "G", "T"];
 /// Index of the empty prefix in [`PREFIXES`].
 const NO_PREFIX: i32 = 4;
-/// Decimals of a number of order one without an error.
+/// Decimals of a number of order one whose error is not known.
 const DECIMALS_WITHOUT_ERROR: f64 = 4.0;
-/// Text in the place of a missing number.
+/// Text in the place of a missing number: a dash.
 pub(super) const MISSING: &str = "\u{2013}";
 
-/// The divisor of displayed numbers, and the unit of the quotients.
+/// The factor by which SI values are divided for display, and the unit of the quotients.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     pub factor: f64,
@@ -23,7 +26,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale for numbers of this size in an SI unit.
+    /// The scale for SI numbers of this size: a prefix that keeps the number between 1 and 1000, where the first symbol of the
+    /// unit takes one. Factor 1 for zero and NaN.
     pub fn for_size(size: f64, unit: &str) -> Self {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
@@ -48,13 +52,14 @@ impl Scale {
         Self { factor, unit: with_superscripts(&format!("{prefix}{symbol}{rest}")) }
     }
 
-    /// The scale for the largest of these numbers.
+    /// The scale for the largest absolute value of these SI numbers.
     pub fn for_values(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
         let finite = values.into_iter().filter(|x| x.is_finite());
         Self::for_size(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
     }
 
-    /// An SI value as a number in this unit, with decimals down to the second digit of its SI `error`.
+    /// An SI value as a number in this unit, with decimals down to the second digit of its SI `error`; without an error five
+    /// significant digits. [`MISSING`] unless it is finite.
     pub fn format(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
         let decimals = match error.map(|e| (e / self.factor).abs()) {
@@ -102,7 +107,7 @@ pub(super) fn signed_percent(fraction: f64) -> String {
     format!("{sign}{}", percent(fraction))
 }
 
-/// A number without a unit in three digits.
+/// A number without a unit in three significant digits, with a power of ten outside [`PLAIN`].
 pub(super) fn three_digits(value: f64) -> String {
     match value.abs() {
         size if !size.is_finite() => MISSING.into(),
@@ -117,14 +122,14 @@ pub(super) fn three_digits(value: f64) -> String {
     }
 }
 
-/// A number as a mantissa with these decimals and a power of ten.
+/// A number as a mantissa with these decimals and a power of ten, such as `1.5×10⁻³`.
 pub(super) fn scientific(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$e}");
     let (mantissa, power) = text.split_once('e').unwrap_or((&text, "0"));
     with_minus_sign(format!("{mantissa}\u{d7}10")) + &superscripts(power)
 }
 
-/// A number with a minus sign as wide as a plus in the place of its hyphen.
+/// A number with the minus sign U+2212, as wide as a plus, in the place of hyphens.
 pub(super) fn with_minus_sign(number: String) -> String {
     number.replace('-', "\u{2212}")
 }

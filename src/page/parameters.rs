@@ -1,4 +1,8 @@
-//! All intervals of the parameters, with their priors, bounds and start values.
+//! The section "Parameters" of a page of a fit: all intervals of each parameter, with its prior, bounds and start value.
+//!
+//! Intervals are the expanded and the statistical one, those between experiments (cluster jackknife), by observed
+//! information, by profile likelihood and by bootstrap, where computed. A second table has ratios such as stiffness over
+//! density that the data determine without the density. Output is HTML tables.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate};
 use crate::page::estimate::{NOT_IDENTIFIABLE, estimate_scale, interval};
@@ -6,7 +10,7 @@ use crate::page::html::subsection;
 use crate::page::number::{MISSING, Scale, percent, quantity};
 use crate::page::table::HtmlTable;
 
-/// An error with a plus-minus sign, with the digits of the standard error.
+/// An error, SI, with a plus-minus sign, in the unit of the estimate and with the digits of its standard error.
 fn plus_minus(e: &Estimate, error: f64) -> String {
     format!("\u{b1} {}", estimate_scale(e).format(error, e.std_error.or(Some(error))))
 }
@@ -29,7 +33,7 @@ fn value_cell(e: &Estimate) -> String {
     }
 }
 
-/// The table of all parameters, and the table of ratios that are known without the density.
+/// The table of all parameters, and the table of ratios that the data determine without the density.
 pub(super) fn parameters(report: &FitReport) -> String {
     let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
     let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())
@@ -45,6 +49,7 @@ pub(super) fn parameters(report: &FitReport) -> String {
         })
         .text("95 % interval (statistical)", |(_, e)| e.interval95.map(|x| own_interval(e, x)))
         .text("unit", |(_, e)| estimate_scale(e).unit)
+        // Columns of analyses that were not made are empty, and left out.
         .text("between experiments, 95 %", |(_, e)| {
             e.cluster_jackknife.as_ref().map(|c| own_interval(e, c.interval95))
         })
@@ -61,6 +66,7 @@ pub(super) fn parameters(report: &FitReport) -> String {
             let b = e.bootstrap.as_ref()?;
             Some(format!("{}, {}", plus_minus(e, b.std_error), own_interval(e, b.interval95)))
         })
+        // Input of the fit: prior, bounds and start value.
         .text("prior", |(_, e)| {
             let prior = e.prior?;
             let shown = |x: f64| estimate_scale(e).format(x, Some(prior.sigma));
@@ -74,7 +80,7 @@ pub(super) fn parameters(report: &FitReport) -> String {
     table.render() + &density_free_ratios(report)
 }
 
-/// The table of combinations of parameters that the data determine without the density.
+/// The table of combinations of parameters that the data determine without the density; empty without any.
 fn density_free_ratios(report: &FitReport) -> String {
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
     let table = HtmlTable::new("ratios known without the density", groups)

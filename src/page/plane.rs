@@ -1,23 +1,24 @@
-//! Planes of the world axes in which a rod is drawn.
+//! Selection of the coordinate planes in which a rod is drawn: the one or two with the largest extents of its points.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
 
-/// Coordinates that vary by less than this part of the largest variation are not drawn.
+/// Coordinates whose extent is below this part of the largest extent are not drawn. It separates rounding errors from motion.
 const FLAT: f64 = 1e-6;
-/// Names of the axes of the world.
+/// Names of the world axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Indices of the horizontal and of the vertical axis of a drawing.
+/// Indices (0 x, 1 y, 2 z) of the horizontal and of the vertical axis of a drawing.
 pub(super) type DrawingPlane = [usize; 2];
 
-/// The smallest and the largest of numbers.
+/// The smallest and the largest of numbers; `[inf, -inf]` of none.
 pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, -f64::INFINITY];
     values.into_iter().fold(none, |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// The one or two planes with the largest extents of these points, m.
+/// The one or two planes with the largest extents of these points, m, the largest first. The x-y plane if the points extend
+/// along one axis only. `points` returns an iterator, as it is used three times.
 pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     points: impl Fn() -> I,
 ) -> Vec<DrawingPlane> {

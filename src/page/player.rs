@@ -1,4 +1,7 @@
-//! The animation of a simulated motion: its data as JSON, its controls, and its script.
+//! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
+//!
+//! Positions are rounded to integers on a grid of at most `LARGEST_COORDINATE` cells, which keeps the page small. A planar
+//! motion is drawn in its plane; a spatial one can be rotated, with the axis of gravity upwards.
 
 use crate::dynamics::{Film, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
@@ -6,13 +9,14 @@ use crate::page::number::quantity;
 use crate::page::plane::{AXES, DrawingPlane, range};
 use crate::problem::Problem;
 
-/// The script that draws the rod at a time, and plays and stops the motion.
+/// The script (JavaScript) that draws the rod at a time, and plays and stops the motion.
 const SCRIPT: &str = include_str!("simulation.js");
-/// Largest integer coordinate in the data: the rod is drawn on less than so many pixels.
+/// Largest integer coordinate in the data. The rod is drawn on fewer pixels, so that rounding is not visible; more digits
+/// enlarge the page.
 const LARGEST_COORDINATE: f64 = 9999.0;
-/// Duration of the animation at the speed that is selected first, s.
+/// Duration of the animation at the speed that is selected at first, s.
 const FIRST_DURATION: f64 = 8.0;
-/// Speeds of the animation over real time.
+/// Selectable speeds of the animation, as multiples of real time.
 const SPEEDS: [f64; 15] =
     [1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0];
 
@@ -31,7 +35,8 @@ struct DrawingGrid {
 }
 
 impl DrawingGrid {
-    /// A grid over the plane of a motion, or over all three axes with the upward one last.
+    /// A grid over the nodes and the tip path of a motion: two axes for a single plane, else all three with the axis along which
+    /// gravity acts last, pointing upwards.
     fn new(film: &Film, problem: &Problem, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
@@ -69,12 +74,13 @@ impl DrawingGrid {
     }
 }
 
-/// A JSON list of entries in the given notation.
+/// A JSON list of entries, each written by `notation`.
 fn json_list<T>(entries: &[T], notation: impl Fn(&T) -> String) -> String {
     format!("[{}]", entries.iter().map(notation).collect::<Vec<_>>().join(","))
 }
 
-/// The data that the script draws, as JSON.
+/// The data that the script draws, as JSON: axes, extents, scale bar, frames (integer coordinates of all nodes), times in s,
+/// and the path of the tip.
 fn motion_json(film: &Film, problem: &Problem, grid: &DrawingGrid) -> String {
     let (frames, samples) = (film.frames(), film.samples());
     let length = problem.length();
@@ -102,7 +108,8 @@ fn motion_json(film: &Film, problem: &Problem, grid: &DrawingGrid) -> String {
     )
 }
 
-/// The options of the list of speeds near the one at which the motion takes [`FIRST_DURATION`], which is selected.
+/// The options (HTML) of the list of speeds for a motion of this `duration`, s. The speed at which it takes closest to
+/// [`FIRST_DURATION`] is selected; speeds beyond a factor of 1000 of it are left out.
 fn speed_options(duration: f64) -> String {
     let difference = |speed: &f64| (duration / speed / FIRST_DURATION).ln().abs();
     let nearest = |a: &f64, b: &f64| difference(a).total_cmp(&difference(b));
@@ -121,13 +128,14 @@ fn speed_options(duration: f64) -> String {
     near.map(option).collect()
 }
 
-/// The player of a motion with its drawing, controls, data and script. In space the drawing can be rotated.
+/// The player of a motion as HTML with its drawing, controls, data and script. In space the drawing can be rotated.
 pub(super) fn player(
     report: &SimulationReport,
     film: &Film,
     problem: &Problem,
     planes: &[DrawingPlane],
 ) -> String {
+    // Three coordinates: the script rotates the rod about the axis of gravity.
     let grid = DrawingGrid::new(film, problem, planes);
     let duration = film.frames().iter().map(|frame| frame.time).fold(0.0, f64::max);
     let (class, angles, hint) = match grid.axes.len() {

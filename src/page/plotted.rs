@@ -1,8 +1,8 @@
-//! The plotted data of a chart as the rows of a CSV file.
+//! The plotted data of a chart as header and rows of a CSV file, in the units of the axes.
 
 use crate::page::csv::csv_number;
 
-/// A plotted point in the units of the axes, with its series and its 95 % interval.
+/// A plotted point in the units of the axes, with the name of its series and its 95 % interval, if it has one.
 pub(super) struct Datum {
     pub series: String,
     pub point: [f64; 2],
@@ -32,6 +32,7 @@ pub(super) fn csv_rows(
     let series: Vec<&[Datum]> = data.chunk_by(|a, b| a.series == b.series).collect();
     let abscissas = |own: &[Datum]| own.iter().map(|datum| datum.point[0]).collect::<Vec<f64>>();
     let Some(first) = series.first().map(|own| abscissas(own)) else { return rows };
+    // Three layouts: a row per name, a column per series, or one series below the other.
     if !names.is_empty() {
         let heads = [y_label.to_string(), x_label.to_string()].into_iter();
         rows.push(heads.chain(interval_heads(x_label)).collect());
@@ -69,6 +70,7 @@ mod tests {
         Datum { series: series.into(), point: [x, y], interval: None }
     }
 
+    /// Rows of the CSV text of these data, with fields separated by semicolons.
     fn joined(data: &[Datum]) -> Vec<String> {
         csv_rows(data, ["t (s)", "x (mm)"], &[]).iter().map(|row| row.join(";")).collect()
     }

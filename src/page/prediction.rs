@@ -1,4 +1,7 @@
-//! The page of predictions: the errors of every measurement, then data and model.
+//! The page of predictions of validation data (`rodfit predict`).
+//!
+//! Input is a validation report. The page has mean, median and worst error over all measurements and of each, warnings,
+//! free-run errors of recordings, residuals, and the rod with the observed points. Output is a self-contained HTML page.
 
 use crate::fit::{MeasurementError, ValidationReport};
 use crate::page::card::{MessageList, card};
@@ -10,7 +13,7 @@ use crate::page::trajectory::trajectories;
 use crate::page::{page, residuals, settings};
 use crate::summary::Tone;
 
-/// Measurements in the table; the others are folded.
+/// Measurements in the table of errors that are shown at once; further ones are folded.
 const SHOWN_MEASUREMENTS: usize = 12;
 
 /// A self-contained HTML page of predictions. `title` names them, such as the scene. Series are shown if they were
@@ -30,7 +33,7 @@ pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
     page("Prediction", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-/// The errors over all measurements, and the warnings.
+/// The first card: mean, median and worst error over all measurements, failed experiments, and the warnings.
 fn first_card(report: &ValidationReport) -> String {
     let table = HtmlTable::new("summary of the prediction errors", &report.summary)
         .id("answer")
@@ -47,7 +50,7 @@ fn first_card(report: &ValidationReport) -> String {
     card(tone, "Prediction without a fit", &table.render(), &[warnings])
 }
 
-/// The table of the errors of every measurement.
+/// The table with the errors of every measurement: absolute differences between simulated and measured values.
 fn error_table(errors: &[MeasurementError]) -> String {
     let table = HtmlTable::new("prediction errors", errors)
         .id("errors")

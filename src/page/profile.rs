@@ -1,19 +1,22 @@
-//! Likelihood profiles: the rise of twice the misfit over one parameter, all others at their optimum.
+//! The section "Likelihood profiles": the rise of twice the misfit over one parameter, all others at their optimum.
+//!
+//! The values at which the rise crosses the 95 % level of chi-squared are the ends of the profile interval. Between the fits
+//! with a fixed parameter the signed square root of the rise is interpolated linearly.
 
 use crate::fit::{FitReport, Profile};
 use crate::page::chart::{ChartAxis, PageChart, Points};
 use crate::page::figure::{MODEL, figure, row};
 use crate::page::number::Scale;
 
-/// Steps of the curve of a profile between two fits.
+/// Segments of a profile's curve between two fits.
 const CURVE_STEPS: usize = 16;
 
-/// The profiles of all parameters.
+/// The figures of all profiles, side by side; empty without profiles.
 pub(super) fn profiles(report: &FitReport, profiles: &[Profile]) -> String {
     row(&profiles.iter().map(|profile| profile_figure(report, profile)).collect::<String>())
 }
 
-/// The figure of a profile, with the 95 % level and the ends of the interval.
+/// The figure of a profile: fits as dots, the interpolated curve, the 95 % level, and the ends of the interval.
 fn profile_figure(report: &FitReport, profile: &Profile) -> String {
     let estimate = report.parameters.iter().find(|e| e.label() == profile.label);
     let scale = Scale::for_values(profile.values.iter().copied(), profile.name.unit());

@@ -1,5 +1,8 @@
-//! Free-run prediction errors of recordings that prescribe the ends of a rod: over the length of the window and the speed
-//! of the markers, and the rod with its markers at a dozen times.
+//! The section "Free-run prediction errors": of recordings that prescribe the ends of a rod, whose other markers are predicted.
+//!
+//! Input are the errors of fitted and validation recordings. Tables have mean, median and worst error. Plots show the mean
+//! error over the length of the simulated window and over the speed of the markers. Up to `DRAWN_RECORDINGS` recordings,
+//! from the best to the worst, are drawn as rod and markers at a dozen times.
 
 use crate::fit::{MeanError, RecordedMotion, RecordingError, RecordingErrors, RecordingPlots};
 use crate::numerics::total_order;
@@ -11,14 +14,14 @@ use crate::page::plane::planes;
 use crate::page::snapshots::{DrawnSnapshot, strip};
 use crate::page::table::HtmlTable;
 
-/// Recordings that are drawn with their rod.
+/// Most recordings that are drawn with their rod.
 const DRAWN_RECORDINGS: usize = 4;
-/// Fewest values of a mean over a range of speeds that is drawn.
+/// Fewest values in a range of speeds whose mean is drawn: means of few values scatter.
 const MIN_VALUES: usize = 20;
 /// Explanation of the colors in the drawings of shapes, HTML.
 const COLOR_KEY: &str = ": <i class=\"stroke model\"></i>rod, simulated <i class=\"dot observed\"></i>markers, recorded";
 
-/// The section's content, with drawings if plot data were kept.
+/// The content of the section: tables and list of errors; figures and drawings if plot data were kept.
 pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots>) -> String {
     let mut html = error_table(errors) + &error_list(&errors.list);
     let Some(plots) = plots else { return html };
@@ -41,12 +44,12 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     html + &ranked.into_iter().map(recorded_motion).collect::<String>()
 }
 
-/// An error in three digits with its unit.
+/// An error, m, in three digits with its unit.
 fn shown_error(error: f64) -> String {
     quantity(error, "m")
 }
 
-/// The table of errors of the fitted and of the validation recordings.
+/// The table with mean, median and worst error of the fitted and of the validation recordings.
 fn error_table(errors: &RecordingErrors) -> String {
     let rows = [("fitted", &errors.fitted), ("validation", &errors.held_out)];
     let rows = rows.into_iter().filter_map(|(name, summary)| Some((name, summary.as_ref()?)));
@@ -66,7 +69,7 @@ fn error_table(errors: &RecordingErrors) -> String {
     ) + &table.render()
 }
 
-/// The folded list of the mean error of each of several recordings.
+/// The folded list of the mean error of each recording; empty for a single one.
 fn error_list(errors: &[RecordingError]) -> String {
     let item = |e: &RecordingError| {
         let mean = e.mean_error.map_or("failed".into(), shown_error);
@@ -80,19 +83,19 @@ fn error_list(errors: &[RecordingError]) -> String {
     }
 }
 
-/// The mark of validation recordings behind their name.
+/// The text that marks validation recordings behind their name; empty for fitted ones.
 fn validation_suffix(is_validation: bool) -> &'static str {
     if is_validation { ", validation" } else { "" }
 }
 
-/// Mean errors at one abscissa (in SI units), of fitted and of validation recordings.
+/// Mean errors at one abscissa (in SI units): of fitted recordings, and of validation recordings.
 struct MeanErrors {
     abscissa: f64,
     errors: [Option<MeanError>; 2],
 }
 
-/// A chart of mean errors with a line for fitted and one for validation recordings. Means of fewer than `min_values`
-/// values are not drawn.
+/// A chart of mean errors with a line for fitted and one for validation recordings. Means of fewer than `min_values` values are
+/// not drawn; the x axis covers the values of `range`.
 fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f64]) -> PageChart {
     // Both curves have one scale.
     let all = means.iter().flat_map(|m| m.errors).flatten().map(|e| e.mean);
@@ -107,7 +110,7 @@ fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f
     chart
 }
 
-/// The mean error over the length of the free run.
+/// The figure of the mean error over the length, s, of the free run, on a logarithmic axis.
 fn window_errors(plots: &RecordingPlots) -> String {
     let means = plots.windows.iter();
     let means = means.map(|w| MeanErrors { abscissa: w.length, errors: [w.fitted, w.held_out] });
@@ -122,7 +125,7 @@ fn window_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// The mean error over the speed of the markers.
+/// The figure of the mean error over the speed, m/s, of the markers.
 fn speed_errors(plots: &RecordingPlots) -> String {
     let means = plots.speeds.iter().map(|s| MeanErrors {
         abscissa: 0.5 * (s.speed[0] + s.speed[1]),
@@ -138,7 +141,7 @@ fn speed_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// The rod and its markers at a dozen times of a recording, in one plane or two.
+/// Drawings of the rod and its markers at a dozen times of a recording, in one plane or two, under its name and mean error.
 fn recorded_motion(motion: &RecordedMotion) -> String {
     let name = match motion.experiment.is_empty() {
         true => "The recording",

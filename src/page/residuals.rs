@@ -1,4 +1,8 @@
-//! Observations and model, residuals and their autocorrelation, coordinate by coordinate.
+//! The section "Residuals": observed and simulated values, residuals over sigma, their autocorrelation, and their tests.
+//!
+//! Each coordinate of an observation has two charts over time, arc length or mode number, a chart of the autocorrelation with
+//! the 95 % band of white noise, and p-values of Ljung-Box, Anderson-Darling and trend tests. Of more than `MAX_SERIES`
+//! coordinates only those with the largest residuals are drawn.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
@@ -8,16 +12,16 @@ use crate::page::html::{escaped, folded, no_data, note, subsection};
 use crate::page::number::{Scale, three_digits};
 use std::cmp::Reverse;
 
-/// Lags of the autocorrelation, samples.
+/// Largest lag of the autocorrelation that is drawn, samples.
 const LAGS: usize = 40;
-/// Most coordinates of which all are drawn.
+/// Most coordinates of which all are drawn; hundreds of charts would make the page slow.
 const MAX_SERIES: usize = 36;
 /// Coordinates that are drawn of more than [`MAX_SERIES`]: those with the largest residuals.
 const WORST_SERIES: usize = 12;
-/// Coordinates that are not folded.
+/// Coordinates that are shown at once; further ones are folded.
 const UNFOLDED_SERIES: usize = 6;
 
-/// The size of the residuals, down-weighted observations, validation errors and rows left out, a line each.
+/// Notes on the residuals of a fit: their RMS, down-weighted observations, validation errors, and rows left out.
 pub(super) fn summary(report: &FitReport) -> String {
     let series = report.plot_data.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
@@ -46,7 +50,8 @@ pub(super) fn summary(report: &FitReport) -> String {
     lines.iter().map(|line| note(&format!("{}.", escaped(line)))).collect()
 }
 
-/// All coordinates of all observations, or the worst of many. `tests` are those of the residuals, if any were made.
+/// Charts of all coordinates of all observations, or of the worst of many. Coordinates without any residual are left out.
+/// `tests` are those of the residuals, if any were made.
 pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> String {
     if series.is_empty() {
         return no_data("no comparison of the whole record: the fit was interrupted");
@@ -79,7 +84,7 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
     }
 }
 
-/// Coordinates under the names of their observations.
+/// The charts of coordinates under the names of their observations, with their tests.
 fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     let mut html = String::new();
     for observation in shown.chunk_by(|a, b| name(a, ": ") == name(b, ": ")) {
@@ -100,7 +105,7 @@ fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     html
 }
 
-/// Experiment and observation of a coordinate.
+/// The experiment and the observation of a coordinate, joined by a separator.
 fn name(series: &Series, separator: &str) -> String {
     let mut parts = vec![series.experiment.as_str(), series.label.as_str()];
     parts.retain(|part| !part.is_empty());
@@ -123,7 +128,7 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
     ranked.into_iter().map(|i| &series[i]).collect()
 }
 
-/// Data and model, residuals, autocorrelation, and the tests (HTML) of one coordinate.
+/// The charts of one coordinate: data and model, residuals, autocorrelation; and its tests (HTML).
 fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
@@ -208,7 +213,8 @@ fn autocorrelation(r: &[f64]) -> Points {
     (1..=LAGS.min(r.len() / 4)).map(coefficient).collect()
 }
 
-/// The p-values of the residual tests and their verdict.
+/// The table of p-values of the residual tests of a coordinate with their verdict. p-values below the significance level are
+/// marked.
 fn test_table(tests: &ResidualTests) -> String {
     let row = |name: &str, p: f64| {
         let class = if p < tests.significance_level { " class=\"bad\"" } else { "" };

@@ -1,4 +1,7 @@
-//! The global scan, the local minima it found, and the convergence to the reported one.
+//! The section "Global scan and local minima" of a page of a fit.
+//!
+//! Figures show the misfit of the scan over each parameter and the convergence (RMS residual over the cost in simulations). A
+//! table lists the local minima with their values and their misfit relative to the lowest.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
@@ -9,14 +12,14 @@ use crate::page::number::{Scale, three_digits};
 use crate::page::plane::range;
 use crate::page::table::HtmlTable;
 
-/// Local minima in the table; the others are folded.
+/// Local minima in the table that are shown at once; further ones are folded.
 const SHOWN_MINIMA: usize = 5;
 /// Stages of a search in their order, as the report names them. On the page the first is the "global scan".
 const STAGES: [&str; 4] = ["scan", "coarse model", "growing horizon", "full model"];
-/// Values of a scan over more than this ratio have a logarithmic axis.
+/// A scan whose largest value exceeds its smallest by this ratio has a logarithmic axis.
 const LOG_RATIO: f64 = 20.0;
 
-/// The section's content: scans and convergence if plot data were kept, then the table of local minima.
+/// The content of the section: a sentence, scans and convergence if plot data were kept, and the table of local minima.
 pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let summary = &report.local_minima.summary;
     let mut html = match summary.is_empty() {
@@ -35,7 +38,7 @@ pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     html + &minima(report, is_static)
 }
 
-/// The RMS residual over the cost, with a line for every stage; nothing without iterations.
+/// The figure of the RMS residual over the cost, with a line for every stage; empty without iterations.
 fn convergence(plots: &PlotData) -> String {
     let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
     let mut iterates: Vec<_> = plots.history.iter().collect();
@@ -54,7 +57,8 @@ fn convergence(plots: &PlotData) -> String {
     figure("Convergence", "convergence of the search", &chart, caption)
 }
 
-/// The misfit of the scan over one parameter, with its estimate. A scan of motions covers their first period only.
+/// The figure of the scan's misfit over one parameter, with its estimate `value`. `is_static`: the fit has no motion, of which
+/// a scan would cover the first period only.
 fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> String {
     let Landscape { label, name, values, misfit, .. } = landscape;
     let [smallest, largest] = range(values.iter().copied());
@@ -88,7 +92,7 @@ fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> St
     )
 }
 
-/// Whether a value lies more than a step of the scan away from the minimum of the scan.
+/// Whether a value lies more than one step of the scan away from the scan's minimum.
 fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     let Landscape { values, misfit, .. } = landscape;
     let lowest = (0..misfit.len()).min_by(|i, j| misfit[*i].total_cmp(&misfit[*j]));
@@ -97,7 +101,7 @@ fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     !(values[low]..=values[high]).contains(&value)
 }
 
-/// A table of the local minima; nothing if only one was found.
+/// The table of the local minima; empty if only one was found. Parameters that are not identifiable are left out.
 fn minima(report: &FitReport, is_static: bool) -> String {
     let list = &report.local_minima.list;
     if list.len() < 2 {
@@ -129,7 +133,7 @@ fn minima(report: &FitReport, is_static: bool) -> String {
         })
 }
 
-/// The stage of the search that found a local minimum.
+/// The stage of the search that found a local minimum, as text.
 fn source(minimum: &LocalMinimum, is_static: bool) -> &'static str {
     match minimum.found_by {
         MinimumSource::Fit if minimum.converged => "fit of the whole record",

@@ -1,10 +1,10 @@
-//! Settings of the simulations and how the measurements were read, experiment by experiment.
+//! The section "Settings": model, scheme, time step and mesh of each experiment, and the keys with which its files were read.
 
 use crate::fit::{Measured, Recording, SimulationSettings, Vertical};
 use crate::page::number::{quantity, three_digits};
 use crate::page::table::KeyTable;
 
-/// The rows of all experiments.
+/// The rows of all experiments, as keys with texts.
 pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
     let mut table = KeyTable::default();
     for settings in all {
@@ -30,7 +30,7 @@ pub(super) fn time_steps(step: f64, end: f64) -> String {
     format!("{} up to {}", quantity(step, "s"), quantity(end, "s"))
 }
 
-/// The size of a measurement, and how its file was read.
+/// The size of a measurement, and the keys with which its file was read: marker, axes, frame rate, scale and others.
 fn measured(measured: &Measured) -> String {
     let Measured { label, points, values, recording } = measured;
     let mut parts = vec![format!("{label}: {points} points, {values} values")];

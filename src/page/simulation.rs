@@ -1,4 +1,8 @@
-//! The page of a simulation: its result, the trajectory, energies and tip, and its settings.
+//! The page of a simulation.
+//!
+//! Input are the report and the film of a run: frames with all nodes, and samples of tip and energies. The page has the
+//! positions of the tip, an animation, shapes side by side, energies over time, the path of the tip, settings and cost.
+//! Output is a self-contained HTML page.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::card::{MessageList, card};
@@ -18,7 +22,7 @@ use crate::summary::Tone;
 
 /// Most shapes that are drawn side by side.
 const MAX_SNAPSHOTS: usize = 12;
-/// Error that sets the digits of positions of the tip, in the displayed unit.
+/// Error that sets the digits of the tip's positions, in the displayed unit: one decimal more than 0.1 needs.
 const DISPLAYED_ERROR: f64 = 0.1;
 
 /// A self-contained HTML page of a simulation, with a script of its own that plays the motion. `title` names the
@@ -42,7 +46,7 @@ pub fn simulation_page(
     page("Simulation", title, &body, None)
 }
 
-/// The end of the run, the motion of the tip, energy and discretization error, and the warnings.
+/// The first card: end of the run, positions of the tip, energy and discretization error, and the warnings.
 fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let energy = escaped(&capitalized(&report.energy_in_words()));
@@ -55,17 +59,17 @@ fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     card(tone, &headline, &content, &[warnings])
 }
 
-/// The scale of the positions of the tip.
+/// The unit with prefix for the positions of the tip.
 fn tip_scale(samples: &[FilmSample]) -> Scale {
     Scale::for_values(samples.iter().flat_map(|sample| sample.tip), "m")
 }
 
-/// The time axis of all charts.
+/// The time axis, common to all charts.
 fn time_axis(samples: &[FilmSample]) -> ChartAxis {
     ChartAxis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
 }
 
-/// The table of positions of the tip at the start, at its largest displacement and at the end.
+/// The table of the tip's position at the start, at its largest displacement from the start, and at the end.
 fn tip_table(samples: &[FilmSample]) -> String {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return String::new() };
     let displacement = |sample: &FilmSample| {
@@ -93,7 +97,7 @@ fn tip_table(samples: &[FilmSample]) -> String {
     table.text(&head, |(_, sample)| shown(displacement(sample))).render()
 }
 
-/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in time, for paper.
+/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, for printing.
 fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
@@ -105,8 +109,8 @@ fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     planes.iter().map(|plane| strip(&snapshots, *plane, "The rod", "")).collect()
 }
 
-/// The energies over time, without those that stay zero. The potential of the loads has an arbitrary zero: its change is
-/// shown.
+/// The figure of the energies, J, over time, without those that stay zero. The potential of the loads has an arbitrary zero:
+/// its change since the start is shown, also in the total.
 fn energy(samples: &[FilmSample]) -> String {
     type Term = (&'static str, fn(&Energies) -> f64);
     let terms: [Term; 7] = [
@@ -136,7 +140,7 @@ fn energy(samples: &[FilmSample]) -> String {
     figure("Energy over time", "energies over time", &chart, "")
 }
 
-/// Position of the tip over time, and its path in the planes of the motion.
+/// The figures of the tip: position over time, and its path in each of the planes of the motion.
 fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     let scale = tip_scale(samples);
     let size = [520.0, 340.0];
@@ -157,7 +161,7 @@ fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     row(&figures)
 }
 
-/// The scene, its mesh and steps, and the cost of the run.
+/// The table of scene, model, mesh, steps, and cost of the run.
 fn settings(report: &SimulationReport, problem: &Problem) -> String {
     let scene = problem.scene();
     let mesh = format!("{} segments on {}", problem.segments(), quantity(problem.length(), "m"));

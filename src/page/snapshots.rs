@@ -1,17 +1,17 @@
-//! The rod at several times, drawn side by side on one scale.
+//! Drawings of the rod at several times, side by side on one scale, as SVG: the nodes as a line, observed markers as dots.
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;
 use crate::page::plane::{AXES, DrawingPlane, range};
 
-/// Width of a drawing, px.
+/// Width of each drawing, px.
 const WIDTH: f64 = 200.0;
 /// Least height of a drawing, px.
 const MIN_HEIGHT: f64 = 50.0;
 /// Space between the drawn points and the edges, px.
 const MARGIN: f64 = 8.0;
 
-/// The rod at one time.
+/// The rod at one time, with observed markers, if there are any.
 pub(super) struct DrawnSnapshot<'a> {
     /// Time, s.
     pub time: f64,
@@ -23,7 +23,8 @@ pub(super) struct DrawnSnapshot<'a> {
     pub caption: String,
 }
 
-/// All snapshots in one plane on one scale. `name` is that of the rod, as text; `key` explains the colors, in HTML.
+/// All snapshots projected on one plane, on one scale, as HTML. `name` is that of the rod, as text; `key` explains the colors, in
+/// HTML. A note without finite points.
 pub(super) fn strip(
     snapshots: &[DrawnSnapshot],
     plane: DrawingPlane,

@@ -1,4 +1,7 @@
-//! The page of a work-precision study.
+//! The page of a work-precision study: error of the tip against wall time over schemes, time steps and meshes.
+//!
+//! Input is the study. The page has the fastest settings for each error, a plot with a dot per run and a line through the best
+//! runs of each scheme, and a table of all runs. Output is a self-contained HTML page.
 
 use crate::numerics::total_order;
 use crate::page::card::card;
@@ -26,7 +29,7 @@ pub fn study_page(study: &Study, scene: &str) -> String {
     page("Study", scene, &body, None)
 }
 
-/// The table of the fastest run for every error.
+/// The table of the fastest run for every error of the tip over the length.
 fn recommended_settings(study: &Study) -> String {
     let advice = study.advice.iter().map(|advice| (advice, advice.row.map(|i| &study.rows[i])));
     HtmlTable::new("fastest settings", advice)
@@ -41,7 +44,7 @@ fn recommended_settings(study: &Study) -> String {
         .render()
 }
 
-/// The table of all runs.
+/// The table of all runs: settings, errors by time step and mesh, wall time, iterations and energy drift.
 fn run_table(study: &Study) -> String {
     HtmlTable::new("all runs", &study.rows)
         .text("scheme", |row| scheme_name(row))
@@ -59,7 +62,8 @@ fn run_table(study: &Study) -> String {
         .render()
 }
 
-/// Error over time on logarithmic axes: a dot for every run, and a line through the best runs of each scheme.
+/// The figure of error over wall time on logarithmic axes: a dot for every run, and a line through the best runs of each
+/// scheme, of which no faster run has a smaller error.
 fn work_precision(study: &Study) -> String {
     let mut names: Vec<String> = study.rows.iter().map(scheme_name).collect();
     names.dedup();

@@ -1,5 +1,7 @@
-//! HTML tables: a row for each item, a column for each of its properties. Tables scroll on narrow screens, and columns
-//! without content are left out.
+//! HTML tables: a row for each item, a column for each of its properties.
+//!
+//! Columns without content are left out, missing cells have a dash, and rows beyond a number can be folded. The table is a
+//! labeled region that scrolls on narrow screens.
 
 use crate::page::html::{escaped, folded};
 use crate::page::number::MISSING;
@@ -15,7 +17,7 @@ pub(super) struct HtmlTable<T> {
     rows: Vec<ItemRow<T>>,
 }
 
-/// An item with its cells in HTML, `None` where there is no value.
+/// An item with its CSS class and its cells in HTML, `None` where there is no value.
 struct ItemRow<T> {
     item: T,
     class: &'static str,
@@ -23,7 +25,7 @@ struct ItemRow<T> {
 }
 
 impl<T> HtmlTable<T> {
-    /// A table of these items without columns.
+    /// A table of these items without columns. `name` (text) describes it for screen readers.
     pub fn new(name: &str, items: impl IntoIterator<Item = T>) -> Self {
         let row = |item| ItemRow { item, class: "", cells: Vec::new() };
         let rows = items.into_iter().map(row).collect();
@@ -46,7 +48,7 @@ impl<T> HtmlTable<T> {
         self
     }
 
-    /// Adds a column of text.
+    /// Adds a column of text below a heading; `cell` returns the text of an item, or `None`.
     pub fn text<C: Into<Option<String>>>(self, head: &str, cell: impl Fn(&T) -> C) -> Self {
         self.html(head, |item| cell(item).into().map(|text| escaped(&text)))
     }
@@ -58,7 +60,7 @@ impl<T> HtmlTable<T> {
         self
     }
 
-    /// The table; nothing without rows.
+    /// The table as HTML; empty without rows.
     pub fn render(&self) -> String {
         self.render_rows(0..self.rows.len())
     }
@@ -74,7 +76,7 @@ impl<T> HtmlTable<T> {
         self.render_rows(0..shown) + &folded(&summary, &self.render_rows(shown..all))
     }
 
-    /// The table with a range of its rows only.
+    /// The table with a range of its rows only, as HTML; empty without rows in it.
     fn render_rows(&self, range: Range<usize>) -> String {
         let rows = &self.rows[range];
         if rows.is_empty() {
@@ -135,23 +137,23 @@ fn attribute(name: &str, value: &str) -> String {
     if value.is_empty() { String::new() } else { format!(" {name}=\"{value}\"") }
 }
 
-/// A table of keys with one text each.
+/// A table of keys with one text each, under construction: the HTML of its rows.
 #[derive(Default)]
 pub(super) struct KeyTable(String);
 
 impl KeyTable {
-    /// Adds a row.
+    /// Adds a row with a key (HTML) and a text.
     pub fn row(mut self, key: &str, text: impl AsRef<str>) -> Self {
         self.0 += &format!("<tr><th>{key}</th><td>{}</td></tr>\n", escaped(text.as_ref()));
         self
     }
 
-    /// Adds a row where there is a text.
+    /// Adds a row if there is a text.
     pub fn row_if_any(self, key: &str, text: Option<impl AsRef<str>>) -> Self {
         text.into_iter().fold(self, |table, text| table.row(key, text))
     }
 
-    /// The table.
+    /// The table as HTML.
     pub fn render(&self) -> String {
         format!("<table class=\"plain\">{}</table>", self.0)
     }

@@ -1,4 +1,5 @@
-//! The rod at a dozen times of each experiment, with the observed points, in one plane or two.
+//! The section "Trajectory" or "Shape at rest": the simulated rod at a dozen times of each experiment with the observed points,
+//! projected on the one or two planes of its largest extents.
 
 use crate::fit::{PlotData, RodShape, Series};
 use crate::page::chart::{ChartAxis, PageChart};
@@ -8,7 +9,8 @@ use crate::page::number::{Scale, three_digits};
 use crate::page::plane::{AXES, DrawingPlane, planes};
 use std::collections::HashMap;
 
-/// The section with the shapes of all experiments, except those whose recordings are drawn elsewhere on the page.
+/// The section with the shapes of all experiments, except those whose recordings are drawn elsewhere on the page. A note
+/// replaces them if the fit was interrupted, or if there are none.
 pub(super) fn trajectories(is_interrupted: bool, plots: &PlotData) -> String {
     let recorded = plots.recordings.as_ref().map_or(&[][..], |r| &r.motions);
     let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
@@ -24,7 +26,7 @@ pub(super) fn trajectories(is_interrupted: bool, plots: &PlotData) -> String {
     section(if moves { "Trajectory" } else { "Shape at rest" }, &html)
 }
 
-/// The shapes of one experiment with its observed points, under its name if it has one.
+/// The figures of one experiment's shapes with its observed points, under its name if it has one.
 fn trajectory(plots: &PlotData, experiment: &str) -> String {
     let shapes: Vec<&RodShape> =
         plots.shapes.iter().filter(|s| s.experiment == experiment).collect();
@@ -40,7 +42,7 @@ fn trajectory(plots: &PlotData, experiment: &str) -> String {
     subsection(experiment, &row(&planes.iter().map(draw).collect::<String>()))
 }
 
-/// A chart of shapes and observed points, m, in one plane.
+/// A chart of shapes and observed points, m, in one plane, with equal scales. Points without both coordinates are left out.
 fn projection(
     shapes: &[&RodShape],
     observed: &[[Option<f64>; 3]],
@@ -61,13 +63,13 @@ fn projection(
     chart.without_legend().dots("observed", points, OBSERVED, 1.8)
 }
 
-/// The color of the k-th of n times, from blue over violet to orange.
+/// The CSS color of the k-th of n times, from blue over violet to orange.
 fn time_color(k: usize, n: usize) -> String {
     let part = k as f64 / n.saturating_sub(1).max(1) as f64;
     format!("hsl({:.0} 65% 55%)", 215.0 + 170.0 * part)
 }
 
-/// The colors of the times between the first and the last one, as HTML; nothing for shapes at rest.
+/// The color scale of the times between the first and the last one, as HTML; empty for shapes at rest.
 fn time_key(shapes: &[&RodShape]) -> String {
     let times: Vec<f64> = shapes.iter().filter_map(|shape| shape.time).collect();
     let [Some(first), Some(last)] = [times.first(), times.last()] else { return String::new() };
@@ -83,7 +85,8 @@ fn time_key(shapes: &[&RodShape]) -> String {
     )
 }
 
-/// The observed coordinates of each point of an experiment at each time, m, in the order of the series.
+/// The observed coordinates, m, of each point of an experiment at each time, in the order of the series. Missing coordinates are
+/// `None`; series in other units are left out.
 fn observed_points(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]> {
     let mut index_of: HashMap<(&str, u64), usize> = HashMap::new();
     let mut points = Vec::new();

@@ -1,16 +1,22 @@
-//! Blocks of elements, one for each SIMD lane.
+//! Blocks of elements or unknowns for SIMD lanes: slices of as many as there are lanes, padded beyond the end of the
+//! rod.
+//!
+//! Complete blocks are slices of the original list, without a copy. The last block is copied to the stack and filled
+//! up: elements with elements that carry nothing, nodes with a straight continuation of the rod, whose lengths and
+//! curvatures are finite.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 
-/// An upper limit of the number of SIMD lanes.
+/// The largest supported number of SIMD lanes: eight `f64` of a 512-bit register.
 pub(super) const MOST: usize = 8;
-/// Unknowns of a block and the node after it, four of each.
+/// Unknowns of a block and of the node after it, four per node.
 const WINDOW: usize = 4 * (MOST + 1);
 
-/// Copies of elements for a block that goes beyond the end of a rod.
+/// Stack space for the copy of a block that goes beyond the end of a rod.
 pub(super) type PaddedBlock<T> = Option<[T; MOST]>;
 
-/// `LANES` elements of `all` from `first` on, filled with `beyond` after the end.
+/// The elements of `all` from index `first` on, one per SIMD lane; `beyond` after the last one. `room` is the space for
+/// a padded copy.
 #[inline(always)]
 pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     all: &'a [T],
@@ -28,7 +34,7 @@ pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     }
 }
 
-/// Overwrites the first numbers of a block with those that are left.
+/// Overwrites the first elements of `block` with the remaining ones, `left`.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
@@ -52,7 +58,8 @@ pub(super) fn tension<D: Scalar, V: SimdScalar<D>>(
     V::gather(level, |lane| others[lane])
 }
 
-/// The unknowns of `LANES` edges from `first` on, `stride` for each node; beyond its end the rod is continued straight.
+/// The `size` unknowns of the edges from index `first` on, `stride` per node. Beyond its end the rod is continued
+/// straight in `room`.
 #[inline(always)]
 pub(super) fn window<'a, D: Scalar>(
     q: &'a [D],
@@ -72,7 +79,7 @@ pub(super) fn window<'a, D: Scalar>(
     }
 }
 
-/// Fills a window with the unknowns `q`, and the rest with nodes that continue the last edge.
+/// Fills `window` with the unknowns `q`, then with nodes that continue the last edge at its length and direction.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]

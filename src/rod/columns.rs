@@ -1,4 +1,8 @@
-//! Gradient and tangent of a rod, written node by node in SIMD lanes.
+//! Storage of gradient and tangent of a rod node by node, from entries of several nodes in SIMD lanes.
+//!
+//! The tangent is a symmetric band matrix, stored column by column as the diagonal and the `W` entries below it.
+//! [`NodeEntries`] has the columns of `K` unknowns for one node per lane; [`NodeColumns`] writes them to the matrix and
+//! the gradient.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -6,16 +10,20 @@ use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::rod::blocks::block;
 use std::ops::Range;
 
-/// Entries of one node, or of nodes in SIMD lanes: its `K` unknowns and the columns of the tangent, with `W` entries
-/// below the diagonal.
+/// Gradient and columns of the tangent of one node per SIMD lane: its `K` unknowns, with `W` entries below the
+/// diagonal.
 pub(super) struct NodeEntries<V, const K: usize, const W: usize> {
+    /// Gradient of energy less loads, N.
     pub gradient: [V; K],
+    /// Diagonal entries of the tangent, N/m.
     pub diagonal: [V; K],
+    /// Entries below the diagonal, N/m.
     pub below: [[V; W]; K],
 }
 
-/// The gradient and the columns of the tangent, `K` for each node.
+/// The gradient and the columns of the tangent to be written, grouped by nodes of `K` unknowns.
 pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
+    /// The gradient of complete nodes.
     pub gradient: &'a mut [[D; K]],
     /// The gradient of a last node with fewer unknowns.
     pub rest: &'a mut [D],
@@ -24,7 +32,7 @@ pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
 }
 
 impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
-    /// Columns of the nodes of a gradient and of a band matrix, to be written.
+    /// Groups a `gradient` and the columns of the band matrix `tangent` by nodes.
     #[inline(always)]
     pub fn new(gradient: &'a mut [D], tangent: &'a mut BandMatrix<D, W>) -> Self {
         let (gradient, rest) = gradient.as_chunks_mut();
@@ -32,7 +40,8 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         Self { gradient, rest, diagonal, below }
     }
 
-    /// Writes the nodes of all lanes from `first` on, at most `left`.
+    /// Overwrites gradient and columns of the tangent with the entries `columns`, one node per SIMD lane from index
+    /// `first` on, at most `left` nodes.
     #[inline(always)]
     pub fn write<V: SimdScalar<D>>(
         &mut self,
@@ -48,7 +57,7 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         }
     }
 
-    /// Writes gradient and columns of a range of nodes from SIMD lanes, one node in each.
+    /// Overwrites gradient and columns of a range of nodes from SIMD lanes, one node in each.
     #[inline(always)]
     fn write_nodes<V: SimdScalar<D>>(
         &mut self,
@@ -69,8 +78,8 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     }
 }
 
-/// Writes the gradient of the nodes from `first` on, one for each lane but at most `left`: the derivatives of the energy
-/// less the loads.
+/// Overwrites `gradient` for one node per SIMD lane from index `first` on, at most `left` nodes: the `elastic` forces
+/// less the dead loads, N.
 #[inline(always)]
 pub(super) fn write_gradient<D: Scalar, V: SimdScalar<D>, const K: usize, const N: usize>(
     (first, left): (usize, usize),

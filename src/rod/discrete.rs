@@ -1,4 +1,11 @@
-//! A rod of straight edges, in the plane or in space: elements, masses and loads.
+//! A rod of straight edges, in the plane or in space: [`DiscreteRod`], the [`Rod`] of a scene with one rod and of each
+//! rod of an assembly.
+//!
+//! Contents: one stretching law per edge, one bending (and twisting) law per inner node, lumped masses, dead loads,
+//! moments, springs of internal friction and user-defined energies. From unknowns `q` and reference frames follow
+//! energies (J), gradient (N), its tangent (N/m), strains, and checks of a step for folds and large rotations. The
+//! [`Layout`] has the element formulas, evaluated for several edges at a time in SIMD lanes. The method is Discrete
+//! Elastic Rods (Bergou et al. 2008, 2010).
 
 mod rates;
 mod transposed;
@@ -36,14 +43,14 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     pub own: Extra<D>,
 }
 
-/// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over
-/// both directions, are half a turn apart.
+/// Whether two bends to opposite sides are together at least half a turn, from the product of their curvatures
+/// `2 tan(phi/2)`, summed over both directions: `tan(a/2) tan(b/2) <= -1` for `a + b >= pi`.
 #[inline]
 fn half_a_turn_apart(product: f64) -> bool {
     product <= -4.0
 }
 
-/// `a.b` of the values.
+/// The inner product `a.b`, without derivatives.
 #[inline(always)]
 fn inner<D: Scalar, const N: usize>(a: &[D; N], b: &[D; N]) -> f64 {
     let mut sum = a[0].value() * b[0].value();
@@ -53,7 +60,8 @@ fn inner<D: Scalar, const N: usize>(a: &[D; N], b: &[D; N]) -> f64 {
     sum
 }
 
-/// Whether an edge that was `a` and is `b`, m, has turned by more than 45 degrees.
+/// Whether an edge with the vector `a`, m, before and `b` after has turned by more than 45 degrees:
+/// `a.b < |a| |b|/sqrt(2)`.
 #[inline]
 fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
     let along = inner(&a, &b);
@@ -61,19 +69,20 @@ fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
-    /// The elements of the rod.
+    /// References to the elements of the rod. The springs of internal friction are included only while they are active.
     pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
         let Self { stretch, joint, load, sliders, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
         Elements { stretch, joint, load, springs, tensions: None }
     }
 
-    /// The elements of the rod at the unknowns `q` and frames.
+    /// The elements of the rod together with the unknowns `q` and the frames, as the sweeps over edges need them.
     pub(super) fn at<'a>(&'a self, q: &'a [D], frames: &'a L::Frames<D>) -> At<'a, D, L, N, S> {
         At { elements: self.elements(), q, frames }
     }
 
-    /// [`set_viscous`](Rod::set_viscous) for a viscosity of several rods, of which the strains of this one begin at `first`.
+    /// [`set_viscous`](Rod::set_viscous) for one rod of an assembly: the `viscosity` covers the strains of all rods,
+    /// and `first` is the index of the first strain of this rod.
     pub(super) fn set_viscous_from(
         &mut self,
         elastic: &Self,
@@ -84,7 +93,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         viscosity.set_laws(&elastic.joint, &mut self.joint, first + elastic.stretch.len());
     }
 
-    /// [`set_dashpots`](Rod::set_dashpots) for such a viscosity.
+    /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly, whose strains begin at index `first` of the
+    /// `viscosity`.
     pub(super) fn set_dashpots_from(
         &mut self,
         dashpots: &Self,
@@ -95,7 +105,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         viscosity.set_dashpots(&dashpots.joint, &mut self.joint, first + dashpots.stretch.len());
     }
 
-    /// Writes gradient and tangent, and the geometry if there is one.
+    /// Overwrites `gradient`, N, and `tangent`, N/m, of energy less loads at the unknowns and frames of `at`, and the
+    /// geometry if one is given. `derivatives` selects the hand-derived formulas or, for checks with plain numbers,
+    /// num-dual.
     #[inline(always)]
     fn assemble(
         &self,
@@ -148,7 +160,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         &self.mass
     }
 
-    /// Writes the gradient by the hand-derived formulas.
+    /// Overwrites `gradient` with the derivative of energy less loads by `q`, N (N m for angles): by the hand-derived
+    /// formulas or by num-dual.
     fn gradient(
         &self,
         q: &[D],
@@ -173,7 +186,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
-    /// Writes the gradient as `gradient` does, and its tangent, N/m.
+    /// Overwrites gradient, N, and tangent, N/m, of elastic energy less loads at `q`.
     fn tangent(
         &self,
         q: &[D],
@@ -185,8 +198,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.assemble(self.at(q, frames), derivatives, gradient, tangent, None);
     }
 
-    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
-    /// stretches.
+    /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does. If `tensions` of all edges, N, are given,
+    /// they replace the axial forces in the geometric stiffness of the edges.
     fn tangent_under(
         &self,
         q: &[D],
@@ -200,7 +213,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.assemble(at, derivatives, gradient, tangent, None);
     }
 
-    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    /// Overwrites `tensions` with the axial force of every edge, N, at `q - change` plus its first-order change by
+    /// `change`: the predicted tension, without the spurious stretch of an edge that rotates on a straight line.
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
         for (i, stretch) in self.stretch.iter().enumerate() {
@@ -209,12 +223,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
-    /// Writes the geometry of the rod at `q`.
+    /// Overwrites `geometry` with lengths, directions and strains of all edges and joints at `q`.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
         D::run_sweep(GeometrySweep { at: self.at(q, frames), geometry });
     }
 
-    /// Writes gradient, tangent and geometry. The geometry is written for plain numbers only.
+    /// Overwrites gradient, tangent and, for plain numbers only, the geometry, in one sweep.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -249,7 +263,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_edge_tangent(q, tangent);
     }
 
-    /// Moves the frames to `q` and writes the gradient there, by the hand-derived formulas.
+    /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N; in one sweep with the
+    /// hand-derived formulas.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -266,8 +281,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
-    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
-    /// a right angle, to the opposite side.
+    /// The first inner node (index >= 1) whose joint passed through a fold in the step from `before` to `now`; `None`
+    /// if no joint did. Criterion: the joint turns by more than a right angle at `now`. Its bends before and after are
+    /// to opposite sides, and together at least half a turn.
     fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize> {
         let at = self.at(now, frames);
         let struck = |i: usize| {
@@ -275,6 +291,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             // Strains of bending come first.
             half_a_turn_apart((0..S.min(2)).map(|c| a[c].value() * b[c].value()).sum())
         };
+        // Inexpensive test first: without an edge at more than a right angle to the one before it, no joint can be
+        // folded.
         // Hardly any edge turns by more than a right angle against the one before it.
         let (mut last, mut least) = (L::edge(now, 0), 0.0);
         for i in 1..self.stretch.len() {
@@ -290,23 +308,24 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         (0..self.joint.len()).filter(sharp).find(|i| struck(*i)).map(|i| i + 1)
     }
 
-    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    /// The index of the first edge that turned by more than 45 degrees in a step from the unknowns `before` to `now`.
     fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize> {
         (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
     }
 
-    /// The jump of the potential of the loads in `energies`, J, over a step in which the angle of a moment passes
-    /// half a turn.
+    /// The jump of the potential of the dead moments, J, over a step in which the angle of the first edge passes half a
+    /// turn; zero in every other step.
     fn winding_jump(&self, before: &[D], now: &[D]) -> f64 {
         self.moments.jump(before, now)
     }
 
-    /// The first user-defined energy that is not finite at `q`, or whose gradient is not, with its arc length, m.
+    /// Name and arc length, m, of the first user-defined energy whose value or gradient at `q` is not finite.
     fn non_finite_energy(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
         self.own.non_finite_energy(q, frames.edge_frames())
     }
 
-    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    /// The energies at `q`, J: stretching, bending, twisting, potential of loads and moments, user-defined. The kinetic
+    /// energy is zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
         let mut sums = D::run_sweep(Elastic { at });
@@ -320,7 +339,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         sums
     }
 
-    /// Writes the strains of all elements, in the order `set_viscous` expects.
+    /// Overwrites `strains` with those of all edges, then of all joints, `S` per joint: the order of
+    /// [`Viscosity::shift`].
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>) {
         let edges = self.stretch.len();
         strains.resize(edges + S * self.joint.len(), D::from(0.0));
@@ -329,7 +349,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         D::run_sweep(Strains { at: self.at(q, frames), edges, joints });
     }
 
-    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
+    /// A rod whose elements act as dashpots: no loads and natural strains, and strains stand for strain rates.
     fn dashpots(&self) -> Self {
         let mut rod = self.clone();
         let zero = D::from(0.0);
@@ -342,7 +362,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod
     }
 
-    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
+    /// Energies of stretching, bending and twisting, J, of the elastic elements at the given `strains` of all elements,
+    /// with natural strains taken as zero.
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let (stretch, joints) = strains.split_at(self.stretch.len());
         let mut energies = [D::from(0.0); 3];
@@ -354,12 +375,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         energies
     }
 
-    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
+    /// Overwrites the laws of all elements with those of the `elastic` rod under the `viscosity`: scaled stiffness,
+    /// shifted natural strain.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         self.set_viscous_from(elastic, viscosity, 0);
     }
 
-    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
+    /// Overwrites the laws of all elements with those of `dashpots`, every stiffness times its factor and the shifts of
+    /// `viscosity` as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         self.set_dashpots_from(dashpots, viscosity, 0);
     }
@@ -369,8 +392,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         if self.sliders.is_some() { S * self.joint.len() } else { 0 }
     }
 
-    /// Activates the springs of internal friction for a step that began with these internal variables; `None`
-    /// deactivates them.
+    /// Activates the springs of internal friction for a step that began with the internal variables `before`, from the
+    /// stiffnesses of the `elastic` rod. `None` deactivates them. Without internal friction nothing changes.
     fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
         let Some(springs) = &mut self.sliders else { return };
         springs.acting.clear();
@@ -384,7 +407,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }));
     }
 
-    /// Reduces stretches of springs beyond their limit to the limit.
+    /// Reduces the stretches `z` of friction springs beyond their slip limit to the limit.
     fn slip(&self, z: &mut [D]) {
         let Some(springs) = &self.sliders else { return };
         for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
@@ -392,7 +415,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
-    /// The smallest distance of a spring's stretch from the limit at which it begins or ceases to slip.
+    /// The smallest distance of a friction spring's stretch in `z` from the limit at which it begins or ceases to slip;
+    /// infinite without internal friction.
     fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return f64::INFINITY };
         let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint).enumerate();
@@ -401,7 +425,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Energy of the springs of internal friction at the stretches `z`, J.
+    /// Elastic energy of the springs of internal friction at the stretches `z`, J; zero without them.
     fn slider_energy(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return 0.0 };
         let stretches = z.as_chunks::<S>().0.iter().zip(&self.joint);
@@ -412,7 +436,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
     for DiscreteRod<D, L, N, S>
 {
-    /// Adds a mass, kg, to a node, with its weight under the gravity in the rod's axes, m/s^2.
+    /// Adds a mass, kg, to the coordinates of a node, and its weight under the `gravity` in the rod's axes, m/s^2, to
+    /// the node's load.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]) {
         for c in 0..N {
             self.mass[L::STRIDE * node + c] += mass;

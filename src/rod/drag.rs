@@ -1,46 +1,48 @@
-//! Drag of a fluid on the nodes of a rod.
+//! Drag of a fluid on the nodes of a rod: forces, their tangent, and the transposed derivatives for the adjoint.
 //!
-//! With the velocity `u` of a node relative to the fluid, its part `u_t = u.t` along the rod's tangent `t` and the
-//! rest `u_n` across, the force per length is
+//! `u` is the velocity of a node relative to the fluid, `u_t = u.t` its part along the rod's tangent `t`, `u_n` the
+//! rest across. The force per length is
 //!
 //! ```text
 //! -(a_n + b_n |u_n|) u_n - (a_t + b_t |u_t|) u_t t
 //! ```
 //!
-//! for linear and quadratic coefficients `a` and `b`. Of a given tangent its derivative by the velocity is
-//! symmetric, a block for every node.
+//! for linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. Speeds are smoothed below [`STILL`]. At a
+//! given tangent its derivative by the velocity is symmetric, a block for every node.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
 use num_dual::Dual64;
 
-/// The square of a speed, m^2/s^2, below which quadratic drag is smooth.
+/// Square of a speed, m^2/s^2 (1 micrometer per second), added under the root of every speed, so that quadratic drag is
+/// smooth at rest. A larger value weakens quadratic drag at low speed; zero would divide by zero there.
 const STILL: f64 = 1e-12;
 
 /// Drag on the nodes of a rod.
 #[derive(Clone, Debug)]
 pub struct NodalDrag<D> {
-    /// Linear and quadratic across the rod, kg/(m s) and kg/m^2.
+    /// Linear and quadratic coefficients across the rod, kg/(m s) and kg/m^2.
     pub normal: [D; 2],
-    /// The same along the rod.
+    /// Linear and quadratic coefficients along the rod, kg/(m s) and kg/m^2.
     pub tangential: [D; 2],
     /// Velocity of the fluid in the rod's axes, m/s.
     pub fluid: Vector<D>,
     /// The length that every node stands for, m.
     pub lengths: Vec<D>,
-    /// Unknowns from one node to the next, and those of them that are places.
+    /// Unknowns from one node to the next, and the number of them that are coordinates.
     pub unknowns: [usize; 2],
 }
 
 impl<D: Scalar> NodalDrag<D> {
-    /// The place or velocity of node `i`.
+    /// The coordinates of node `i` in a list of all unknowns or velocities, zero beyond the rod's axes.
     fn of_node(&self, x: &[D], i: usize) -> Vector<D> {
         let [stride, axes] = self.unknowns;
         components(|c| if c < axes { x[stride * i + c] } else { D::from(0.0) })
     }
 
-    /// Writes the tangents at all nodes of a rod that is at `q`: from the node before to the one after.
+    /// Overwrites `tangents` with the unit tangent at every node of a rod at `q`: the chord from the node before to the
+    /// one after. It is zero where the chord vanishes.
     pub fn tangents(&self, q: &[D], tangents: &mut Vec<Vector<D>>) {
         let last = self.lengths.len() - 1;
         tangents.clear();
@@ -53,7 +55,7 @@ impl<D: Scalar> NodalDrag<D> {
         }));
     }
 
-    /// Adds minus the forces, N, on nodes with these velocities.
+    /// Adds to `out` minus the drag on all nodes, N, at the given tangents and velocities `v`, m/s.
     pub fn add_forces(&self, tangents: &[Vector<D>], v: &[D], out: &mut [D]) {
         let [stride, axes] = self.unknowns;
         for (i, t) in tangents.iter().enumerate() {
@@ -65,7 +67,7 @@ impl<D: Scalar> NodalDrag<D> {
         }
     }
 
-    /// Adds the derivatives of [these](Self::add_forces) by the velocities, times `factor`, to a matrix.
+    /// Adds to `matrix` the derivatives of [minus the drag](Self::add_forces) by the velocities, kg/s, times `factor`.
     pub fn add_slopes(
         &self,
         tangents: &[Vector<D>],
@@ -90,8 +92,8 @@ impl<D: Scalar> NodalDrag<D> {
         }
     }
 
-    /// The velocity of node `i` against the fluid along the tangent `t` and across it, m/s, with the coefficients of both drags at
-    /// these speeds.
+    /// The velocity of node `i` relative to the fluid along the tangent `t` and across it, m/s. With it the
+    /// coefficients of both drags at these speeds.
     fn parts(&self, t: &Vector<D>, v: &[D], i: usize) -> Parts<D> {
         let relative = sub(self.of_node(v, i), self.fluid);
         let along = dot(relative, *t);
@@ -107,14 +109,17 @@ impl<D: Scalar> NodalDrag<D> {
     }
 }
 
-/// The velocity of a node relative to the fluid.
+/// The velocity of a node relative to the fluid, split at the tangent, with the coefficients of drag.
 struct Parts<D> {
+    /// Velocity along the tangent, m/s.
     along: D,
+    /// Velocity across the tangent, m/s.
     across: Vector<D>,
-    /// Across and along.
+    /// Smoothed speeds across and along, m/s.
     speeds: [D; 2],
-    /// Force by velocity, kg/(m s).
+    /// Force per length and velocity across, kg/(m s).
     normal: D,
+    /// Force per length and velocity along, kg/(m s).
     tangential: D,
 }
 
@@ -122,22 +127,22 @@ struct Parts<D> {
 pub type DragSlopes = NodalDrag<f64>;
 
 impl NodalDrag<Dual64> {
-    /// Whether it is none, and has no derivative either.
+    /// Whether all coefficients are zero and have no derivative either.
     pub fn is_none(&self) -> bool {
         self.normal.iter().chain(&self.tangential).all(|x| x.re == 0.0 && x.eps == 0.0)
     }
 }
 
 impl NodalDrag<f64> {
-    /// Zero derivatives.
+    /// Zero derivatives of a number by the coefficients, the fluid velocity and the node lengths of this drag.
     pub fn no_slopes(&self) -> DragSlopes {
         let lengths = vec![0.0; self.lengths.len()];
         let (normal, tangential, fluid) = ([0.0; 2], [0.0; 2], [0.0; 3]);
         NodalDrag { normal, tangential, fluid, lengths, unknowns: self.unknowns }
     }
 
-    /// Adds the derivatives of `d` times [minus the forces](Self::add_forces) on a rod whose tangents are those at `q`:
-    /// by the numbers of drag, by `q` and by the velocities.
+    /// Adds the derivatives of `d . f` with [minus the drag](Self::add_forces) `f` at places `q` and velocities `v`: by
+    /// the numbers of drag to `slopes`, by places to `by_q`, by velocities to `by_v`.
     pub fn add_slopes_of(
         &self,
         [q, v, d]: [&[f64]; 3],

@@ -1,5 +1,8 @@
-//! Gradient and tangent of a spatial rod by nodes or by edges, from the derivatives of its energy by edges. An edge
-//! vector is the position of its second node less that of its first.
+//! Assembly of gradient and tangent of a spatial rod from the derivatives of its energy by edges, in SIMD lanes.
+//!
+//! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
+//! differences of edge derivatives. [`SpatialNodes`] writes gradient and band matrix by nodes, [`SpatialEdges`] a band
+//! matrix by edges. Column order per node: three coordinates, then the angle of the edge after the node.
 
 use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};
@@ -9,25 +12,26 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::columns::{NodeColumns, NodeEntries, loads};
 use crate::rod::layout::{EdgeSink, NodeSink, Space};
 
-/// Half-bandwidth of the spatial tangent.
+/// Half-bandwidth of the spatial tangent: a joint couples 11 successive unknowns.
 pub const HALF_BANDWIDTH: usize = 10;
-/// Unknowns from one node to the next.
+/// Unknowns from one node to the next: three coordinates and one angle.
 pub(super) const STRIDE: usize = 4;
 
-/// Writes gradient and tangent by nodes, column after column.
+/// A consumer of edge derivatives that writes gradient and tangent by nodes, column after column.
 pub(super) struct SpatialNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 3>],
     nodes: NodeColumns<'a, D, 4, HALF_BANDWIDTH>,
-    /// The first and second derivatives by the vectors of the edges before, and the derivatives between the next edges
-    /// (rows) and them (columns).
+    /// First derivatives by the vectors of the edges of the previous block, N.
     force: [V; 3],
+    /// Second derivatives by these vectors, N/m.
     vector: [[V; 3]; 3],
+    /// Derivatives between the next edges (rows) and these (columns).
     between: Between<V>,
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
-    /// The consumer that writes gradient and tangent by nodes, before the first edge.
+    /// The consumer before the first edge. `load` are the dead loads on all nodes.
     #[inline(always)]
     pub fn new(
         level: V::Level,
@@ -43,7 +47,8 @@ impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
-    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    /// Writes the nodes at the start of the edges from index `first` on: `own` derivatives by these edges, `after`
+    /// those between the next edges (rows) and these (columns).
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         // A node is the end of one edge and the start of the next: differences of edge
@@ -102,7 +107,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, 
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
-    /// Writes the last node.
+    /// Writes gradient and tangent of the last node, where only the last edge ends.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -121,7 +126,8 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, 
     }
 }
 
-/// Adds the second derivatives by edges, in the order of an angle, its edge vector, and those of the next edge.
+/// A consumer that adds second derivatives by edges, in the order angle, edge vector, angle and vector of the next
+/// edge.
 pub(super) struct SpatialEdges<'a, D> {
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
@@ -129,7 +135,8 @@ pub(super) struct SpatialEdges<'a, D> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialEdges<'_, D> {
-    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    /// Adds the second derivatives `own` by the edges from index `first` on, and `after` between the next edges and
+    /// these.
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         // The angle of an edge is stored before its vector: column 4i + 3.
         const ORDER: [usize; 4] = [3, 0, 1, 2];

@@ -1,4 +1,8 @@
-//! User-defined energies on a rod.
+//! User-defined energies on a rod: sum of the energies, gradient and tangent over all places at which they act.
+//!
+//! Each energy (the trait of [`crate::energy::own`]) has its parameter values and a list of places on the mesh. For
+//! every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the rod. Values
+//! that are not finite are reported with name and arc length.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
@@ -12,14 +16,18 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Extra<D>(Vec<Placed<D>>);
 
-/// An energy with its places on a mesh.
+/// A user-defined energy with its parameter values and its places on a mesh.
 #[derive(Clone)]
 pub(crate) struct Placed<D> {
+    /// The name of the energy in messages.
     pub name: Arc<str>,
+    /// The energy over plain and dual numbers.
     pub energy: Arc<dyn AnyEnergy>,
+    /// The layout of the unknowns of a node.
     pub chart: Chart<D>,
-    /// Of its parameters.
+    /// The values of its parameters.
     pub values: Vec<D>,
+    /// Its places on the mesh.
     pub spots: Vec<Spot<D>>,
 }
 
@@ -31,13 +39,15 @@ impl<D> std::fmt::Debug for Placed<D> {
 }
 
 impl<D> Default for Extra<D> {
+    /// No user-defined energies.
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
 impl<D: Scalar> Placed<D> {
-    /// Where the unknowns of a spot are, and the references of its edges.
+    /// The range of the unknowns of a spot in `q`, and the range of its edges' reference frames; the latter is empty in
+    /// the plane.
     pub fn span(&self, spot: &Spot<D>) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         let (nodes, first) = (self.energy.nodes(), self.chart.stride() * spot.first);
         let edges = match self.chart {
@@ -47,19 +57,19 @@ impl<D: Scalar> Placed<D> {
         (first..first + self.chart.unknowns(nodes), edges)
     }
 
-    /// A spot with the references of its edges.
+    /// The arguments of the energy at a spot; `frames` are the reference frames of its edges.
     pub fn site<'a>(&'a self, spot: &'a Spot<D>, frames: &'a [EdgeFrame<D>]) -> Site<'a, D> {
         let Self { chart, values, .. } = self;
         Site { chart, frames, values, place: &spot.numbers, weight: spot.weight }
     }
 }
 
-/// An energy at one of its places.
+/// An energy at one of its places, with the unknowns there.
 struct Occurrence<'a, D: Nestable> {
     name: &'a str,
     energy: &'a dyn Over<D>,
     site: Site<'a, D>,
-    /// The first of its unknowns in the rod, and all of them.
+    /// The index of its first unknown in the rod.
     first: usize,
     q: &'a [D],
 }
@@ -82,7 +92,7 @@ impl<D: Nestable> Extra<D> {
         self.0.is_empty()
     }
 
-    /// All places of all energies with their unknowns in `q`; `frames` are those of all edges, none in the plane.
+    /// All places of all energies, with their unknowns in `q`. `frames` are those of all edges; none in the plane.
     #[inline]
     fn sites<'a>(
         &'a self,
@@ -99,12 +109,12 @@ impl<D: Nestable> Extra<D> {
         })
     }
 
-    /// The sum of all energies, J.
+    /// The sum of all energies at `q`, J.
     pub(crate) fn energy(&self, q: &[D], frames: &[EdgeFrame<D>]) -> f64 {
         self.sites(q, frames).map(|at| at.energy.energy(&at.site, at.q).value()).sum()
     }
 
-    /// Adds their gradient.
+    /// Adds to `gradient` that of all energies at `q`, N (N m for angles).
     #[inline]
     pub(crate) fn add_gradient(
         &self,
@@ -126,7 +136,7 @@ impl<D: Nestable> Extra<D> {
         }
     }
 
-    /// Adds their gradient and its tangent.
+    /// Adds gradient and second derivatives of all energies at `q` to `gradient`, N, and `tangent`, N/m.
     #[inline]
     pub(crate) fn add_tangent(
         &self,
@@ -149,7 +159,8 @@ impl<D: Nestable> Extra<D> {
         }
     }
 
-    /// The first energy whose value or slope at `q` is no finite number, and where, m along the rod.
+    /// Name and arc length, m, of the first energy whose value or gradient at `q` is not finite; `None` if all are.
+    /// Places with unknowns that are not finite are skipped.
     pub(crate) fn non_finite_energy(
         &self,
         q: &[D],

@@ -1,7 +1,9 @@
 //! Reference frames of the angles of a rod, and the derivatives of these frames along parameters.
 //!
-//! In space the angle of an edge is measured from a reference frame: [`Frames`](crate::energy::frame::Frames). A planar
-//! rod has no angles; its frames are `()`, and every operation is empty.
+//! In space the angle of an edge is measured from a reference frame, [`Frames`](crate::energy::frame::Frames): tangent
+//! and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A planar rod
+//! has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of its tangent
+//! and one turn about it ([`FrameRate`]).
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::lanes::Lanes;
@@ -26,36 +28,37 @@ pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
         &[]
     }
 
-    /// The frames of all edges and the twists of all joints, to be written.
+    /// The frames of all edges and the twists of all joints, mutable.
     fn parts_mut(&mut self) -> (&mut [EdgeFrame<D>], &mut [D]) {
         (&mut [], &mut [])
     }
 
-    /// Moves the frames to the unknowns `q`, without changing any energy there.
+    /// Moves the frames to the edges at `q` by parallel transport; no energy there changes.
     fn move_to(&mut self, _q: &[D]) {}
 
-    /// Converts the angles of `q` from these frames to the frames `to`.
+    /// Converts the angles of `q`, measured from these frames, to angles from the frames `to`: same directors, same
+    /// twist.
     fn convert_angles(&self, _q: &mut [D], _to: &Self) {}
 
-    /// The first material director of an edge, if edges have one.
+    /// The first material director of an edge at `q`; `None` in the plane.
     fn director(&self, _q: &[D], _edge: usize) -> Option<[D; 3]> {
         None
     }
 
-    /// Turns all edges but the first about themselves until no joint is twisted.
+    /// Sets the angles in `q` so that no joint is twisted; the angle of the first edge stays.
     fn untwist(&self, _q: &mut [D]) {}
 
-    /// Turns an edge so that its first material director is `director`, on the turn nearest to
-    /// `turn` beyond its angle in `q`.
+    /// Sets the angle of an edge in `q` so that its first material director is `director`. Of the possible angles,
+    /// whole turns apart, the one nearest to the present angle plus `turn`, rad, is taken.
     fn align(&self, _q: &mut [D], _edge: usize, _director: [D; 3], _turn: f64) {}
 }
 
 impl<D: Scalar> ReferenceFrames<D> for () {
-    /// Frames from those of all edges and the reference twists of all joints, rad.
+    /// The empty frames of a planar rod.
     fn from_parts(_: Vec<EdgeFrame<D>>, _: Vec<D>) {}
 }
 
-/// Writes the real part of dual frames.
+/// Overwrites `frames` with the real part of dual frames.
 pub fn set_real_frames<D: Scalar>(
     dual: &impl ReferenceFrames<Dual64>,
     frames: &mut impl ReferenceFrames<D>,
@@ -83,7 +86,7 @@ pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
     vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }
 
-/// The derivatives that dual frames contain, one for each parameter.
+/// The derivatives that dual frames contain, one lane per parameter.
 pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
     duals: [&F; G],
 ) -> Vec<FrameRate<G>> {
@@ -100,7 +103,7 @@ pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
     (0..edges).map(rate).collect()
 }
 
-/// Writes dual frames with the derivatives along parameter `lane`.
+/// Overwrites `dual` with the plain `frames` and their derivatives in lane `lane` of `rates`.
 pub fn set_dual_frames<const G: usize>(
     frames: &impl ReferenceFrames<f64>,
     rates: &[FrameRate<G>],
@@ -127,26 +130,26 @@ pub fn set_dual_frames<const G: usize>(
 }
 
 /// The geometry of a rod at its unknowns in plain numbers: strains of edges and joints, and the products with
-/// derivatives of its frames.
+/// derivatives of its frames. In the plane the products with frames are empty.
 pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
-    /// Allocates room for so many edges.
+    /// Sets the lists to so many edges, and one joint fewer.
     fn resize(&mut self, edges: usize);
 
-    /// The strains of the edges.
+    /// The strains of the edges, dimensionless.
     fn edge_strains(&self) -> impl Iterator<Item = f64>;
 
-    /// The strains of the joints, one joint after the other.
+    /// The strains of the joints, dimensionless, one joint after the other.
     fn joint_strains(&self) -> impl Iterator<Item = f64>;
 
-    /// Writes the strains of all edges and joints.
+    /// Overwrites `out` with the strains of all edges, then of all joints.
     fn write_strains(&self, out: &mut Vec<f64>) {
         out.clear();
         out.extend(self.edge_strains());
         out.extend(self.joint_strains());
     }
 
-    /// Adds the derivatives of the gradient along those of the frames, at fixed unknowns, where gradient and tangent
-    /// are those given.
+    /// Adds to `out` the derivatives of the gradient, N, along those of the frames at fixed unknowns. `gradient` and
+    /// `tangent` are those at this geometry.
     fn add_frame_rates<const G: usize>(
         &self,
         _frames: &[FrameRate<G>],
@@ -156,10 +159,11 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
     ) {
     }
 
-    /// Moves the derivatives of the frames to this geometry, where the unknowns have the derivatives `q`.
+    /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.
+    /// `q` are the derivatives of the unknowns there.
     fn move_frame_rates<const G: usize>(&self, _frames: &mut [FrameRate<G>], _q: &[[f64; G]]) {}
 
-    /// Adds the derivatives of a number by the frames that follow from those by the angles of the edges.
+    /// Adds to `frames` the derivatives of a number by the frames that follow from those by the `angles` of the edges.
     fn turn_frames(&self, _angles: &[f64], _frames: &mut [FrameRate<1>]) {}
 
     /// The transpose of [`add_frame_rates`](Self::add_frame_rates): adds the derivatives of a number by the frames,

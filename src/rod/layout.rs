@@ -1,4 +1,10 @@
-//! The interface of a rod's layout, in the plane or in space: unknowns of a node, strains of a joint, frames, and sweeps.
+//! The interface of a rod's layout, planar ([`Plane`]) or spatial ([`Space`]), that
+//! [`DiscreteRod`](crate::rod::DiscreteRod) is generic over.
+//!
+//! A layout defines the unknowns of a node (`N` coordinates, `STRIDE` unknowns), the `S` strains of a joint, and the
+//! types of stiffness, tangent and frames. It iterates over edges in blocks of SIMD lanes ([`EdgeBlocks`]). Derivatives
+//! are computed by edge vectors and passed to an [`EdgeSink`], which stores them by nodes (forces, band matrix) or by
+//! edges.
 
 use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, Stretch};
@@ -17,15 +23,15 @@ pub struct Plane;
 #[derive(Clone, Copy, Debug)]
 pub struct Space;
 
-/// The springs of internal friction of a rod.
+/// The springs of internal friction of all joints of a rod.
 pub type LayoutSprings<L, D, const N: usize, const S: usize> =
     law::Springs<D, <L as Layout<N, S>>::Stiffness<D>, S>;
 
-/// Stiffness and stresses of a joint.
+/// Stiffness matrix and stresses, N m, of a joint.
 pub type JointResponse<L, D, const N: usize, const S: usize> =
     (<L as Layout<N, S>>::Stiffness<D>, [D; S]);
 
-/// The elements of a rod.
+/// References to the elements of a rod, for a sweep over them.
 #[derive(Clone, Copy)]
 pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
     /// One per edge.
@@ -40,7 +46,7 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
     pub tensions: Option<&'a [D]>,
 }
 
-/// A rod at its unknowns, with its frames.
+/// The elements of a rod with the unknowns and frames at which they are evaluated.
 pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     /// Its elements.
     pub elements: Elements<'a, D, L, N, S>,
@@ -53,7 +59,7 @@ pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> 
 // Derived, these would require that frames are `Copy`.
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
-    /// A copy of the unknowns and frames.
+    /// A copy of the references.
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
@@ -61,7 +67,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
-    /// Stiffness and stresses of joint `i` at its strains, with the springs of internal friction that act there.
+    /// Stiffness and stresses, N m, of joint `i` at its strains, with the springs of internal friction that act there.
     fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
         let (stiffness, mut stress) = self.joint[i].response(strains);
         let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
@@ -77,7 +83,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         (sum, stress)
     }
 
-    /// An elastic law with the [response](Self::response) of joint `i` at its strains.
+    /// An elastic law with the same stiffness and stress as joint `i` with its friction springs at these strains: the
+    /// natural strain is shifted.
     pub(super) fn elastic_joint(&self, i: usize, strains: &[D; S]) -> L::Joint<D> {
         if self.springs.is_none() {
             return self.joint[i];
@@ -87,7 +94,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         self.joint[i].with(stiffness, components(|c| strains[c] - back[c]))
     }
 
-    /// The laws of the edges from `first` on in SIMD lanes.
+    /// The stretching laws of the edges from index `first` on, one per SIMD lane; without stiffness beyond the last
+    /// edge.
     #[inline(always)]
     pub(super) fn stretches<V: SimdScalar<D>>(
         &self,
@@ -101,7 +109,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         )
     }
 
-    /// Stiffnesses and stresses of the joints from `first` on, which have these elastic laws and strains.
+    /// Stiffnesses and stresses of the joints from index `first` on, one per SIMD lane, at their `strains`. `law` are
+    /// their elastic laws; active friction springs are added.
     #[inline(always)]
     pub(super) fn responses<V: SimdScalar<D>>(
         &self,
@@ -148,14 +157,14 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     type Frames<D: Nestable>: ReferenceFrames<D>;
     /// Edges and joints at the unknowns of a rod, in plain numbers.
     type Geometry: RodGeometry;
-    /// Derivatives of the energy by an edge.
+    /// First and second derivatives of the energy by an edge: its vector, and its angle in space.
     type ByEdge<V: Scalar>;
-    /// Derivatives by two edges that follow each other: rows of the second, columns of the first.
+    /// Second derivatives by two successive edges: rows of the second, columns of the first.
     type Between<V: Scalar>;
     /// The edges in SIMD lanes.
     type Blocks<'a, D: Nestable, V: SimdScalar<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
 
-    /// A consumer that writes gradient and tangent by nodes.
+    /// A consumer of derivatives that overwrites `gradient`, N, and `tangent`, N/m, by nodes, less the loads.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, N>],
@@ -163,13 +172,15 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
         tangent: &'a mut Self::Tangent<D>,
     ) -> impl NodeSink<V, Self, N, S>;
 
-    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
+    /// A consumer of derivatives that adds to `tangent` by edges instead of nodes; `last` is the index of the last
+    /// edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut Self::Tangent<D>,
         last: usize,
     ) -> impl EdgeSink<V, Self, N, S>;
 
-    /// Passes all derivatives by num-dual to a consumer.
+    /// Computes all first and second derivatives of edges and joints by num-dual and passes them to the consumer `to`.
+    /// For checks only.
     fn derive_by_duals<D: Nestable>(
         at: At<'_, D, Self, N, S>,
         to: &mut impl EdgeSink<D, Self, N, S>,
@@ -181,19 +192,21 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
         q[Self::STRIDE * i..].first_chunk().expect("a node of the rod")
     }
 
-    /// The vector of edge `i`, m.
+    /// The vector of edge `i`, m: the position of its second node less that of its first.
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; N];
 
-    /// Writes the gradient by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less loads, N (N m for angles), by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
 
-    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
+    /// Calls `add` for each edge and joint with the index of its first unknown and its gradient by num-dual, without
+    /// loads.
     fn dual_gradients<D: Nestable>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
 
-    /// The strains of joint `i`.
+    /// The strains of joint `i` at the unknowns `q`: in the plane the curvature `2 tan(phi/2)`, in space two curvatures
+    /// and the twist, rad.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
 
-    /// Moves the frames to `q` and writes the gradient there, by the hand-derived formulas.
+    /// Moves the frames to `q` and overwrites `gradient` there, by the hand-derived formulas.
     fn moved_gradient<D: Nestable>(
         elements: Elements<'_, D, Self, N, S>,
         q: &[D],
@@ -204,7 +217,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     }
 }
 
-/// The edges of a rod in blocks of as many as there are SIMD lanes.
+/// An iterator over the edges of a rod, one block of as many edges as SIMD lanes at a time.
 pub trait EdgeBlocks<
     'a,
     D: Nestable,
@@ -214,34 +227,36 @@ pub trait EdgeBlocks<
     const S: usize,
 >: Sized
 {
-    /// Edges, the edges after them, and the joints between. The joint after the last edge carries nothing.
+    /// A block: edges, the edges after them, and the joints between. The joint after the last edge carries nothing.
     type Block;
 
-    /// Before the first block.
+    /// The iterator before its first block.
     fn new(at: At<'a, D, L, N, S>, level: V::Level) -> Self;
 
-    /// The next block.
+    /// The next block; `None` after the last edge.
     fn next(&mut self) -> Option<Self::Block>;
 
-    /// The number of its first edge.
+    /// The index of the first edge of a block.
     fn first(block: &Self::Block) -> usize;
 
-    /// The strains of its edges and joints.
+    /// The strains of the edges of a block, and of the joints after them.
     fn strains(&self, block: &Self::Block) -> (V, [V; S]);
 
     /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
     fn energies(&self, block: &Self::Block) -> [V; 3];
 
-    /// Writes its geometry.
+    /// Writes lengths, directions and strains of a block to `geometry`.
     fn measure(&self, block: &Self::Block, geometry: &mut L::Geometry);
 
-    /// Passes all derivatives by the hand-derived formulas to a consumer, and writes the geometry if there is one.
+    /// Passes the first and second derivatives of all edges, by the hand-derived formulas, to the consumer `to`.
+    /// Overwrites `geometry` if there is one.
     fn derive(self, to: &mut impl EdgeSink<V, L, N, S>, geometry: Option<&mut L::Geometry>);
 }
 
 /// A consumer of the derivatives of the energy by edges, block by block from the first edge on.
 pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
-    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    /// Takes the derivatives `own` by the edges from index `first` on, and those `after` between the next edges (rows)
+    /// and these (columns).
     fn edges(&mut self, first: usize, own: &L::ByEdge<V>, after: &L::Between<V>);
 }
 
@@ -249,6 +264,6 @@ pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
 pub trait NodeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize>:
     EdgeSink<V, L, N, S>
 {
-    /// Writes the last node.
+    /// Writes gradient and tangent of the last node, which ends the last edge.
     fn end(self);
 }

@@ -1,8 +1,10 @@
-//! Rods: elements on a polygon, in the plane or in space.
+//! Discrete elastic rods: elements on a polygon of straight edges, in the plane or in space.
 //!
-//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. Steppers, equilibria and modes use
-//! the trait [`Rod`] only. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in
-//! space.
+//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. The trait [`Rod`] gives
+//! energies (J), gradient (N) and tangent (N/m) of elastic energy less work of the loads, as functions of the unknowns
+//! `q`. It also gives strains, viscous laws and checks of steps. Steppers, equilibria and modes use this trait only.
+//! [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in space; [`Assembly`]
+//! joins several rods.
 
 pub mod assembly;
 mod blocks;
@@ -50,6 +52,13 @@ use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
+/// Displacement of the fastest node in the central difference of `strain_rates`, over the length of the rod. The error of
+/// the difference grows with its square, that by rounding with its inverse: both are about ten digits below the rates.
+const STRAIN_RATE_DISPLACEMENT: f64 = 1e-5;
+/// Lowest speed, in lengths of the rod per second, for which the displacement is chosen: the derivatives of small velocities
+/// may be much larger than the velocities.
+const LOWEST_SPEED: f64 = 1e-3;
+
 /// Terms of the energy of a rod, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -81,7 +90,8 @@ impl Energies {
     }
 }
 
-/// A discrete rod with unknowns `q`.
+/// A discrete rod with the unknowns `q`: node coordinates, m, and in space the angle of every edge, rad. `frames` are
+/// the reference frames of the angles.
 pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// The matrix of the second derivatives of the energy.
     type Tangent: Tangent<D>;
@@ -105,7 +115,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
     fn mass(&self) -> &[D];
 
-    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
+    /// Overwrites `gradient` with that of the elastic energy less the dead loads at `q`, N (N m for angles).
+    /// `derivatives` selects hand-derived formulas or num-dual.
     fn gradient(
         &self,
         q: &[D],
@@ -114,7 +125,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         gradient: &mut [D],
     );
 
-    /// Writes the gradient as [`gradient`](Rod::gradient) does, and its tangent, N/m.
+    /// Overwrites `gradient`, N (N m for angles), with that of elastic energy less loads at `q`, and `tangent`, N/m,
+    /// with its derivative.
     fn tangent(
         &self,
         q: &[D],
@@ -138,14 +150,15 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.tangent(q, frames, derivatives, gradient, tangent);
     }
 
-    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    /// Overwrites `tensions` with the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    /// The default does nothing.
     fn tensions_after(&self, _change: &[D], _q: &[D], _tensions: &mut Vec<D>) {}
 
-    /// Writes the geometry of the rod at `q`.
+    /// Overwrites `geometry` with lengths, directions and strains of edges and joints at `q`, in plain numbers.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
 
-    /// Writes gradient, [tangent](Rod::tangent) and [geometry](Rod::measure). The geometry is written for plain numbers
-    /// only.
+    /// Overwrites gradient, [tangent](Rod::tangent) and [geometry](Rod::measure). The geometry is written for plain
+    /// numbers only.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -159,8 +172,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.measure(q, frames, geometry);
     }
 
-    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions: edge `j` has the rows and columns of node `j + 1`, and
-    /// those of the first node are zero.
+    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions,
+    /// N/m. Edge `j` has the rows and columns of node `j + 1`; those of the first node are zero.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -169,12 +182,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         tangent: &mut Self::Tangent,
     );
 
-    /// Moves the frames to `q`, without changing any energy there.
+    /// Moves the reference frames to the edges at `q` by parallel transport; no energy at `q` changes.
     fn rebase(frames: &mut Self::Frames, q: &[D]) {
         frames.move_to(q);
     }
 
-    /// Moves the frames to `q` and writes the gradient there.
+    /// Moves the frames to `q` as [`rebase`](Rod::rebase) does and overwrites `gradient` there, N.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -188,10 +201,11 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than a
     /// right angle, to the opposite side. A fold of 180 degrees has infinite energy, so that only a step that is too
-    /// large passes it.
+    /// large passes it. `None`: no fold.
     fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
-    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    /// The index of the first edge that turned by more than 45 degrees in a step from `before` to `now`; `None` without
+    /// one.
     fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize>;
 
     /// The jump of the potential of the loads in [`energies`](Rod::energies), J, over a step in which the angle of a
@@ -208,21 +222,23 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
-    /// Writes the strains of all elements, in the order [`set_viscous`](Rod::set_viscous) expects.
+    /// Overwrites `strains` with those of all edges, then of all joints: the order that
+    /// [`set_viscous`](Rod::set_viscous) expects.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
 
-    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
+    /// A rod whose elements act as dashpots: no loads and natural strains, and strains stand for strain rates.
     fn dashpots(&self) -> Self;
 
     /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken
     /// as zero, J.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
 
-    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
+    /// Overwrites the elements with those of the `elastic` rod under viscous stress, expressed as stiffnesses and
+    /// natural strains.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
-    /// Replaces the elements by [dashpots](Rod::dashpots) with every stiffness times its factor, and the shifts as natural
-    /// strains.
+    /// Overwrites the elements with [dashpots](Rod::dashpots), every stiffness times its factor, and the shifts as
+    /// natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
 
     /// The number of strains of bending and twisting with springs of internal friction: all or none.
@@ -230,16 +246,17 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         0
     }
 
-    /// Activates the springs of internal friction for a step that began with these internal variables; `None`
-    /// deactivates them. Their stiffness is a fraction of that of `elastic`.
+    /// Activates the springs of internal friction for a step that began with the internal variables `before`; `None`
+    /// deactivates them. Their stiffness is a fraction of that of the `elastic` rod.
     fn set_springs(&mut self, _elastic: &Self, _before: Option<&InternalVariables<D>>) {}
 
-    /// The smallest distance of a spring's stretch from the limit at which it begins or ceases to slip.
+    /// The smallest distance of a friction spring's stretch in `z` from the limit at which it begins or ceases to slip;
+    /// infinite without friction.
     fn distance_to_slipping(&self, _z: &[D]) -> f64 {
         f64::INFINITY
     }
 
-    /// Reduces stretches of springs beyond their limit to the limit.
+    /// Reduces the stretches `z` of friction springs beyond their slip limit to the limit.
     fn slip(&self, _z: &mut [D]) {}
 
     /// Energy of the springs of internal friction at the stretches `z`, J.
@@ -250,13 +267,13 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
 /// A [`Rod`] to which masses, forces and energies can be added.
 pub trait AssembledRod<D: Scalar>: Rod<D> {
-    /// Adds a mass, kg, to a node, with its weight under the gravity in the rod's axes, m/s^2.
+    /// Adds a mass, kg, to a node, with its weight under the `gravity` in the rod's axes, m/s^2.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]);
 
     /// Adds a dead force, N, in the rod's axes to a node.
     fn add_force(&mut self, node: usize, force: [D; 3]);
 
-    /// Multiplies the axial stiffness of every edge by its factor.
+    /// Multiplies the axial stiffness of every edge by `factor` of its index.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);
 
     /// Replaces the user-defined energies.
@@ -272,9 +289,9 @@ pub type FactorsOf<R, D> = <TangentOf<R, D> as Tangent<D>>::Factors;
 /// The frames of a rod with derivatives along one parameter.
 pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 
-/// Writes the rates of all strains of a rod with the velocities `v`, 1/s: central differences over a displacement of
-/// 1e-5 of the length, accurate to about ten digits. The displacement is that of at least 1e-3 lengths per second,
-/// because the derivatives of small velocities may be much larger than they are.
+/// Overwrites `rates` with the rates of all strains of a rod that moves with the velocities `v`, 1/s. Method: central
+/// differences over a displacement of `STRAIN_RATE_DISPLACEMENT` of the rod's `length`, m, accurate to about ten
+/// digits.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
     q: &[D],
@@ -283,8 +300,8 @@ pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     length: f64,
     rates: &mut Vec<D>,
 ) {
-    let fastest = v.iter().fold(1e-3 * length, |most, v| most.max(v.value().abs()));
-    let dt = 1e-5 * length / fastest;
+    let fastest = v.iter().fold(LOWEST_SPEED * length, |most, v| most.max(v.value().abs()));
+    let dt = STRAIN_RATE_DISPLACEMENT * length / fastest;
     let at = |dt: f64| {
         let moved: Vec<D> = q.iter().zip(v).map(|(q, v)| *q + *v * dt).collect();
         let mut strains = Vec::new();

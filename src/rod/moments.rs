@@ -1,4 +1,7 @@
-//! Constant moments on the edges of a planar rod. In space a constant moment has no potential (Ziegler 1968).
+//! Constant moments (N m) on the edges of a planar rod: potential, gradient and tangent.
+//!
+//! A moment `M` has the potential `-M angle`, with the turning angle of its edge, counted beyond half turns. In space a
+//! constant moment has no potential (Ziegler 1968), so that spatial rods have none.
 
 use crate::energy::{DeadMoment, Element};
 use crate::numerics::scalar::Scalar;
@@ -9,13 +12,13 @@ use std::f64::consts::TAU;
 /// The moments on the edges of a planar rod; none in space.
 #[derive(Clone, Debug)]
 pub struct Moments<D> {
-    /// Each with the edge on which it acts.
+    /// The moments, each with the index of the edge on which it acts.
     pub list: Vec<(usize, DeadMoment<D>)>,
-    /// The first edge's direction at rest, from which the angles of the potential count.
+    /// The vector of the first edge at rest, from which the angles of the potential are measured.
     pub heading: [D; 2],
 }
 
-/// The unknowns of edge `i`, m.
+/// The four coordinates of the end nodes of edge `i`, m.
 #[inline(always)]
 fn ends<D>(q: &[D], i: usize) -> &[D; 4] {
     q[2 * i..].first_chunk().expect("an edge's nodes are nodes of the rod")
@@ -33,7 +36,7 @@ impl<D: Scalar> Moments<D> {
         first.energy(ends(q, 0)).value()
     }
 
-    /// Adds their gradient.
+    /// Adds to `gradient` that of the potential of all moments at `q`, N.
     pub(super) fn add_gradient(&self, q: &[D], gradient: &mut [D]) {
         for (i, moment) in &self.list {
             let local = moment.gradient(ends(q, *i));
@@ -41,7 +44,7 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// Adds their gradient and its tangent.
+    /// Adds to `gradient` and `tangent` the first and second derivatives of the potential at `q`, N and N/m.
     pub(super) fn add_tangent(&self, q: &[D], gradient: &mut [D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let local = moment.tangent(ends(q, *i));
@@ -50,7 +53,7 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// Adds their tangent in terms of edges: the derivatives by the second node are those by the edge.
+    /// Adds the second derivatives by edge vectors, N/m: those by the second node of an edge are those by its vector.
     pub(super) fn add_edge_tangent(&self, q: &[D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let h = moment.tangent(ends(q, *i)).hessian;
@@ -58,8 +61,8 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// Their potential, J, where the joints have these turning angles, rad. Angles count on from the first edge's, beyond
-    /// half turns.
+    /// The potential of all moments, J, where `turning(i)` is the turning angle of joint `i`, rad. The angle of an edge
+    /// is that of the first edge plus the turning angles before it, so that whole turns are counted.
     pub(super) fn potential(&self, q: &[D], turning: impl Fn(usize) -> f64) -> f64 {
         let Some(last) = self.list.iter().map(|(i, _)| *i).max() else { return 0.0 };
         let mut angle = self.first_angle(q);
@@ -74,7 +77,8 @@ impl<D: Scalar> Moments<D> {
         potential
     }
 
-    /// The jump of the potential, J, over a step in which the angle of the first edge passes half a turn.
+    /// The jump of [`potential`](Self::potential), J, over a step in which the angle of the first edge passes half a
+    /// turn; zero otherwise.
     pub(super) fn jump(&self, before: &[D], now: &[D]) -> f64 {
         if self.list.is_empty() {
             return 0.0;
@@ -86,15 +90,15 @@ impl<D: Scalar> Moments<D> {
 }
 
 impl Moments<Dual64> {
-    /// The derivative of a number along the parameter that the moments carry, where the number has these derivatives by
-    /// a moment on each edge; without those it is zero.
+    /// The derivative of a number along the parameter of these dual moments: `slopes`, its derivatives by a moment on
+    /// each edge, times the rates of the moments. Edges beyond `slopes` count zero.
     pub(super) fn along(&self, slopes: &[f64]) -> f64 {
         let moments = self.list.iter().filter(|(i, _)| *i < slopes.len());
         moments.map(|(i, m)| m.moment.eps * slopes[*i]).sum()
     }
 }
 
-/// Adds the derivatives of `d` times the gradient by a moment on each edge.
+/// Adds to `slopes` the derivatives of `d . gradient` by a moment on each edge, at the unknowns `q`.
 pub(super) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
     for (i, to) in slopes.iter_mut().enumerate() {
         let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };

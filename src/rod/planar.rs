@@ -1,6 +1,8 @@
-//! The layout of a rod in the plane: stretch and bend, two unknowns a node.
+//! The layout of a rod in the plane: one stretch per edge, one bend per inner node, two unknowns per node.
 //!
-//! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
+//! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5. Implements [`Layout`] for
+//! [`Plane`]: edge vectors, curvatures, gradient, and the derivatives by num-dual against which the hand-derived
+//! formulas are checked.
 
 mod edges;
 mod geometry;
@@ -21,13 +23,13 @@ use crate::rod::planar::sweep::{At, Elements, PlanarBlocks, PlanarGradient};
 /// A rod in the plane.
 pub type PlanarRod<D> = DiscreteRod<D, Plane, 2, 1>;
 
-/// The unknowns of element `i`: `M` of them from node `i` on.
+/// The `M` unknowns from node `i` on: those of the element that begins there.
 #[inline(always)]
 fn unknowns<D: Copy, const M: usize>(q: &[D], i: usize) -> &[D; M] {
     q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
 }
 
-/// Bend `i` with the springs of internal friction that act where the rod is at `q`, as an elastic element.
+/// Bend `i` as an elastic element with the same stiffness and moment as the bend and its friction springs at `q`.
 fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
     elements.elastic_joint(i, &[elements.joint[i].strain(unknowns(q, i))])
 }
@@ -43,19 +45,20 @@ impl Layout<2, 1> for Plane {
     type Between<V: Scalar> = [[V; 2]; 2];
     type Blocks<'a, D: Nestable, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
 
-    /// The vector of edge `i`, m.
+    /// The vector of edge `i`, m: the position of its second node less that of its first.
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
         let [x0, y0, x1, y1] = *unknowns(q, i);
         [x1 - x0, y1 - y0]
     }
 
-    /// Writes the gradient by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less loads, N, by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(PlanarGradient { at, gradient });
     }
 
-    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
+    /// Calls `add` for each edge and bend with the index of its first unknown and its gradient by num-dual, without
+    /// loads.
     fn dual_gradients<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -68,12 +71,12 @@ impl Layout<2, 1> for Plane {
         }
     }
 
-    /// The strains of joint `i`.
+    /// The strain of joint `i` at `q`: its curvature `2 tan(phi/2)`.
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
         [at.elements.joint[i].strain(unknowns(q, i))]
     }
 
-    /// A consumer that writes gradient and tangent by nodes.
+    /// A consumer of edge derivatives that overwrites `gradient`, N, and `tangent`, N/m, by nodes, less the loads.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 2>],
@@ -83,7 +86,7 @@ impl Layout<2, 1> for Plane {
         PlanarNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
+    /// A consumer of edge derivatives that adds to `tangent` by edges; `last` is the index of the last edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -91,12 +94,14 @@ impl Layout<2, 1> for Plane {
         PlanarEdges { tangent, last }
     }
 
-    /// Passes all derivatives by num-dual to a consumer.
+    /// Computes first and second derivatives of all edges and bends by num-dual and passes them to the consumer `to`,
+    /// edge by edge.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 2, 1>,
     ) {
         let zero = D::from(0.0);
+        // Derivatives by an edge of the joint before it, which are complete only with the joint after it.
         let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
         for (i, element) in elements.stretch.iter().enumerate() {
             let Local { gradient: [.., gx, gy], hessian: h, .. } =

@@ -1,4 +1,8 @@
-//! Derivatives of the forces and strains of a rod along parameters.
+//! Derivatives of the forces and strains of a rod along parameters: the trait [`Sensitive`] of forward sensitivities.
+//!
+//! A parameter changes numbers of the rod (stiffnesses, rest lengths, loads). One rod over dual numbers per parameter
+//! has these changes. Derivatives of strains, stresses (N, N m) and energy gradient (N) follow from them and from those
+//! of unknowns and frames, for `G` parameters in SIMD lanes.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
@@ -31,6 +35,7 @@ pub struct ChangedRods<'a, R: Sensitive, const G: usize> {
 
 impl<R: Sensitive, const G: usize> Copy for ChangedRods<'_, R, G> {}
 impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
+    /// A copy of the references.
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
@@ -38,16 +43,16 @@ impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
 }
 
 /// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
-/// the derivatives of its numbers. Each lane has the result that it would have alone.
+/// the derivatives of its numbers. The result in each lane does not depend on the other lanes.
 pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send + Sync;
 
-    /// Writes the derivatives that dual rods contain.
+    /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames, at the state of the `geometry`, by the
-    /// numbers that have `changed`.
+    /// Overwrites `out` with the derivatives of the gradient, N, by the numbers that have `changed`, at fixed unknowns
+    /// `q` and frames. `geometry` is that of the rod at `q`.
     fn gradient_rate<const G: usize>(
         changed: ChangedRods<'_, Self, G>,
         geometry: &Self::Geometry,
@@ -57,17 +62,17 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [[f64; G]],
     );
 
-    /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
+    /// The kind of the strain with this index: 0 stretching, 1 bending, 2 twisting.
     fn kind(&self, strain: usize) -> usize;
 
-    /// Writes the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
+    /// Overwrites `out` with the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &Self::Geometry,
         out: &mut [Lanes<G>],
     );
 
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    /// Adds to `out` the derivatives of the strains that follow from those of the unknowns, `q`, and of the frames.
     fn add_strain_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -76,10 +81,12 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
-    /// Converts the derivatives of the stretches `z` of springs without slip to those with slip.
+    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip. `z` are
+    /// the stretches without slip.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
-    /// Writes the derivatives of the stresses of all elements: N, and N m.
+    /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the
+    /// effective strains.
     fn stress_rates<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
@@ -87,8 +94,8 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from the derivatives `stress` of the stresses,
-    /// and of the loads and user-defined energies that have `changed`, if any.
+    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives
+    /// `stress` of the stresses. `changed` adds those of loads and user-defined energies.
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],

@@ -1,6 +1,8 @@
-//! The layout of a rod in space: stretch, bend and twist, four unknowns a node.
+//! The layout of a rod in space: one stretch per edge, one bend and twist per inner node, four unknowns per node.
 //!
-//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
+//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10. The angle `theta` of
+//! an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]: edge vectors,
+//! strains, gradient, and the derivatives by num-dual against which the hand-derived formulas are checked.
 
 mod forces;
 mod frame_products;
@@ -30,18 +32,18 @@ use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks};
 /// A rod in space.
 pub type SpatialRod<D> = DiscreteRod<D, Space, 3, 3>;
 
-/// Unknowns of a bend and twist.
+/// Number of unknowns of a bend and twist: three nodes and two angles.
 const WINDOW: usize = bend_twist::UNKNOWNS;
-/// Where the six unknowns of a stretch stand in the window.
+/// Places of the six unknowns of a stretch among seven successive unknowns.
 const ENDS: [usize; 6] = [0, 1, 2, 4, 5, 6];
 
-/// The unknowns of bend and twist `i`.
+/// The 11 unknowns of bend and twist `i`: three nodes and the angles of two edges.
 #[inline(always)]
 fn around<D: Copy>(q: &[D], i: usize) -> &[D; WINDOW] {
     q[STRIDE * i..].first_chunk().expect("a joint's nodes are nodes of the rod")
 }
 
-/// The unknowns of stretch `i`.
+/// The six coordinates of the end nodes of edge `i`, m.
 #[inline(always)]
 fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
     let own: &[D; 7] = q[STRIDE * i..].first_chunk().expect("an edge's nodes are nodes of the rod");
@@ -50,21 +52,21 @@ fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
 }
 
 impl<D: Nestable> SpatialRod<D> {
-    /// Bend and twist `i` with its reference.
+    /// The bend and twist element `i` with the reference frames of its edges.
     #[inline(always)]
     pub fn bend_twist(&self, i: usize, frames: &Frames<D>) -> BendTwist<D> {
         with_reference(&self.joint[i], i, frames)
     }
 }
 
-/// Joint `i` with its reference.
+/// The element of joint law `i` with the reference frames of its edges.
 #[inline(always)]
 fn with_reference<D: Scalar>(joint: &JointLaw<D>, i: usize, frames: &Frames<D>) -> BendTwist<D> {
     joint.at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
 }
 
-/// Joint `i` with its reference and the springs of internal friction that act where the rod is at `q`, as an elastic
-/// element.
+/// Bend and twist `i` with its reference frames, as an elastic element. Stiffness and stress are those of the joint and
+/// its friction springs at `q`.
 fn joint<D: Nestable>(
     elements: &Elements<'_, D>,
     i: usize,
@@ -86,19 +88,20 @@ impl Layout<3, 3> for Space {
     type Between<V: Scalar> = Between<V>;
     type Blocks<'a, D: Nestable, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
 
-    /// The vector of edge `i`, m.
+    /// The vector of edge `i`, m: the position of its second node less that of its first.
     #[inline(always)]
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
         let [x0, y0, z0, x1, y1, z1] = ends(q, i);
         [x1 - x0, y1 - y0, z1 - z0]
     }
 
-    /// Writes the gradient by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less loads, N and N m, by the hand-derived formulas.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
-    /// Passes the gradients of edges and joints by num-dual to `add`, each with its first unknown.
+    /// Calls `add` for each edge and joint with the index of its first unknown and its gradient by num-dual, without
+    /// loads.
     fn dual_gradients<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -115,12 +118,13 @@ impl Layout<3, 3> for Space {
         }
     }
 
-    /// The strains of joint `i`.
+    /// The strains of joint `i` at `q`: two curvatures and the twist.
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
         with_reference(&at.elements.joint[i], i, at.frames).strains(around(q, i))
     }
 
-    /// One sweep: every edge's frame is moved, and is its own reference.
+    /// Moves the frames to `q` and overwrites `gradient` there, in one sweep: the moved frame of each edge is its own
+    /// reference.
     fn moved_gradient<D: Nestable>(
         elements: Elements<'_, D>,
         q: &[D],
@@ -130,7 +134,7 @@ impl Layout<3, 3> for Space {
         D::run_sweep(MovedGradient { elements, q, frames, gradient });
     }
 
-    /// A consumer that writes gradient and tangent by nodes.
+    /// A consumer of edge derivatives that overwrites `gradient` and `tangent` by nodes, less the loads.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
@@ -140,7 +144,7 @@ impl Layout<3, 3> for Space {
         SpatialNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    /// A consumer that adds the tangent in terms of edges, of which `last` is the last.
+    /// A consumer of edge derivatives that adds to `tangent` by edges; `last` is the index of the last edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -148,7 +152,8 @@ impl Layout<3, 3> for Space {
         SpatialEdges { tangent, last }
     }
 
-    /// Passes all derivatives by num-dual to a consumer.
+    /// Computes first and second derivatives of all edges and joints by num-dual and passes them to the consumer `to`,
+    /// edge by edge.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 3, 3>,
@@ -167,6 +172,7 @@ impl Layout<3, 3> for Space {
                 }
                 block
             };
+        // Derivatives by an edge of the joint before it, which are complete only with the joint after it.
         let mut open = ([zero; 4], [[zero; 4]; 4]);
         for (i, element) in elements.stretch.iter().enumerate() {
             let stretch = dual_tangent(element, &ends(q, i));

@@ -1,4 +1,9 @@
-//! The state of a rod: unknowns, velocities and internal variables.
+//! The state of a rod between time steps: unknowns, velocities, accelerations, forces, reference frames and internal
+//! variables.
+//!
+//! Steppers read the state at the start of a step and overwrite it with that at its end. [`InternalVariables`] are the
+//! strains and spring stretches on which stresses with a history depend: Kelvin-Voigt damping, relaxation, internal
+//! friction.
 
 use crate::numerics::scalar::Scalar;
 
@@ -40,13 +45,14 @@ pub struct InternalVariables<D> {
 }
 
 impl<D> Default for InternalVariables<D> {
+    /// Empty lists: a material without history.
     fn default() -> Self {
         Self { strain: Vec::new(), strain_rate: Vec::new(), slid: Vec::new(), relaxing: Vec::new() }
     }
 }
 
 impl<D: Scalar> InternalVariables<D> {
-    /// Copies `other` without allocating.
+    /// Copies `other` into this one; reuses the allocated lists.
     fn restore(&mut self, other: &Self) {
         self.strain.clone_from(&other.strain);
         self.strain_rate.clone_from(&other.strain_rate);
@@ -56,7 +62,7 @@ impl<D: Scalar> InternalVariables<D> {
 }
 
 impl<D: Scalar, F: Clone> State<D, F> {
-    /// At rest at `q`, time zero.
+    /// A state at rest at the unknowns `q`, at time zero, without forces and internal variables.
     pub fn at_rest(q: Vec<D>, frames: F) -> Self {
         let zero = vec![D::from(0.0); q.len()];
         Self {
@@ -71,7 +77,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
         }
     }
 
-    /// Copies `other` without allocating.
+    /// Copies `other` into this one; reuses the allocated lists.
     pub fn restore(&mut self, other: &Self) {
         self.time = other.time;
         self.wound = other.wound;

@@ -1,11 +1,15 @@
-//! Sweeps over the edges of a rod, several of them in SIMD lanes.
+//! Sweeps over all edges of a rod in SIMD lanes: gradient and tangent, tangent by edges, geometry, energies, strains.
+//!
+//! Each struct has the arguments of one sweep and implements [`Sweep`]: plain numbers run in vector registers (AVX2 if
+//! the processor has it), dual numbers one at a time. The formulas are those of the [`Layout`]; a sweep goes through
+//! its blocks of edges and stores the results.
 
 use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::rod::Energies;
 use crate::rod::frames::RodGeometry;
 use crate::rod::layout::{At, EdgeBlocks, Layout, NodeSink};
 
-/// Writes gradient and tangent, and the geometry if there is one, by the hand-derived formulas.
+/// Overwrites gradient, N, and tangent, N/m, and the geometry if there is one, by the hand-derived formulas.
 pub(super) struct TangentSweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub gradient: &'a mut [D],
@@ -18,7 +22,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Overwrites gradient, tangent and, if requested, geometry, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
@@ -31,7 +35,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     }
 }
 
-/// Adds the tangent in terms of edges, by the hand-derived formulas.
+/// Adds the tangent by edge vectors, N/m, by the hand-derived formulas.
 pub(super) struct EdgeTangent<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub tangent: &'a mut L::Tangent<D>,
@@ -42,7 +46,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Adds the second derivatives by edges, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut edges = L::edge_sink::<D, V>(self.tangent, self.at.elements.joint.len());
@@ -50,7 +54,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     }
 }
 
-/// Writes the geometry.
+/// Overwrites the geometry with lengths, directions and strains of all edges and joints.
 pub(super) struct GeometrySweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub geometry: &'a mut L::Geometry,
@@ -61,7 +65,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Overwrites the geometry block by block, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         self.geometry.resize(self.at.elements.stretch.len());
@@ -72,7 +76,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     }
 }
 
-/// Adds up the elastic energies, without those of springs.
+/// Sums of the energies of stretching, bending and twisting, J, without those of friction springs.
 pub(super) struct Elastic<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
 }
@@ -82,7 +86,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = Energies;
 
-    /// Runs the computation with the numbers `V`.
+    /// Returns the sums of stretching, bending and twisting energy, J, with numbers `V` in SIMD lanes; lanes beyond the
+    /// last edge are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
@@ -100,7 +105,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     }
 }
 
-/// Writes the strains of edges and of joints.
+/// Overwrites `edges` and `joints` with the strains of all edges and joints.
 pub(super) struct Strains<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub edges: &'a mut [D],
@@ -112,7 +117,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Overwrites the strains of edges and joints, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);

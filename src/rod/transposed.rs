@@ -1,7 +1,10 @@
-//! Transposed products of the [derivatives](crate::rod::sensitive) of a rod, for the gradient of a misfit.
+//! Transposed products of the [derivatives](crate::rod::sensitive) of a rod, for the gradient of a misfit by the
+//! adjoint method.
 //!
-//! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`. Parameters
-//! change laws and loads only, so the derivatives by each law and each load are enough for all parameters.
+//! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`,
+//! `B = ds/dq`. Parameters change laws and loads only, so the derivatives by each law and each load ([`Laws`]) are
+//! enough for all parameters. Their product with the changes of one rod over dual numbers is the derivative along its
+//! parameter.
 
 use crate::energy::law::LawSlopes;
 use crate::numerics::lanes::Lanes;
@@ -23,7 +26,7 @@ pub struct Laws {
 }
 
 impl Laws {
-    /// Zeros.
+    /// Zeros for a rod with so many edges, unknowns and edges with possible moments.
     pub fn new(edges: usize, unknowns: usize, moments: usize) -> Self {
         Self {
             stretch: vec![LawSlopes::default(); edges],
@@ -46,31 +49,35 @@ pub struct Strained<'a> {
     pub counted: bool,
 }
 
-/// A rod with transposed products of its [derivatives](Sensitive).
+/// A rod with transposed products of its [derivatives](Sensitive), which convert derivatives of a misfit.
 pub trait Transposed: Sensitive {
-    /// Zero derivatives. `moments`: whether those by dead moments are needed.
+    /// Zero derivatives for this rod. `moments`: whether those by dead moments are needed.
     fn no_laws(&self, moments: bool) -> Laws;
 
     /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
     fn by_length(&self, strains: &mut [f64]);
 
-    /// Writes `K w`, with the `coupled` part of bending and twisting or without.
+    /// Overwrites `out` with `K w`, the elastic stiffnesses times `w`; `coupled` includes the coupling of bending and
+    /// twisting.
     fn stiffened(&self, w: &[f64], coupled: bool, out: &mut Vec<f64>);
 
-    /// Adds the derivatives by the laws at these strains, where those by the stresses are `w`.
+    /// Adds to `laws` the derivatives of the misfit by all laws, from those `w` by the stresses, at the strains
+    /// `strained`.
     fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut Laws);
 
-    /// Adds the derivatives by the dead moments at `q`, where those by the forces are `d`.
+    /// Adds to `laws` the derivatives of the misfit by the dead moments at `q`, from those `d` by the forces.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
 
-    /// The derivative along one parameter, of which `dual` and `rates` contain the changes of the rod.
+    /// The derivative of the misfit along one parameter: `laws` times the changes of the rod that `dual` and `rates`
+    /// contain.
     fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
 
-    /// The parts of it by the law of each joint.
+    /// The part of [`along`](Self::along) by the law of each joint, one number per joint.
     fn along_joints(rates: &Self::Rates<1>, laws: &Laws) -> Vec<f64>;
 }
 
-/// Writes the strains along a change of the unknowns, those of edges times their rest lengths.
+/// Overwrites `out` with the strains `B change` along a `change` of the unknowns; those of edges are multiplied by
+/// their rest lengths. `still`: zero derivatives of the frames.
 pub fn strained<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,

@@ -1,5 +1,8 @@
-//! The viscous stress of a step as factors of stiffnesses and shifts of natural strains. At a known state, the stresses of
-//! a Maxwell branch and of internal friction are shifts too.
+//! The viscous stress of a time step as a factor of every stiffness and a shift of every natural strain.
+//!
+//! Input: coefficients of the step (by [`crate::dynamics::viscosity`]) and [`InternalVariables`]. A damped step then is
+//! an elastic step with other laws: `K (factor s - natural - shift)`. At a known state, the stresses of a Maxwell
+//! branch and of internal friction are shifts too. Output: the laws of all elements for the step.
 
 use crate::energy::Law;
 use crate::numerics::scalar::Scalar;
@@ -32,7 +35,8 @@ pub struct OwnViscosity<D> {
 }
 
 impl<D: Scalar> Viscosity<D> {
-    /// No stress, for so many strains; `apart` if the kinds may differ.
+    /// No viscous stress, for so many strains. `apart`: whether stretching, bending and twisting may have different
+    /// times.
     pub fn none(strains: usize, apart: bool) -> Self {
         let zero = D::from(0.0);
         let past = vec![zero; strains];
@@ -43,7 +47,8 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// The stress of a rod in motion.
+    /// Sets factor and shifts to the stress at a known state: viscous by the strain rates, Maxwell and friction springs
+    /// by their stretches.
     pub fn now(&mut self, damping: &Damping<D>, internal: &InternalVariables<D>) {
         let InternalVariables { strain_rate, relaxing, slid, .. } = internal;
         self.factor = D::from(1.0);
@@ -68,7 +73,8 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Writes the laws with this stress, from elastic ones whose strains are those from `first` on.
+    /// Overwrites `laws` with the `elastic` ones under this stress. Their strains begin at index `first` of the list of
+    /// strains.
     pub(super) fn set_laws<W: Law<D, S>, const S: usize>(
         &self,
         elastic: &[W],
@@ -90,7 +96,8 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Writes dashpots with the factors of this stress, and its shifts as natural strains.
+    /// Overwrites `laws` with `dashpots` whose stiffness is multiplied by the factors, and whose natural strains are
+    /// the shifts.
     pub(super) fn set_dashpots<W: Law<D, S>, const S: usize>(
         &self,
         dashpots: &[W],

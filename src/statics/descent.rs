@@ -24,36 +24,41 @@ use crate::rod::{FactorsOf, Rod};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use std::ops::Range;
 
-/// Most Newton iterations of a step of the descent.
+/// Largest number of Newton iterations in a step of the descent.
 const ITERATIONS: usize = 20;
 /// Iterations after which a step without `lambda` ends if all forces are rounding errors.
 const PATIENCE: usize = 10;
 /// Forces count as rounding errors below this many times `eps * sum |K_ij| |q_j|`.
 const ROUNDING: f64 = 8.0;
-/// Corrections below this part of the rod's length are zero.
+/// Corrections below this fraction of the rod's length count as zero: rounding errors of coordinates.
 const STEP_TOLERANCE: f64 = 1e-13;
-/// Corrections below this part of the length end a step of the descent: intermediate states need no accuracy.
+/// Corrections below this fraction of the length end a step with `lambda > 0`: intermediate states need no accuracy.
 const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
-/// Corrections below this part of the length that decrease no more are rounding errors of a fine mesh.
+/// Corrections below this fraction of the length that no longer decrease are rounding errors of a fine mesh.
 const STALLED: f64 = 1e-5;
-/// Most steps of the descent, failed ones included.
+/// Ratio to the previous correction above which a correction no longer decreases: Newton's method converges faster.
+const STALLED_RATIO: f64 = 0.3;
+/// Largest correction over the rod's length (rad for angles); a larger one fails the step.
+const LARGEST_CORRECTION: f64 = 2.0;
+/// Largest number of steps of a descent, failed ones included.
 const STEPS: usize = 400;
-/// Factor on `lambda` after a step.
+/// Factor on `lambda` after a successful step. Closer to 1: more steps; smaller: more failed steps.
 const DECREASE: f64 = 0.1;
-/// Factor on `lambda` after the first step that follows a failure.
+/// Factor on `lambda` after the first successful step that follows a failure.
 const CAREFUL_DECREASE: f64 = 0.5;
-/// Factor on `lambda` after a failure.
+/// Factor on `lambda` after a failed step.
 const INCREASE: f64 = 4.0;
-/// Approximate length of the first step over the rod's length.
+/// Approximate displacement in the first step over the rod's length, from which the first `lambda` follows.
 const FIRST_STEP: f64 = 0.05;
-/// Number of steps that ended at a saddle after which the rod is displaced.
+/// Number of steps that end at a saddle after which the rod is displaced.
 const SADDLES: usize = 20;
-/// Displacement from a saddle over the rod's length.
+/// Largest displacement from a saddle, over the rod's length: far above rounding errors, and small against the
+/// deflection of a buckled rod.
 const SADDLE_DISPLACEMENT: f64 = 1e-4;
-/// Part of the first `lambda` below which it becomes zero.
+/// Fraction of the first `lambda` below which it becomes zero: from there the steps are plain Newton iterations.
 const SMALLEST: f64 = 1e-9;
 
-/// An equilibrium: unknowns and frames.
+/// An equilibrium: unknowns and frames, with the effort and the accuracy of the search.
 #[derive(Clone, Debug)]
 pub struct EquilibriumState<F> {
     /// The unknowns, m (rad for angles).
@@ -91,15 +96,21 @@ pub(crate) struct Descent<'a, R: Rod<f64>> {
     settings: DescentSettings,
     /// Diagonal of the metric `M`: masses, or the metric of the edges.
     metric: Vec<f64>,
+    /// Current unknowns, m (rad for angles).
     q: Vec<f64>,
     /// State at the start of the step.
     step_start: Vec<f64>,
     /// State at the start of the descent, where springs are stress-free.
     initial: Vec<f64>,
+    /// Gradient at the current state, N.
     gradient: Vec<f64>,
+    /// Tangent there, N/m.
     tangent: R::Tangent,
+    /// Factors of the matrix of the last iteration.
     factors: FactorsOf<R, f64>,
+    /// Right-hand side, then correction of the unknowns.
     correction: Vec<f64>,
+    /// Number of Newton iterations so far.
     iterations: usize,
 }
 
@@ -116,7 +127,7 @@ enum DescentStep {
 }
 
 impl<'a, R: Rod<f64>> Descent<'a, R> {
-    /// A descent of a rod from the unknowns `q`.
+    /// A descent of `rod` from the unknowns `q`, with the masses, or the weights of edge coordinates, as its metric.
     pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
         let (n, tangent) = (q.len(), rod.zero_tangent());
         Self {
@@ -137,7 +148,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Evaluates gradient and tangent at the current state.
+    /// Evaluates gradient and tangent at the current state, with springs, and decouples prescribed unknowns.
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
         let derivatives = settings.derivatives;
@@ -155,7 +166,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         settings.prescribed.uncouple(&mut self.tangent);
     }
 
-    /// The largest unbalanced force, N.
+    /// The largest unbalanced force, N (N m for angles); NaN if one is.
     fn residual(&self) -> f64 {
         self.free()
             .map(|i| self.gradient[i].abs())
@@ -167,7 +178,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         self.settings.free.clone()
     }
 
-    /// The equilibrium that the descent reaches; the initial angles are measured from `frames`.
+    /// The equilibrium that the descent reaches. The initial angles are measured from `frames`.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found.
@@ -233,7 +244,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
     }
 
-    /// Solves one step of the descent from the current state by Newton's method.
+    /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> DescentStep {
         let (edges, length) = (self.settings.edges, self.settings.length);
         let mut previous = f64::INFINITY;
@@ -284,15 +295,15 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                     largest = size;
                 }
             }
-            // A correction of twice the length is no approximation of anything.
-            if largest.is_nan() || largest > 2.0 {
+            // A correction beyond the size of the rod is outside the range of the linearization.
+            if largest.is_nan() || largest > LARGEST_CORRECTION {
                 return DescentStep::Failed;
             }
             if iteration == 0 && largest < STEP_TOLERANCE {
                 return DescentStep::Still;
             }
             // Corrections that are small and no longer decrease are rounding errors.
-            let stalled = largest < STALLED && largest > 0.3 * previous;
+            let stalled = largest < STALLED && largest > STALLED_RATIO * previous;
             match lambda > 0.0 {
                 _ if !(stalled || largest < INTERMEDIATE_TOLERANCE) => {}
                 _ if !downhill => return DescentStep::Failed,
@@ -305,7 +316,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         DescentStep::Failed
     }
 
-    /// Displaces the rod slightly along the softest motion of the last factored matrix, found by inverse iteration.
+    /// Displaces the rod by [`SADDLE_DISPLACEMENT`] of its length along the softest motion of the last factored matrix,
+    /// found by inverse iteration.
     fn leave_saddle(&mut self) {
         // Fractional parts of multiples of the golden ratio: a start vector without any symmetry.
         for (i, x) in self.correction.iter_mut().enumerate() {
@@ -328,7 +340,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Whether all forces are rounding errors of their terms.
+    /// Whether all forces are below their rounding level: [`ROUNDING`] times `eps` times the sum of their absolute
+    /// terms.
     fn is_balanced(&mut self) -> bool {
         self.tangent.absolute_product(&self.q, &mut self.correction);
         let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];

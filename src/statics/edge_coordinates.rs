@@ -13,19 +13,19 @@ use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 use std::ops::Range;
 
-/// Number of nodes above which rods are solved in edge coordinates: rounding errors are then a thousandth of the smallest
-/// eigenvalue in node coordinates.
+/// Number of nodes above which rods are solved in edge coordinates. In node coordinates rounding errors are then a
+/// thousandth of the smallest eigenvalue.
 const MANY_NODES: usize = 2000;
 
-/// Transformation between the edges and the nodes of a rod with `stride` unknowns per node.
+/// The transformation between the edge vectors and the node positions of a rod with `stride` unknowns per node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeCoordinates {
     stride: usize,
 }
 
 impl EdgeCoordinates {
-    /// The edge coordinates of a rod with the `free` range of its `unknowns`; none if it is short, or held elsewhere than at
-    /// its start.
+    /// The edge coordinates of a rod with the `free` range of its `unknowns`; `None` if it is short, or held elsewhere
+    /// than at its start.
     pub fn new(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY_NODES * stride).then_some(Self { stride })
@@ -41,7 +41,7 @@ impl EdgeCoordinates {
         mass.iter().enumerate().map(one).collect()
     }
 
-    /// Replaces forces on nodes by forces on edges, `T' f`: the sums over all nodes beyond each edge.
+    /// Replaces forces on nodes by forces on edges, `T' f`: the sum over all nodes beyond each edge. Angles stay.
     pub fn edge_forces<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
@@ -49,7 +49,7 @@ impl EdgeCoordinates {
         }
     }
 
-    /// Replaces changes of edges by changes of nodes, `T e`.
+    /// Replaces changes of edge vectors by changes of node positions, `T e`: running sums along the rod. Angles stay.
     pub fn node_changes<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
             let before = changes[i - self.stride];

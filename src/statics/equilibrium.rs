@@ -1,8 +1,10 @@
-//! Equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
+//! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! An equilibrium is stable if its tangent has no negative eigenvalue. Their number is that of the negative pivots
-//! (Sylvester's law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do not
-//! count: the tangent has a negligible stiffness added.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the rest shape. It is stable if its
+//! tangent has no negative eigenvalue. Their number is that of the negative pivots of the factored tangent (Sylvester's
+//! law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do not count: a
+//! negligible stiffness is added to the tangent. A planar rod is also examined out of its plane, in the spatial model,
+//! if a shear modulus is given.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -75,19 +77,20 @@ impl Equilibrium {
 }
 
 impl std::fmt::Display for Equilibrium {
-    /// Writes the equilibrium as text.
+    /// Writes the summary without colors.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Equilibrium {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: stability, tip, energy, warnings, model, numerics, iterations.
     pub fn summary(&self) -> Summary {
         let directions = |n: usize| match n {
             1 => "1 unstable direction".to_string(),
             n => format!("{n} unstable directions"),
         };
+        // Headline: stable, not examined out of the plane, marginal, or unstable.
         let status = match (self.stable, self.stable_in_plane, self.negative_directions) {
             (Some(true), ..) => Summary::new("stable equilibrium", Tone::Good),
             (None, Some(true), _) => Summary::new(
@@ -176,7 +179,8 @@ impl Problem {
     }
 }
 
-/// The equilibrium of a model with its stability in the model, without `stable` and `stable_in_plane`.
+/// The equilibrium of a model with reactions, warnings and its stability in the model. The caller sets `stable` and
+/// `stable_in_plane`.
 fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,

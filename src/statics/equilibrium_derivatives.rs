@@ -1,8 +1,9 @@
-//! Derivatives of an equilibrium by the scene's numbers.
+//! Derivatives of an equilibrium by the scene's numbers, by the implicit function theorem.
 //!
 //! An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual
-//! numbers, with the tangent `K` in plain numbers, yield the derivatives of the implicit function: every step makes one
-//! more order exact.
+//! numbers, with the tangent `K` in plain numbers, give the derivatives of the implicit function: every step makes one
+//! more order exact. Input: an equilibrium in plain numbers and a setup over dual numbers. Output: its unknowns with
+//! derivatives.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -15,8 +16,8 @@ use crate::scene::{End, Parameter, Support};
 use crate::statics::descent::EquilibriumState;
 use crate::statics::pencil::Pencil;
 
-/// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: rounding errors of the edges'
-/// stiffness then move nothing.
+/// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: then rounding errors of
+/// the edges' stiffness cause no motion.
 const ADDED_STIFFNESS: f64 = 1e4;
 /// Additional Newton steps at a neutral equilibrium. Each reduces the effect of the added stiffness on other motions by a
 /// factor of 1e5.
@@ -110,8 +111,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(())
     }
 
-    /// Replaces forces `x` on the free unknowns of a rod in equilibrium by the displacements that they cause. None where the
-    /// tangent is singular, or in edge coordinates.
+    /// Replaces the forces `x`, N, on the free unknowns of a rod in equilibrium by the displacements `K^-1 x` that they
+    /// cause, m. `None` where the tangent is singular, or in edge coordinates.
     pub(crate) fn displacement_under_forces(
         &self,
         rod: &M::Rod<f64>,
@@ -128,15 +129,16 @@ impl<M: Model> Discretized<'_, M> {
         Some(())
     }
 
-    /// Adds the derivatives of the initial positions `begin` to the nodes of an equilibrium: a rod that nothing holds moves
-    /// with its initial position.
+    /// Adds the derivatives of the initial positions `begin` to the nodes of an equilibrium `q`: a rod that no support
+    /// holds moves with its initial position.
     pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());
         }
     }
 
-    /// Sets the unknowns that supports hold to their values at a moment, with derivatives.
+    /// Sets the unknowns `q` that supports hold to their values at `moment`, with derivatives: initial places, twist of
+    /// recorded ends, motion of supports.
     pub(crate) fn hold<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,7 +1,9 @@
-//! Search for the equilibrium of a model: boundary conditions and loads are applied in stages, with a
-//! [descent](crate::statics::descent) to an equilibrium after each.
+//! Search for the equilibrium of a model: boundary conditions and loads are applied in stages, each followed by a
+//! [descent](crate::statics::descent) to an equilibrium.
 //!
-//! Ends that move far are moved step by step. Limp rods that stand are [loaded step by step](crate::statics::standing).
+//! The search starts from the initial shape. Ends that move far are moved in several stages. Limp rods that stand are
+//! [loaded step by step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of
+//! Newton iterations, largest unbalanced force.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -23,7 +25,8 @@ impl<M: Model> Discretized<'_, M> {
         self.equilibrium_of(&self.rod(), true)
     }
 
-    /// Unknowns of the equilibrium at t = 0; angles are measured from the initial frames.
+    /// Unknowns of the equilibrium at t = 0, with the forces that hold the rod until then. Angles are measured from the
+    /// initial frames.
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
         let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
         let mut found = self.equilibrium_of(&rod, false)?;
@@ -31,8 +34,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(found.q)
     }
 
-    /// The equilibrium of a rod that may have other loads. Moved ends are at the end of their motion (`settled`), or where
-    /// they are at t = 0.
+    /// The equilibrium of `rod`, which may have other loads than the scene. Moved ends are at the end of their motion
+    /// (`settled`), or at their places at t = 0.
     fn equilibrium_of(
         &self,
         rod: &M::Rod<f64>,
@@ -43,6 +46,7 @@ impl<M: Model> Discretized<'_, M> {
         if self.scene().initial.perturbation != 0.0 {
             self.perturb(self.setup, &mut q);
         }
+        // Limp standing rods first follow the stable branch under increasing loads.
         let mut iterations = self.raise_loads(&mut q, &mut frames, settled);
         let boundary_motion = self.boundary_motion(self.setup);
         let stages = match &boundary_motion {
@@ -69,7 +73,7 @@ impl<M: Model> Discretized<'_, M> {
         unreachable!("there is at least one stage")
     }
 
-    /// The equilibrium of a rod that a descent from the unknowns `q` reaches.
+    /// The equilibrium of `rod` that a descent from the unknowns `q`, measured from `frames`, reaches.
     fn descend(
         &self,
         rod: &M::Rod<f64>,
@@ -89,8 +93,8 @@ impl<M: Model> Discretized<'_, M> {
         Descent::new(rod, settings, q).descend(frames)
     }
 
-    /// The shape from which equilibria are searched, with the twist of the ends that the scene states: the recorded shape
-    /// if the scene starts there, else the initial one.
+    /// Unknowns and frames of the shape from which equilibria are searched, with the twist of the ends that the scene
+    /// gives: the recorded shape if the scene starts there, else the initial one.
     pub(super) fn begin_at_rest<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -103,8 +107,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, frames))
     }
 
-    /// Moves a limp rod that stands to the equilibria under increasing parts of its loads; returns the number of Newton
-    /// iterations. A part without an equilibrium is left out.
+    /// Moves a limp rod that stands, in `q` and `frames`, to the equilibria under increasing parts of its loads.
+    /// Returns the number of Newton iterations. A part without an equilibrium is left out.
     fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M>, settled: bool) -> usize {
         let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
         if push > 0.0 && self.scene().initial.perturbation == 0.0 {
@@ -121,8 +125,8 @@ impl<M: Model> Discretized<'_, M> {
         iterations
     }
 
-    /// Share of the motion of an end that node `i` is moved by in the initial guess of a stage: 1 where the other end is
-    /// free, else decreasing linearly towards the other end.
+    /// The share of the motion of an end by which node `i` moves in the initial guess of a stage: 1 where the other end
+    /// is free, else decreasing linearly towards the other end.
     fn carried_share(&self, end: End, i: usize) -> f64 {
         let supports = &self.problem.scene().supports;
         let along = i as f64 / (self.nodes() - 1) as f64;
@@ -133,7 +137,7 @@ impl<M: Model> Discretized<'_, M> {
         if other == Support::Free { 1.0 } else { share }
     }
 
-    /// Edge coordinates, for a long rod that is held at its start only.
+    /// The edge coordinates of a long rod that is held at its start only; `None` for other rods.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // User-defined energies may depend on the positions of nodes.
         let suitable = self.scene().energies.is_empty() && self.prescribed().is_empty();

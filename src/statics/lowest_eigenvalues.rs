@@ -1,10 +1,11 @@
-//! The lowest eigenvalues of a [`Pencil`] without omissions, by subspace iteration with the shifted inverse,
-//! `Y = (K - shift M)^-1 M X` on the band factors, and a Rayleigh-Ritz step on `Y`, until the eigenvalues converge.
+//! The lowest eigenvalues of a [`Pencil`] `K x = lambda M x` without omissions, with eigenvectors.
 //!
-//! They are found from below, in batches. The first shift lies below all eigenvalues, where `K - shift M` has no negative
-//! pivot. Later ones lie just above the eigenvalues that are already found, and vectors are kept orthogonal to these, so
-//! that the lowest of the others converge first. Completeness is verified: by Sylvester's law `K - lambda M` has as many
-//! negative pivots as there are eigenvalues below `lambda`, for a `lambda` just above the last one found.
+//! Method: subspace iteration with the shifted inverse, `Y = (K - shift M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It
+//! ends when the eigenvalues converge to [`EIGENVALUE_TOLERANCE`]. They are found from below, in batches. The first
+//! shift lies below all eigenvalues, where `K - shift M` has no negative pivot. Later shifts lie just above the
+//! eigenvalues that are already found. Vectors are kept orthogonal to these, so that the lowest of the others converge
+//! first. Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are
+//! eigenvalues below `lambda`, for a `lambda` just above the last one found.
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
@@ -14,22 +15,29 @@ use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Number of eigenvalues of a batch.
+/// Number of eigenvalues of a batch. A larger number costs more per iteration, a smaller one more factorizations.
 const BATCH: usize = 16;
 /// Number of vectors iterated beyond a batch: they speed up the convergence of the last ones.
 const EXTRA: usize = 8;
-/// Most iterations of a batch; then it is repeated with twice as many vectors.
+/// Largest number of iterations of a batch; then it is repeated with twice as many vectors.
 const ITERATIONS: usize = 150;
-/// Most doublings of the number of vectors.
+/// Largest number of doublings of the number of vectors; then the search fails.
 const DOUBLINGS: usize = 5;
-/// Relative change of the distance from the shift below which an eigenvalue is converged.
+/// Relative change of an eigenvalue's distance from the shift below which it is converged.
 const EIGENVALUE_TOLERANCE: f64 = 1e-13;
-/// Relative changes below this that decrease no more are rounding errors.
+/// Relative changes below this that no longer decrease are rounding errors, and count as converged.
 const STALLED: f64 = 1e-7;
 /// Number of iterations without a decrease after which a change is stalled.
 const STALLED_ITERATIONS: usize = 10;
-/// Relative distance below which eigenvalues belong to one batch.
+/// Relative distance below which eigenvalues belong to one batch: no shift can be placed between them.
 const CLUSTER_DISTANCE: f64 = 1e-6;
+/// Ratio of sufficient and insufficient distances of the first shift from zero at which its bisection ends. A ratio closer to 1
+/// costs factorizations, a larger one iterations.
+const SHIFT_MARGIN: f64 = 1.1;
+/// Ratio to the smallest change so far below which a change counts as a decrease.
+const PROGRESS: f64 = 0.9;
+/// Rounding errors of an eigenvalue by which the shift for the verification lies above it, at least.
+const ROUNDING_MARGIN: f64 = 10.0;
 
 /// An eigenvalue and eigenvector of a pencil.
 #[derive(Clone, Debug)]
@@ -73,6 +81,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         let mut next = Subspace::default();
         let mut doublings = 0;
         while found.len() < count {
+            // A batch of vectors, with some extra ones, filled up at random; a failed batch is repeated with twice as
+            // many.
             let left = available - found.len();
             let batch = ((count - found.len()).min(BATCH) << doublings).min(left);
             let block = (batch + EXTRA).min(left);
@@ -98,6 +108,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
                     continue;
                 }
             };
+            // Accepted eigenpairs leave the subspace; the others are start vectors of the next batch.
             for (value, vector) in next.values.drain(..own).zip(next.basis.drain(..own)) {
                 found.push(PencilMode { squared: shift + value, vector });
             }
@@ -110,9 +121,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(found)
     }
 
-    /// A shift below all eigenvalues, and the factors of `K - shift M`.
+    /// A shift below all eigenvalues, by bisection to within [`SHIFT_MARGIN`], and the factors of `K - shift M`.
     fn lower_shift(&self, scale: f64) -> Result<(T::Factors, f64), Error> {
         // Distances of the shift from zero: sufficient, and insufficient.
+        // Growth by factors of four until no pivot is negative.
         let [mut distance, mut short] = [scale, 0.0];
         let mut found = loop {
             match self.factors(-distance) {
@@ -122,7 +134,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
             }
         };
         // Bisection towards the lowest eigenvalue: the distance of the shift slows the iteration down.
-        while short > 0.0 && distance > 1.1 * short {
+        while short > 0.0 && distance > SHIFT_MARGIN * short {
             let middle = 0.5 * (short + distance);
             match self.factors(-middle) {
                 Ok(factors) if factors.negative_pivots() == 0 => {
@@ -134,7 +146,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok((found, -distance))
     }
 
-    /// Iterates until the first `batch` values converge; returns whether they do.
+    /// Iterates the subspace until its first `batch` values converge. Returns whether they do within [`ITERATIONS`]
+    /// iterations. `found` are the modes to which vectors are kept orthogonal.
     fn iterate(
         &self,
         factors: &T::Factors,
@@ -175,7 +188,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
             };
             let largest = (0..batch).map(change).fold(0.0, f64::max);
             (least, no_better) =
-                if largest < 0.9 * least { (largest, 0) } else { (least, no_better + 1) };
+                if largest < PROGRESS * least { (largest, 0) } else { (least, no_better + 1) };
             let stalled = largest <= STALLED && no_better >= STALLED_ITERATIONS;
             if largest <= EIGENVALUE_TOLERANCE || stalled {
                 return Ok(true);
@@ -184,8 +197,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(false)
     }
 
-    /// The part of the first `batch` values that are the lowest eigenvalues after the `known` ones. None where eigenvalues
-    /// were missed, or where no gap separates them from others.
+    /// The number of values, of the first `batch`, that are the lowest eigenvalues after the `known` ones, with a shift
+    /// above them. `None` where eigenvalues were missed, or where no gap separates them from others.
     fn verify(
         &self,
         batch: usize,
@@ -194,8 +207,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         next: &Subspace,
     ) -> Option<VerifiedBatch<T::Factors>> {
         for k in (0..batch).rev() {
-            let margin =
-                (CLUSTER_DISTANCE * next.values[k]).max(10.0 * self.rounding(&next.basis[k]));
+            let margin = (CLUSTER_DISTANCE * next.values[k])
+                .max(ROUNDING_MARGIN * self.rounding(&next.basis[k]));
             if next.values[k] + 2.0 * margin < next.values[k + 1] {
                 let shift = shift + next.values[k] + margin;
                 let factors = self.factors(shift).ok()?;
@@ -207,17 +220,18 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 }
 
-/// `a' M b`.
+/// The inner product `a' M b` with the diagonal `mass`.
 fn product(a: &[f64], b: &[f64], mass: &[f64]) -> f64 {
     a.iter().zip(b).zip(mass).map(|((a, b), m)| a * b * m).sum()
 }
 
-/// `a' b`.
+/// The inner product `a' b`.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Gram-Schmidt orthonormalization of `basis` in the metric `mass`, twice for accuracy. `images` get the same combinations.
+/// Gram-Schmidt orthonormalization of `basis` in the metric `mass`, twice for accuracy. `images` are combined with the
+/// same coefficients.
 fn orthonormalize(basis: &mut [Vec<f64>], images: &mut [Vec<f64>], mass: &[f64]) {
     for k in 0..basis.len() {
         for _ in 0..2 {

@@ -1,5 +1,8 @@
-//! Statics of a rod: its equilibria with their derivatives and stability, reactions of its supports, and the shape between
-//! recorded ends at the start of a recording.
+//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and reactions.
+//!
+//! Input: a discretized problem. Output: unknowns and frames at equilibrium, found by pseudo-transient continuation.
+//! Its stability (inertia of the tangent), forces and moments of the supports, and lowest eigenvalues of stiffness and
+//! mass follow. For recorded motions: the shape of least energy at the first frames of a recording.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;

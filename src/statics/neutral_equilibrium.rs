@@ -1,5 +1,9 @@
-//! Neutral equilibria, in which a motion meets no resistance: a rigid motion of a rod that nothing holds, or the spin of a
-//! straight round rod between hinges.
+//! Neutral equilibria, in which a motion meets no resistance: a rigid motion of a rod that no support holds, or the
+//! spin of a straight round rod between hinges.
+//!
+//! Detection: the tangent has an eigenvalue that is zero within the negligible stiffness. Its motion is found by
+//! inverse iteration, and its displacements and strains are measured. Other motions without resistance, as at a
+//! critical load, are an error.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;
@@ -7,17 +11,17 @@ use crate::problem::{Discretized, FramesOf, Model};
 use crate::rod::{Rod, strain_rates};
 use crate::statics::pencil::Pencil;
 
-/// Largest displacement, in lengths of the rod, of a motion that counts as a spin.
+/// Largest displacement of nodes, in lengths of the rod, of a motion that counts as a spin.
 const SPIN: f64 = 1e-6;
-/// Largest sum of strains of a motion that counts as rigid.
+/// Largest sum of the absolute strains of a motion that counts as rigid.
 const RIGID: f64 = 1e-2;
-/// Iterations of the inverse iteration. The eigenvalue is smaller than the others by many orders of magnitude.
+/// Number of inverse iterations. The eigenvalue is smaller than the others by many orders of magnitude.
 const ITERATIONS: usize = 3;
-/// Shift of an elimination, over the negligible stiffness, and another one in case of a zero pivot.
+/// Shift of the elimination over the negligible stiffness, and another one in case of a zero pivot.
 const SHIFTS: [f64; 2] = [1.0, 1.0137];
 
-/// Displacement and strains of a motion, which is scaled to a largest displacement of the rod's length or a largest rotation
-/// of an edge about itself of 1 rad.
+/// Displacement and strains of a motion. It is scaled to a largest displacement of the rod's length, or a largest
+/// rotation of an edge about itself of 1 rad.
 pub(crate) struct MotionMeasure {
     /// The node with the largest displacement.
     pub node: usize,
@@ -30,11 +34,11 @@ pub(crate) struct MotionMeasure {
 }
 
 impl MotionMeasure {
-    /// Whether edges rotate about themselves and nodes stay.
+    /// Whether edges rotate about themselves and nodes stay: the displacement is at most [`SPIN`] lengths.
     pub fn is_spin(&self) -> bool {
         self.displacement <= SPIN
     }
-    /// Whether the rod keeps its shape.
+    /// Whether the rod keeps its shape: the sum of strains is at most [`RIGID`].
     pub fn is_rigid(&self) -> bool {
         self.strain <= RIGID
     }
@@ -70,7 +74,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Displacement and strains of a motion from a state with the rates `x` of all unknowns.
+    /// Displacement and strains of the motion with the rates `x` of all unknowns from the state `q`.
     pub(crate) fn measure_motion(
         &self,
         q: &[f64],

@@ -1,4 +1,10 @@
-//! The matrix pencil `(K, M)` of a rod at a state: tangent stiffness and masses, for small vibrations and stability.
+//! The matrix pencil `(K, M)` of a rod at a state: tangent stiffness and diagonal masses, for small vibrations and
+//! stability.
+//!
+//! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
+//! replace the masses: then eigenvalues count unstable motions. Output: factors of `K - s M`, the number of eigenvalues
+//! below `s` (inertia), rounding errors of eigenvalues. For a planar rod the pencil of motions out of its plane follows
+//! from the spatial model.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -9,6 +15,13 @@ use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, SpatialRod, TangentOf, planar};
 use std::ops::Range;
+
+/// Number of shifts that are tried until an elimination has no zero pivot.
+const SHIFTS: u32 = 4;
+/// Relative distance of successive shifts, so that a zero pivot of one is none of the next; an arbitrary small number.
+const SHIFT_DISTANCE: f64 = 0.0137;
+/// Half-bandwidth for motions out of the plane: a deflection and an angle per node, as many unknowns as in the plane.
+const OUT_OF_PLANE_BANDWIDTH: usize = planar::HALF_BANDWIDTH;
 
 /// The eigenvalue problem `K x = omega^2 M x` over the unknowns `free`. Prescribed unknowns among them are uncoupled and
 /// have no mass, so that they have no finite eigenvalues.
@@ -21,19 +34,11 @@ pub(crate) struct Pencil<D, T> {
     pub free: Range<usize>,
 }
 
-/// Number of shifts that an elimination is tried with.
-const SHIFTS: u32 = 4;
-/// Relative distance of successive shifts, so that a zero pivot of one is none of the next.
-const SHIFT_DISTANCE: f64 = 0.0137;
-
-/// Half-bandwidth for motions out of the plane: a deflection and an angle per node, as many unknowns as in the plane.
-const OUT_OF_PLANE_BANDWIDTH: usize = planar::HALF_BANDWIDTH;
-
 /// Tangent of motions out of the plane.
 pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
-    /// The pencil of a rod at `q` with its masses.
+    /// The pencil of a rod at `q` with its masses. Prescribed unknowns are decoupled and have no mass.
     pub fn at<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
@@ -96,17 +101,17 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         self.factor(squared).map_err(|_| Error::SingularEquilibrium)
     }
 
-    /// Number of finite eigenvalues.
+    /// Number of finite eigenvalues: free unknowns with a mass.
     pub fn order(&self) -> usize {
         self.free.clone().filter(|i| self.mass[*i] != 0.0).count()
     }
 
-    /// Number of eigenvalues below `squared`, by Sylvester's law of inertia.
+    /// Number of eigenvalues below `squared`, 1/s^2, by Sylvester's law of inertia.
     pub fn below(&self, squared: f64) -> Result<usize, Error> {
         Ok(self.factors(squared)?.negative_pivots())
     }
 
-    /// Number of eigenvalues below `squared`; in case of a zero pivot, below a slightly smaller value.
+    /// Number of eigenvalues below `squared`, 1/s^2; in case of a zero pivot, below a slightly smaller value.
     pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
         (0..SHIFTS)
             .map(|k| squared - f64::from(k) * SHIFT_DISTANCE * squared.abs())
@@ -114,7 +119,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
             .ok_or(Error::SingularEquilibrium)
     }
 
-    /// Rounding error of the eigenvalue of a mode `x` by that of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2.
+    /// Rounding error of the eigenvalue of a mode `x` by rounding of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2.
     pub fn rounding(&self, x: &[f64]) -> f64 {
         let (mut product, mut own) = (vec![0.0; x.len()], 0.0);
         self.tangent.absolute_product(x, &mut product);
@@ -168,7 +173,8 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     }
 }
 
-/// The unknowns of the spatial rod for a motion [out of the plane](Pencil::out_of_plane).
+/// The unknowns of the spatial rod for a motion [out of the plane](Pencil::out_of_plane): from `deflections` along the
+/// `normal`, and angles.
 pub(crate) fn spatial_motion(deflections: &[f64], normal: [f64; 3]) -> Vec<f64> {
     let node = |x: &[f64]| {
         let [a, b, c] = normal.map(|n| n * x[0]);

@@ -1,4 +1,4 @@
-//! Reactions: forces and moments of the supports on the rod.
+//! Reactions: forces (N) and moments (N m) of the supports on the rod, in a motion or at rest.
 //!
 //! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead loads,
 //! damping and drag `D` on them and, where it moves, their inertia. In world axes,
@@ -43,7 +43,7 @@ pub struct Reactions {
     pub end: Reaction,
 }
 
-/// Forces against a motion.
+/// Forces against a motion: damping and drag.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct MotionResistances<'a> {
     /// Damping of mass and strain rates.
@@ -53,7 +53,8 @@ pub(crate) struct MotionResistances<'a> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The reactions in a state of motion of the rod.
+    /// The reactions in a `state` of motion of the rod, with viscous stress, drag, mass damping and inertia of moved
+    /// ends.
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
@@ -67,7 +68,7 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(rod, resistances, state, &acceleration)
     }
 
-    /// The reactions of a rod at rest, without those to a later motion of its ends.
+    /// The reactions of a rod at rest, without inertia of ends that move later.
     pub(crate) fn reactions_at_rest(
         &self,
         rod: &M::Rod<f64>,
@@ -76,7 +77,7 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(rod, MotionResistances::default(), state, &vec![0.0; state.q.len()])
     }
 
-    /// The reactions in a state whose held unknowns have the given accelerations, m/s^2.
+    /// The reactions in a state whose held unknowns have the given `acceleration`, m/s^2.
     fn reactions_with(
         &self,
         rod: &M::Rod<f64>,
@@ -175,7 +176,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Weight and point forces on every node, N, from the masses of all unknowns.
+    /// Weight and point forces on every node, N, in world axes, from the masses of all unknowns.
     pub(super) fn nodal_loads(&self, mass: &[f64]) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();

@@ -1,4 +1,5 @@
-//! Initial state of a rod whose motion was recorded: shape, twist and velocity from the first two frames of the markers.
+//! Initial state of a rod whose motion was recorded: shape, twist and velocity from the first two frames of the
+//! markers, by minimization of energy.
 //!
 //! Markers are measured with errors, and their distances differ from the lengths of the rod's edges. A rod placed exactly on
 //! them would start with large axial forces. Therefore the rod takes the shape of least energy in each frame, with springs
@@ -28,22 +29,23 @@ use crate::scene::{Recorded, Track};
 use crate::statics::descent::{Descent, DescentSettings};
 use std::f64::consts::TAU;
 
-/// Number of rotations about the center line that are compared before a rod relaxes.
+/// Number of rotations about the center line that are compared before a rod relaxes. More find narrower minima.
 const ROTATIONS: usize = 12;
-/// Golden sections around the best of them, which locate the minimum to half a millionth of a rotation.
+/// Golden sections around the best rotation, which locate the minimum to half a millionth of a rotation.
 const SECTIONS: usize = 26;
 /// Factor on the axial stiffness while the rod relaxes. The spring stiffness lies between the axial and the bending
 /// stiffness; the factor increases both distances. Much more would buckle a rod that is longer than the recorded one in one
 /// of many ways.
 const AXIAL_FACTOR: f64 = 30.0;
-/// Factor on the stiffness of the springs of held markers.
+/// Factor on the stiffness of the springs of markers on held nodes, whose positions are prescribed later.
 const HELD_FACTOR: f64 = 1e3;
-/// Factor on the negligible stiffness in the springs on angles.
+/// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on
+/// the shape.
 const ANGLE_SPRING_FACTOR: f64 = 10.0;
-/// Differences of energies below this part of them are none.
+/// Relative difference of energies below which they count as equal: a straight round rod has no preferred rotation.
 const EQUAL_ENERGY: f64 = 1e-9;
 
-/// Initial state of a recorded rod.
+/// The initial state of a rod whose motion was recorded.
 pub(crate) struct RecordedStart<D: Nestable, M: Model> {
     /// Unknowns and frames in the first frame of the recording.
     pub start: UnknownsAndFrames<D, M>,
@@ -54,7 +56,8 @@ pub(crate) struct RecordedStart<D: Nestable, M: Model> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The initial state of the recorded motion.
+    /// The initial state of the recorded motion: relaxed shapes of the first two frames, twist of the ends, prescribed
+    /// places at t = 0.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -74,7 +77,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok(RecordedStart { start: (q, frames), change, interval })
     }
 
-    /// The shape of the rod at the start of the recording, with the stated twist of its ends.
+    /// Unknowns and frames of the relaxed rod in the first frame of the recording, with the stated twist of its ends.
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -84,7 +87,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, self.begin(setup).1))
     }
 
-    /// The recorded markers of `supports.path`.
+    /// The recorded markers of `supports.path`; an error without that table.
     fn track(&self) -> Result<&Track, Error> {
         let path = self.scene().supports.path.as_ref();
         path.map_or_else(
@@ -100,7 +103,8 @@ impl<M: Model> Discretized<'_, M> {
         )
     }
 
-    /// The rod with springs between marked nodes and the markers of a frame.
+    /// The rod with springs between marked nodes and the markers of frame `frame`, scaled axial stiffness, and no
+    /// supports.
     fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -125,7 +129,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(setup.tied(self.model, axial, &ties))
     }
 
-    /// The relaxed unknowns of both frames without derivatives, computed at the first call.
+    /// The unknowns of least energy in the first two frames, without derivatives. Computed at the first call, then
+    /// stored in the problem.
     fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -137,7 +142,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok(start.get().map_or(&[], Vec::as_slice))
     }
 
-    /// The unknowns of least energy in both frames; angles are measured from the initial frames.
+    /// The unknowns of least energy in the first two frames. Angles are measured from the initial frames.
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.sprung_rod(self.setup, track, 0)?;
@@ -182,7 +187,8 @@ impl<M: Model> Discretized<'_, M> {
             .collect())
     }
 
-    /// The relaxed unknowns of both frames with the derivatives that `D` carries.
+    /// The unknowns of least energy in the first two frames, with the derivatives that `D` carries, by the implicit
+    /// function theorem.
     fn relaxed_over<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -249,7 +255,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The geometric mean of axial and bending stiffness of an edge, `E sqrt(A I)/l^2`, N/m.
+/// The geometric mean of axial and bending stiffness of an edge of the rod with so many `segments`, `E sqrt(A I)/l^2`,
+/// N/m.
 fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
     let edge = setup.mesh.length * (segments as f64).recip();
@@ -273,6 +280,7 @@ fn minimize_rotation_energy<M: Model>(
         angles.iter().zip(&initial).for_each(|(i, initial)| q[*i] = initial + rotation);
         rod.energies(q, frames).total()
     };
+    // Global search on a grid of rotations, so that the local search finds the right minimum.
     let spacing = TAU / ROTATIONS as f64;
     let energies: [f64; ROTATIONS] = std::array::from_fn(|k| energy(k as f64 * spacing, q));
     let least = (0..ROTATIONS).fold(0, |a, b| if energies[b] < energies[a] { b } else { a });
@@ -283,6 +291,7 @@ fn minimize_rotation_energy<M: Model>(
         return;
     }
     let best = least as f64 * spacing;
+    // Golden section search around the best grid point.
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let [mut low, mut high] = [best - spacing, best + spacing];
     for _ in 0..SECTIONS {

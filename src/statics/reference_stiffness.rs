@@ -9,13 +9,14 @@ use crate::rod::Rod;
 use crate::scene::Support;
 use crate::statics::edge_coordinates::EdgeCoordinates;
 
-/// Negligible part of the stiffness of bending of the whole rod.
+/// Negligible fraction of the stiffness of bending of the whole rod: far below any physical resistance, and above most
+/// rounding errors.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 impl<M: Model> Discretized<'_, M> {
-    /// Squared frequencies below this count as zero, 1/s^2: a billionth of the slowest bending vibration's, plus rounding
-    /// errors of the edges' stiffness. A rod that no end holds moves along itself against the rounding errors of all edges,
-    /// and against those of eliminating one edge after the other.
+    /// Squared frequencies below this count as zero, 1/s^2: a billionth of the slowest bending vibration's, plus
+    /// rounding errors of the edges' stiffness. A rod that no end holds moves along itself against the rounding errors
+    /// of all edges and of their elimination.
     pub(crate) fn zero_squared_frequency(&self) -> f64 {
         let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
@@ -30,13 +31,14 @@ impl<M: Model> Discretized<'_, M> {
             + noise * speed_squared / self.problem.length().powi(2)
     }
 
-    /// Rounding errors of squared frequencies over `omega_b^2`, in node coordinates.
+    /// Relative rounding errors of squared frequencies in node coordinates, over `omega_b^2`: `10 eps n^4` for `n`
+    /// nodes.
     pub(crate) fn tangent_rounding(&self) -> f64 {
         10.0 * f64::EPSILON * (self.nodes() as f64).powi(4)
     }
 
-    /// Negligible stiffness of every unknown, N/m (N m for angles): a billionth of the rod's stiffness in bending (the softer
-    /// direction) and in torsion as a whole, or rounding errors of the tangent where these are larger.
+    /// Negligible stiffness of every unknown, N/m (N m for angles): a billionth of the rod's stiffness as a whole, in
+    /// bending (the softer direction) and in torsion. Rounding errors of the tangent replace it where they are larger.
     pub(crate) fn negligible_stiffness(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let (section, _) = self.scene().at(0.5);
         let [i1, i2] = section.moments().second_moments;
@@ -50,7 +52,7 @@ impl<M: Model> Discretized<'_, M> {
         self.stiffness(edges, of_nodes, softest * (NEGLIGIBLE + noise))
     }
 
-    /// A part of the stiffness of bending as a whole, for every unknown, N/m (N m for angles).
+    /// The fraction `part` of the stiffness of bending as a whole, for every unknown, N/m (N m for angles).
     pub(super) fn part_of_bending_stiffness(&self, part: f64) -> Vec<f64> {
         let squared = part * self.bending_frequency_squared();
         self.stiffness(None, squared, squared)

@@ -1,7 +1,7 @@
 //! Stability of an equilibrium: how many independent motions decrease the energy to second order.
 //!
-//! Sylvester's law of inertia counts the negative eigenvalues of the tangent `K` without computing them. Elimination on a
-//! fine mesh has rounding errors of `eps n^4 EI/L^3`, which hide the sign of small eigenvalues. The sign of those is
+//! Sylvester's law of inertia counts the negative eigenvalues of the tangent `K` without computing them. Elimination on
+//! a fine mesh has rounding errors of `eps n^4 EI/L^3`, which hide the sign of small eigenvalues. The sign of those is
 //! taken from the second variation of the energy along their eigenvectors,
 //!
 //! ```text
@@ -9,8 +9,9 @@
 //! ```
 //!
 //! evaluated element by element in dual numbers. There, strains and their rates are differences of neighboring nodes.
-//! The rounding error is that of the forces in the elements times the squared slopes of the motion,
-//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`, some `n^3` times smaller for the motion of a rigid body.
+//! The rounding error is that of forces in elements times squared slopes of the motion,
+//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. Output:
+//! numbers of unstable and of marginal motions.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -25,11 +26,12 @@ use num_dual::Dual64;
 /// Eigenvalues within this many rounding levels of zero have an uncertain sign: rounding errors of the elimination exceed
 /// the level, which is an estimate for single entries.
 pub(crate) const UNCERTAIN_LEVELS: f64 = 100.0;
-/// Most eigenvalues whose signs are determined one by one. A free rod in space has six.
+/// Largest number of eigenvalues whose signs are determined one by one. A free rod in space has six.
 pub(crate) const MAX_UNCERTAIN: usize = 12;
 /// Shift of the iteration for several such eigenvalues: far above the rounding level, which would keep the iteration from
 /// converging, and below the stiffness of bending, which is `1/NEGLIGIBLE` levels.
 const SHIFT_LEVELS: f64 = 1e8;
+
 /// Numbers of independent motions that do not raise the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Stability {
@@ -47,7 +49,7 @@ impl std::ops::AddAssign for Stability {
     }
 }
 
-/// The second variation of the energy along a motion.
+/// The second variation of the energy along a motion `x`.
 pub(crate) struct MotionStiffness {
     /// `x' K x`, J.
     pub value: f64,
@@ -58,14 +60,14 @@ pub(crate) struct MotionStiffness {
 }
 
 impl MotionStiffness {
-    /// Whether the stiffness is zero within its rounding error.
+    /// Whether the stiffness is zero within its tolerance: rounding error or negligible stiffness.
     pub fn is_zero(&self) -> bool {
         self.value.abs() <= self.tolerance
     }
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Stability of an equilibrium with the tangent of `pencil`. The masses of the pencil are [negligible
+    /// Stability of an equilibrium at `q` with the tangent of `pencil`. The masses of the pencil are [negligible
     /// stiffnesses](Self::negligible_stiffness); `in_model` maps its vectors to the unknowns of the model.
     pub(crate) fn stability<T: Tangent<f64>>(
         &self,
@@ -128,6 +130,7 @@ impl<M: Model> Discretized<'_, M> {
             .collect();
         let (count, free) = (motions.len(), self.free());
         let product = |x: &[f64], f: &[f64]| free.clone().map(|i| x[i] * f[i]).sum::<f64>();
+        // The quadratic form x' K x in the space of the motions; its eigenvectors are the principal motions.
         let form = Mat::from_fn(count, count, |i, j| {
             0.5 * (product(&motions[i], &forces[j]) + product(&motions[j], &forces[i]))
         });
@@ -153,7 +156,8 @@ impl<M: Model> Discretized<'_, M> {
         principal.into_iter().map(stiffness).collect()
     }
 
-    /// The rounding error of the stiffness of a motion, plus the negligible stiffness, J.
+    /// The uncertainty of the stiffness of a motion `x`, J: rounding errors of the elements' forces, `eps n k dx^2/h`
+    /// summed over neighboring nodes, plus the negligible stiffness.
     fn stiffness_tolerance(&self, x: &[f64]) -> f64 {
         let (section, material) = self.scene().at(0.5);
         let moments = section.moments();
@@ -174,7 +178,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The sum of vectors times weights.
+/// The sum of `vectors` times `weights`; empty without vectors.
 pub(crate) fn linear_combination(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
     for (vector, weight) in vectors.iter().zip(weights) {

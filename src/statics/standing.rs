@@ -1,8 +1,9 @@
 //! Load steps for limp rods that stand: loads that push a rod towards its clamp are increased step by step.
 //!
-//! Such a rod buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a descent from the standing shape to the hanging
-//! one passes many saddles, and may end in another equilibrium. Slightly above the critical load the rod bends to the side
-//! that the loads determine, and from there it follows the stable branch.
+//! Such a rod buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a descent from the standing shape to the
+//! hanging one passes many saddles, and may end in another equilibrium. Slightly above the critical load the rod bends
+//! to the side that the loads determine, and from there it follows the stable branch. Above [`LIMP`] the fractions of
+//! the loads for these steps are returned, and a small displacement where the loads determine no side.
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
@@ -11,14 +12,14 @@ use crate::scene::{InitialState, Support};
 
 /// Value of `F L^2/(E I)` above which a standing rod is limp and loaded in steps.
 const LIMP: f64 = 100.0;
-/// The same without loads across the rod. Below, the unstable standing shape is the equilibrium of a symmetric scene; above,
-/// Newton's method finds it only by chance.
+/// The same without loads across the rod. Below this value the unstable standing shape is the equilibrium of a
+/// symmetric scene. Above, Newton's method finds it only by chance.
 const LIMP_SYMMETRIC: f64 = 1000.0;
-/// Value of `F L^2/(E I)` in the first step, above the critical load.
+/// Value of `F L^2/(E I)` in the first load step, above the critical load near 8.
 const FIRST_LOAD: f64 = 30.0;
-/// Ratio of the loads of successive steps.
+/// Ratio of the loads of successive steps. A smaller ratio takes more steps; a larger one may leave the stable branch.
 const LOAD_RATIO: f64 = 3.0;
-/// Squared ratio of the loads across the rod to all below which the loads determine no side.
+/// Squared ratio of the loads across the rod to all loads, up to which the loads determine no side.
 const NEGLIGIBLE_SIDE: f64 = 1e-9;
 /// Initial displacement of a rod whose loads determine no side, over its length.
 const PUSH: f64 = 1e-4;
@@ -32,7 +33,7 @@ pub(super) struct StandingLoads {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The load steps from the shape `q`; none where the rod does not stand, or is stiff.
+    /// The load steps from the shape `q`; `None` where the rod does not stand alone on a clamp, or is stiff.
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;
@@ -45,6 +46,8 @@ impl<M: Model> Discretized<'_, M> {
             return None;
         }
         let forces = self.nodal_loads(self.rod().mass());
+        // The rod stands if the loads push it towards the wall: the sum of force times position relative to the wall is
+        // negative, and the total force points against the axis from the wall to the tip.
         // The rod stands if the sum of force times position relative to the wall is negative, and the total force points against
         // the axis from the wall to the tip.
         let wall = self.model.position(q, 0);
@@ -73,7 +76,7 @@ impl<M: Model> Discretized<'_, M> {
         Some(StandingLoads { parts: parts.take_while(|part| *part < 1.0).collect(), push })
     }
 
-    /// The rod under a fraction of its loads, and if it is `held`, of the forces that hold it until t = 0.
+    /// The rod under the fraction `part` of its loads, and, if `held`, of the forces that hold it until t = 0.
     pub(super) fn partially_loaded_rod(&self, part: f64, held: bool) -> M::Rod<f64> {
         let mut scene = self.setup.scene.clone();
         let scaled = |v: &mut [f64; 3]| *v = v.map(|c| c * part);

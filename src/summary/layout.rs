@@ -1,17 +1,20 @@
-//! Text in lines of a limited width.
+//! Wrapping of text to lines of a limited width, for terminals.
+//!
+//! Lines break between words; a number and its unit stay together, and words longer than a line are not divided. Continued
+//! lines are indented.
 
 use crate::summary::{TextStyle, Tone};
 
-/// Columns of a text that does not go to a terminal, or to a narrower one.
+/// Columns of a line of text that goes to a file or pipe, or to a narrower terminal.
 pub const DEFAULT_WIDTH: usize = 80;
-/// Columns that remain for text beside a label or in a column, however narrow the terminal is.
+/// Fewest columns for text beside a label or in a column, however narrow the terminal is.
 const MIN_TEXT_WIDTH: usize = 20;
-/// Units that stay on the line of their number.
+/// Units that stay on the line of the number in front of them.
 const UNITS: [&str; 17] = [
     "%", "m", "mm", "um", "nm", "s", "ms", "us", "min", "h", "Pa", "N", "J", "kg", "g", "mg", "Hz",
 ];
 
-/// Number of columns of a text on one line.
+/// Number of columns of a text on one line: its number of characters.
 pub(crate) fn columns(text: &str) -> usize {
     text.chars().count()
 }
@@ -38,7 +41,7 @@ pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize
     lines_behind(head, text, width.max(indent + MIN_TEXT_WIDTH), indent)
 }
 
-/// The lines of [`wrapped_behind`] for any width.
+/// Lines of `text`, wrapped to `width` columns behind `head`, as in [`wrapped_behind`] but for any width.
 fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = Vec::new();
     let mut start = head.to_string();
@@ -67,7 +70,7 @@ fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<Stri
     lines.into_iter().map(|line| line.trim_end().to_string()).collect()
 }
 
-/// A text in lines of up to `width` columns; all but the first begin with `indent` spaces.
+/// A text in lines of up to `width` columns without an indent.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines_behind("", text, width, 0)
 }

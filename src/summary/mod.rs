@@ -1,7 +1,8 @@
-//! Results as text for a terminal: the status and the result first, then warnings, then everything else.
+//! Results as text for a terminal: the status and the result first, then warnings, then the details.
 //!
-//! Every report of the library has a function `summary` that returns a [`Summary`]. Its `Display` is 80 columns wide and
-//! without color; [`Summary::render`] takes another width, and colors the status and the warnings.
+//! Every report of the library has a function `summary` that returns a [`Summary`], a list of facts, notes and tables. Its
+//! `Display` is 80 columns wide and without color; [`Summary::render`] takes another width, and colors the status and the
+//! warnings. Control characters of names are escaped.
 
 mod layout;
 pub(crate) mod quantity;
@@ -17,7 +18,7 @@ pub use quantity::duration;
 pub(crate) use table::distinct;
 pub use table::{ItemTable, SummaryTable, TextColumn};
 
-/// Columns of the labels of facts, with the indent.
+/// Columns of the labels of facts, including the indent; texts begin behind them.
 const LABEL_WIDTH: usize = 26;
 /// Columns in front of all lines below the status.
 const INDENT: usize = 2;
@@ -56,7 +57,7 @@ impl Tone {
         }
     }
 
-    /// A text in this color if `is_colored`, else the text itself.
+    /// A text with escape sequences of this color if `is_colored`, else the text itself.
     pub fn paint(self, text: &str, is_colored: bool) -> String {
         match is_colored && self != Self::Neutral {
             true => format!("{}{text}\x1b[0m", self.escape()),
@@ -107,7 +108,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// A summary with a status and its severity.
+    /// A summary with a status (text of the first line) and its severity.
     pub fn new(status: impl Into<String>, tone: Tone) -> Self {
         Self {
             subject: String::new(),
@@ -174,12 +175,12 @@ impl Summary {
         self
     }
 
-    /// Adds a block to the result, or to the details if these have begun.
+    /// Adds a block to the result, or to the details once these have begun.
     fn push(&mut self, block: SummaryBlock) {
         self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The lines of the status with its subject and its code.
+    /// The wrapped lines of subject, status and code.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
@@ -194,7 +195,8 @@ impl Summary {
         lines
     }
 
-    /// The lines of a block. A label that is that of the block above is left blank.
+    /// The wrapped lines of a block. With `repeats_label` the label of a fact, which equals that of the block above, is left
+    /// blank.
     fn block_lines(block: &SummaryBlock, repeats_label: bool, style: TextStyle) -> Vec<String> {
         match block {
             SummaryBlock::Fact { label, text } => {

@@ -1,21 +1,24 @@
-//! Numbers with units on the terminal, such as 1.014 mm, 0.08 % and 3.2 min.
+//! Numbers with units as text on the terminal, such as 1.014 mm, 0.08 % and 3.2 min.
+//!
+//! Input is an SI value with a number of significant digits. Small values get a prefix; numbers outside `FIXED_POINT` have
+//! an exponent. Only ASCII is used.
 
-/// Prefixes of the units that have them, with their factors, the largest first.
+/// Prefixes with their factors, the largest first.
 const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];
-/// Units with prefixes for small values. Masses are counted in g.
+/// Units that get prefixes for small values. Masses are displayed in g below 1 kg.
 const PREFIXED: [&str; 5] = ["m", "s", "N", "J", "g"];
-/// Sizes of numbers without an exponent.
+/// Absolute values that are displayed without an exponent.
 const FIXED_POINT: std::ops::Range<f64> = 1e-3..1e4;
-/// Fraction of a prefixed unit from which on a value has that unit: 0.14 mm instead of 140 um.
+/// A value gets a prefix if it is at least this fraction of the prefixed unit: 0.14 mm instead of 140 um.
 const PREFIX_FROM: f64 = 0.1;
-/// Durations in seconds, and then those in minutes, are shorter than this many.
+/// Durations shorter than this many seconds are in s, others shorter than this many minutes in min.
 const MAX_COUNT: f64 = 100.0;
-/// Seconds of a minute, and minutes of an hour.
+/// Number of seconds in a minute, and of minutes in an hour.
 const SECONDS_PER_MINUTE: f64 = 60.0;
-/// p-values below this are not shown exactly.
+/// p-values below this are displayed as this upper bound.
 const SMALLEST_P: f64 = 1e-99;
 
-/// A number with this many significant digits, and with an exponent outside [`FIXED_POINT`].
+/// A number with `digits` significant digits (at least one), and with an exponent outside [`FIXED_POINT`].
 pub(crate) fn number(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     match value.abs() {
@@ -31,7 +34,7 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// An SI value with this many significant digits and its unit, which has a prefix if the value is small (mm, ms, g).
+/// An SI value with `digits` significant digits and its unit, which has a prefix if the value is small (mm, ms, g).
 pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
     let size = value.abs();
@@ -47,7 +50,7 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
-/// The p-value of a test with one digit, or an upper bound of a p-value that rounding errors exceed.
+/// The p-value of a test with one digit, or an upper bound below [`SMALLEST_P`], where rounding errors dominate.
 pub(crate) fn p_value(p: f64) -> String {
     match p < SMALLEST_P {
         true => format!("p < {SMALLEST_P:e}"),
@@ -62,7 +65,7 @@ pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A duration in s, min or h, with two digits.
+/// A duration, given in s, in s, min or h, with two significant digits.
 pub fn duration(seconds: f64) -> String {
     let minutes = seconds / SECONDS_PER_MINUTE;
     match (seconds < MAX_COUNT, minutes < MAX_COUNT) {

@@ -1,11 +1,14 @@
-//! Tables of text whose columns are as wide as their longest cell: a row for each item, a column for each property.
+//! Tables of text for terminals: a row for each item, a column for each property.
+//!
+//! Columns are as wide as their longest cell, and columns without any text are left out. If a table is too wide, columns of the
+//! kind `wrapped` shrink, the widest first, and their cells continue on further lines.
 
 use crate::summary::layout::{columns, wrapped};
 use marker_files::printable::printable_name;
 
 /// Spaces between columns.
 const GAP: usize = 2;
-/// The narrowest a column gets whose cells are wrapped.
+/// Smallest width of a column whose cells are wrapped, columns of the terminal; a longer word widens it.
 const MIN_COLUMN: usize = 12;
 
 /// Position of the cells of a column.
@@ -17,7 +20,7 @@ enum Alignment {
     Wrapped,
 }
 
-/// A column of a table, with its heading.
+/// A column of a table: its heading and the alignment of its cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextColumn {
     heading: String,
@@ -25,12 +28,12 @@ pub struct TextColumn {
 }
 
 impl TextColumn {
-    /// A column of text.
+    /// A column of text, aligned on the left.
     pub fn left(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Left }
     }
 
-    /// A column of numbers.
+    /// A column of numbers, aligned on the right.
     pub fn right(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Right }
     }
@@ -41,7 +44,7 @@ impl TextColumn {
     }
 }
 
-/// Columns of a line with cells of these widths.
+/// Columns of the terminal of a line with cells of these widths.
 fn line_width(widths: &[usize]) -> usize {
     widths.iter().sum::<usize>() + GAP * widths.len().saturating_sub(1)
 }
@@ -67,7 +70,7 @@ impl<T> ItemTable<T> {
         Self { items, table: SummaryTable { columns: Vec::new(), rows } }
     }
 
-    /// Adds a column with the cell of every item.
+    /// Adds a column; `cell` returns the text of an item, of which control characters are escaped, or `None`.
     fn column<C: Into<Option<String>>>(
         mut self,
         column: TextColumn,
@@ -80,12 +83,12 @@ impl<T> ItemTable<T> {
         self
     }
 
-    /// Adds a column of text.
+    /// Adds a column of text, aligned on the left.
     pub fn left<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::left(heading), cell)
     }
 
-    /// Adds a column of numbers.
+    /// Adds a column of numbers, aligned on the right.
     pub fn right<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::right(heading), cell)
     }
@@ -104,7 +107,7 @@ impl<T> From<ItemTable<T>> for SummaryTable {
 }
 
 impl SummaryTable {
-    /// A table without rows.
+    /// A table with these columns and without rows.
     pub fn new(columns: impl IntoIterator<Item = TextColumn>) -> Self {
         Self { columns: columns.into_iter().collect(), rows: Vec::new() }
     }
@@ -129,12 +132,13 @@ impl SummaryTable {
         (0..self.columns.len()).filter(has_text).collect()
     }
 
-    /// Columns of the narrowest line that all rows fit into.
+    /// Width of the narrowest line that all rows fit into, with all wrapped columns at their smallest width.
     pub(crate) fn min_width(&self) -> usize {
         line_width(&self.widths(&self.used(), 0))
     }
 
-    /// Widths of the used columns. Wrapped ones share the space that the others leave of the `available` columns.
+    /// Widths of the `used` columns (indices). Wrapped ones share the space that the others leave of the `available` columns; the
+    /// result may exceed it if they cannot shrink further.
     fn widths(&self, used: &[usize], available: usize) -> Vec<usize> {
         let natural = |k: &usize| {
             let cells = self.rows.iter().map(|row| columns(&row[*k]));
@@ -160,7 +164,7 @@ impl SummaryTable {
         widths
     }
 
-    /// The heading and the rows as lines of up to `width` columns behind `indent` spaces.
+    /// The heading and the rows as lines of up to `width` columns, of which `indent` are spaces in front.
     pub(crate) fn lines(&self, indent: usize, width: usize) -> Vec<String> {
         let used = self.used();
         let widths = self.widths(&used, width.saturating_sub(indent));

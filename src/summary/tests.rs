@@ -1,8 +1,9 @@
-//! Layout of summaries.
+//! Tests of the layout of summaries: order of their parts, width of lines, colors, escaped control characters, tables.
 
 use crate::code::Code;
 use crate::summary::{ItemTable, Summary, TextStyle, Tone, wrap_message};
 
+// A summary with a status, a table with an unused and a wrapped column, a warning and two facts with one label.
 fn sample() -> Summary {
     let long = "repeat at another free length, and weigh a known length of the rod beside it";
     let rows = [["youngs_modulus", "9.99e7", long], ["density", "1.1e3", ""]];

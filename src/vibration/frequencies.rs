@@ -1,17 +1,18 @@
 //! Natural frequencies about an equilibrium with exact derivatives by parameters.
 //!
 //! A parameter changes tangent and masses, and it moves the equilibrium. So the equilibrium is differentiated first
-//! ([`Trajectory::at_rest`]). Tangent `K` and masses `M` are assembled there in dual numbers, and inverse iteration with
+//! ([`Trajectory::at_rest`]). Tangent `K` and masses `M` are assembled there in dual numbers. Inverse iteration with
 //! the shift `s = (1 - 1e-7) lambda`,
 //!
 //! ```text
 //! y = (K - s M)^-1 M x,   lambda = s + y.Mx / y.My,   x = y / |y|,
 //! ```
 //!
-//! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. In every iteration the components
-//! of `x` along other modes, and those of its derivatives, decrease by the ratio of the distances of the shift from `lambda`
-//! and from the next eigenvalue. The error of the quotient is of second order in them. First derivatives agree with the
-//! Hellmann-Feynman theorem; second ones include the change of the mode.
+//! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. Every iteration reduces the
+//! components of `x` along other modes, and those of its derivatives. The factor is the ratio of the distances of the
+//! shift from `lambda` and from the next eigenvalue. The error of the quotient is of second order in them. First
+//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode. Output: angular
+//! frequencies, rad/s, with derivatives.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
@@ -27,12 +28,13 @@ use crate::vibration::modes::{Eigenpair, ModePlane, VibratingRod, spatial_state}
 use crate::vibration::name::ModeName;
 use num_dual::Dual64;
 
-/// Distance of the shift from the eigenvalue, relative to it.
+/// Relative distance of the shift from the eigenvalue. A smaller one converges faster, with larger rounding errors of
+/// the factors.
 const SHIFT_OFFSET: f64 = 1e-7;
 /// Number of inverse iterations. Each reduces components along other modes by a factor of a thousand at least; the first
 /// one yields the derivatives of the shift.
 const ITERATIONS: usize = 4;
-/// Relative distance of frequencies below which modes mix and have no separate derivatives.
+/// Relative distance of frequencies up to which modes mix and have no separate derivatives.
 const CLUSTER_DISTANCE: f64 = 1e-6;
 
 /// A natural frequency and its derivatives by parameters.
@@ -45,9 +47,9 @@ pub struct NaturalFrequency {
 }
 
 impl Problem {
-    /// The frequencies of named modes about the equilibrium under the loads, with exact derivatives by `parameters`. A plain
-    /// number counts, from 1 on in ascending order, the modes in the plane of a planar scene, or all modes of a spatial one;
-    /// see [`ModeName`].
+    /// The frequencies of named modes about the equilibrium under the loads, with exact derivatives by `parameters`. A
+    /// plain number counts from 1 on in ascending order: the modes in the plane of a planar scene, or all modes of a
+    /// spatial one; see [`ModeName`].
     ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness, and with `parameters`
@@ -89,7 +91,7 @@ impl Problem {
     }
 }
 
-/// The equilibrium of a planar or spatial problem.
+/// The equilibrium of a planar or spatial problem, about which its modes vibrate.
 enum AnyEquilibrium {
     /// With the spatial model if there are modes out of the plane.
     Planar(CheckedEquilibrium<()>, Option<Box<ModelWithSetup<SpatialModel>>>),
@@ -110,7 +112,7 @@ struct NamedModes<'a> {
 }
 
 impl<'a> NamedModes<'a> {
-    /// The named modes. If they are `differentiated`, every one must have a frequency of its own.
+    /// The named modes in plain numbers. If they are `differentiated`, every one must have a frequency of its own.
     fn new(problem: &'a Problem, names: &[ModeName], differentiated: bool) -> Result<Self, Error> {
         for name in names {
             name.among.check(problem, "modes")?;
@@ -159,7 +161,8 @@ impl<'a> NamedModes<'a> {
         Ok(Self { problem, modes: modes.collect(), equilibrium })
     }
 
-    /// The frequencies with the derivatives that `D` carries, rad/s.
+    /// The frequencies, rad/s, with the derivatives that `D` carries; `seed` returns the number of a parameter over
+    /// `D`.
     fn frequencies<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -175,10 +178,12 @@ impl<'a> NamedModes<'a> {
         };
         match (self.problem.discretized(), &self.equilibrium) {
             (AnyProblem::Planar(discretized), AnyEquilibrium::Planar(equilibrium, spatial)) => {
+                // The equilibrium with derivatives first, then stiffness and masses there.
                 let setup = discretized.setup_over(&seed);
                 let (rod, q) = discretized.differentiated_equilibrium(equilibrium, &setup)?;
                 let pencil = Pencil::at(&discretized, &rod, &q, &());
                 set(Some(ModePlane::In), &|pair| frequency(&pencil, pair))?;
+                // Modes out of the plane: the same shape with derivatives in the spatial model.
                 if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| discretized.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..discretized.nodes()).map(place).collect();
@@ -206,7 +211,8 @@ impl<'a> NamedModes<'a> {
     }
 }
 
-/// The named modes of a rod. If they are `differentiated`, each must have a frequency of its own.
+/// The modes of a rod with the given names, in their order. If they are `differentiated`, each must have a frequency of
+/// its own.
 pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
@@ -240,7 +246,7 @@ pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     }
 }
 
-/// Mode `k` of `all`.
+/// A copy of mode `k` of `all`, after checks; `name` identifies it in messages.
 ///
 /// # Errors
 /// [`Error::Mode`] for a mode without stiffness, and, if it is `differentiated`, for one with the frequency of another.
@@ -275,7 +281,8 @@ fn checked_mode(
     }
 }
 
-/// The frequency of a mode, rad/s, with derivatives: inverse iteration from the mode `pair` in plain numbers.
+/// The frequency of a mode, rad/s, with derivatives: [`ITERATIONS`] inverse iterations on the dual pencil from the mode
+/// `pair` in plain numbers.
 fn frequency<D: Nestable, T: Tangent<D>>(
     pencil: &Pencil<D, T>,
     pair: &Eigenpair,

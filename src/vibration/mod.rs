@@ -1,5 +1,8 @@
-//! Small vibrations about a state: modes, their selection by name, derivatives of natural frequencies by parameters, and
-//! corrections for thickness.
+//! Small vibrations about a state, `K x = omega^2 M x` with the tangent `K` and the masses `M`.
+//!
+//! Computed are the lowest modes with their kinds ([`Modes`]), and natural frequencies with derivatives by parameters
+//! ([`NaturalFrequency`]). A mode is selected by number and filter ([`ModeName`]). Corrections for shear and rotary
+//! inertia of thick rods are estimated. Frequencies are in rad/s.
 
 mod frequencies;
 mod modes;

@@ -1,4 +1,4 @@
-//! Modes of small vibrations about a state: the lowest frequencies and their shapes.
+//! Modes of small vibrations about a state: the lowest frequencies (rad/s), their shapes and kinds.
 //!
 //! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The lowest and all unstable modes are computed.
 //! A planar scene with a torsional stiffness has modes out of its plane too. These are computed separately, so that modes
@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Largest number of unstable modes that are listed beyond the requested ones.
+/// Largest number of unstable modes that are listed beyond the requested ones, so that the result stays bounded.
 const MAX_UNSTABLE: usize = 200;
 /// Significant digits of frequencies in the terminal table.
 const DIGITS: usize = 7;
@@ -194,7 +194,7 @@ impl Problem {
     }
 }
 
-/// Unknowns and frames at the state about which vibrations are linearized.
+/// Unknowns and frames at the state about which vibrations are linearized: rest shape or equilibrium.
 pub(super) fn linearization_state<M: Model>(
     discretized: &Discretized<'_, M>,
     about: LinearizationPoint,
@@ -208,7 +208,7 @@ pub(super) fn linearization_state<M: Model>(
     })
 }
 
-/// Unknowns and frames of the spatial model of a planar problem at the state `q`.
+/// Unknowns and frames of the spatial model of a planar problem, with its nodes at the planar state `q`.
 pub(super) fn spatial_state(
     planar: &PlanarProblem<'_>,
     spatial: &SpatialProblem<'_>,
@@ -232,12 +232,13 @@ pub(crate) struct Eigenpair {
 }
 
 impl Eigenpair {
-    /// The frequency as in [`Mode::frequency_rad_s`].
+    /// The angular frequency, rad/s; minus the growth rate, 1/s, of an unstable mode: the root of the absolute
+    /// `squared`, with its sign.
     pub fn frequency(&self) -> f64 {
         self.squared.signum() * self.squared.abs().sqrt()
     }
 
-    /// Whether it is a free motion, which has no number.
+    /// Whether it is a free motion, rigid at frequency zero. Free motions have no number.
     pub fn is_free(&self) -> bool {
         self.squared == 0.0 && self.kind == ModeKind::Rigid
     }
@@ -245,9 +246,13 @@ impl Eigenpair {
 
 /// A rod at the state of linearization, with the pencil of all vibrations of its model, or of those out of the plane.
 pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
+    /// The discretized problem.
     pub(super) discretized: &'a Discretized<'a, M>,
+    /// Unknowns at the state, m (rad for angles).
     pub(super) q: &'a [f64],
+    /// Frames there.
     pub(super) frames: &'a FramesOf<M>,
+    /// Stiffness and masses there.
     pub(super) pencil: Pencil<f64, T>,
     /// Numbers of unstable and marginal modes.
     stability: Stability,
@@ -256,7 +261,7 @@ pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
 }
 
 impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
-    /// All vibrations of a model about the state `q`.
+    /// All vibrations of a model about the state `q`, with the numbers of unstable and marginal ones.
     pub fn new(
         discretized: &'a Discretized<'a, M>,
         q: &'a [f64],
@@ -289,12 +294,12 @@ impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
 }
 
 impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
-    /// Number of modes.
+    /// Number of modes of the pencil: free unknowns with a mass.
     pub fn available(&self) -> usize {
         self.pencil.order()
     }
 
-    /// Largest possible number of free motions.
+    /// Largest possible number of free rigid motions: 0 with a clamp, else 3 in one plane and 6 in space.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
         let clamped = [End::Start, End::End].into_iter().any(|end| match supports.at(end) {
@@ -315,7 +320,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         (0..self.discretized.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
     }
 
-    /// The `count` lowest modes, in ascending order.
+    /// The `count` lowest modes in ascending order, with kinds and shapes. Squared frequencies below their rounding
+    /// error are set to zero.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
@@ -364,7 +370,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         places
     }
 
-    /// The unknowns of the model for a vector over those of the pencil.
+    /// The unknowns of the model for a `vector` over those of the pencil: deflections out of the plane become motions
+    /// along its normal.
     pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
         match self.plane {
             Some(ModePlane::Out) => {
@@ -374,7 +381,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Kind of a mode: rigid without strains, else by the largest of the three energies.
+    /// Kind of a mode: rigid without strains, torsion if the energy of twist dominates, axial if stretch dominates and
+    /// the motion is along the rod, else bending.
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
         // Strains of the motion: none of a rigid one, twist only of a spin.
         let motion = self.discretized.measure_motion(self.q, self.frames, rates);
@@ -390,8 +398,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Whether more than half of the kinetic energy is motion along the rod. Stretching alone does not distinguish axial
-    /// modes: lateral modes of a sagging cable stretch it too.
+    /// Whether more than half of the kinetic energy is motion along the rod. Stretching alone does not distinguish
+    /// axial modes: lateral modes of a sagging cable stretch it too.
     fn is_axial(&self, shape: &[[f64; 3]]) -> bool {
         let (masses, last) = (self.node_masses(), shape.len() - 1);
         let place = |i: usize| self.discretized.model.position(self.q, i);
@@ -405,7 +413,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         sums[0] > 0.5 * sums[1]
     }
 
-    /// Displacements of all nodes in world axes, scaled to a largest length of 1.
+    /// Displacements of all nodes in world axes from the `rates` of the unknowns, scaled to a largest length of 1.
     fn shape(&self, rates: &[f64]) -> Vec<[f64; 3]> {
         let mut shape: Vec<[f64; 3]> =
             (0..self.discretized.nodes()).map(|i| self.discretized.model.rate(rates, i)).collect();
@@ -435,19 +443,20 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 }
 
 impl std::fmt::Display for Modes {
-    /// Writes the modes as text.
+    /// Writes the summary without colors.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Modes {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: stability, number of frequencies, table, warnings.
     pub fn summary(&self) -> Summary {
         let about = match self.about {
             LinearizationPoint::Equilibrium => "the equilibrium under the loads",
             LinearizationPoint::Rest => "the rest shape",
         };
+        // Headline: number of frequencies, or of unstable modes.
         let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let counted =
             counted(self.modes.len() - listed, "natural frequency", "natural frequencies");
@@ -507,7 +516,7 @@ impl Modes {
     }
 }
 
-/// A number with its noun.
+/// A number with its noun, singular or plural.
 fn counted(n: usize, one: &str, several: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {several}") }
 }

@@ -1,11 +1,17 @@
-//! Names of modes: a number, and a filter of the modes that it counts. Measured frequencies name their modes by these.
+//! Names of modes: a number, and a filter of the modes among which it counts. Measured frequencies name their modes by
+//! these.
+//!
+//! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Modes are counted from 1 on
+//! in ascending order of frequency; free rigid motions are not counted. Filters that a problem cannot satisfy are
+//! rejected.
 
 use crate::error::Error;
 use crate::numerics::vector::dot;
 use crate::problem::Problem;
 use crate::vibration::modes::{Eigenpair, ModeKind, ModePlane};
 
-/// The modes that a number counts. The default is, in a planar scene, the modes in its plane, and in a spatial scene all modes.
+/// The modes among which a number counts. The default is, in a planar scene, the modes in its plane, and in a spatial
+/// scene all modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModeFilter {
     /// Only modes in the plane of a planar scene, or only those out of it.
@@ -26,28 +32,29 @@ pub struct ModeName {
 }
 
 impl From<usize> for ModeName {
-    /// Converts `usize` to `ModeName`.
+    /// The mode with this number and the default filter.
     fn from(number: usize) -> Self {
         Self { number, among: ModeFilter::default() }
     }
 }
 
 impl From<&ModeName> for ModeName {
-    /// Converts `&ModeName` to `ModeName`.
+    /// A copy of the name.
     fn from(name: &ModeName) -> Self {
         *name
     }
 }
 
 impl From<&usize> for ModeName {
-    /// Converts `&usize` to `ModeName`.
+    /// The mode with this number and the default filter.
     fn from(number: &usize) -> Self {
         Self::from(*number)
     }
 }
 
 impl ModeFilter {
-    /// The plane of these modes in a planar problem; none in a spatial one.
+    /// The plane of these modes in a planar problem: the stated one, or the one that kind or direction imply. `None` in
+    /// a spatial problem.
     pub(crate) fn plane_of(&self, problem: &Problem) -> Option<ModePlane> {
         problem.planar()?;
         let across = self.direction.is_some_and(|d| {
@@ -58,7 +65,8 @@ impl ModeFilter {
         Some(self.plane.unwrap_or(if out { ModePlane::Out } else { ModePlane::In }))
     }
 
-    /// Whether a mode passes the filter. `mass` returns the mass of a node, kg, for the kinetic energy.
+    /// Whether a mode passes the filter. `mass` returns the mass of a node, kg, for the kinetic energy along a
+    /// direction.
     pub(crate) fn includes(&self, pair: &Eigenpair, mass: impl Fn(usize) -> f64) -> bool {
         let along = |d: [f64; 3]| {
             let energy = |x: &[f64; 3]| [dot(*x, d).powi(2) / dot(d, d), dot(*x, *x)];
@@ -88,6 +96,7 @@ impl ModeFilter {
             let allowed = "kind or direction, as the modes of a spatial scene have no plane";
             return Err(Error::invalid(format!("{key}.plane"), "a plane", allowed));
         }
+        // Torsion in the plane and stretching out of it do not occur in a planar rod.
         let plane = self.plane_of(problem);
         let impossible = match (plane, self.kind) {
             (Some(ModePlane::In), Some(ModeKind::Torsion)) => Some("bending or axial in the plane"),
@@ -99,6 +108,7 @@ impl ModeFilter {
         if let (Some(allowed), Some(kind)) = (impossible, self.kind) {
             return Err(Error::invalid(format!("{key}.kind"), kind.name(), allowed));
         }
+        // Motions out of the plane need a torsional stiffness.
         if plane == Some(ModePlane::Out) && !problem.can_twist() {
             let found = "modes out of the plane of a scene without poisson_ratio or shear_modulus, \
                          or with moments";

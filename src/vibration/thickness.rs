@@ -1,7 +1,8 @@
 //! Reduction of natural frequencies by shear deformation and rotary inertia, which the rod model omits (Timoshenko).
 //!
-//! Let `phi` be a mode without them, `Q` its shear force and `theta` the rotation of its sections.
-//! Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by Rayleigh's quotient:
+//! Input: a mode without these effects, from the rod model. Let `phi` be its deflection, `Q` its shear force and
+//! `theta` the rotation of its sections. Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by
+//! Rayleigh's quotient:
 //!
 //! ```text
 //! omega^2 = omega_0^2 (1 - e),   e = (int Q^2/(kappa G A) ds + omega_0^2 int rho I theta^2 ds)
@@ -9,11 +10,12 @@
 //! ```
 //!
 //! The shear strain `Q/(kappa G A)` minimizes the quotient for any supports, since deflection and rotation may both
-//! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil.
-//! Mag. 41 (1921) 744); for a free one it is the first term of the correction in ASTM E1876.
+//! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil. Mag.
+//! 41 (1921) 744). For a free one it is the first term of the correction in ASTM E1876.
 //!
-//! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section, less the part of the
-//! tension that rotates with the section. This holds for curved, tapered and hanging rods.
+//! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section. The part of the
+//! tension that rotates with the section is subtracted. This holds for curved, tapered and hanging rods. Output: the
+//! two terms of `e` for each mode.
 
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
@@ -36,13 +38,14 @@ pub(crate) struct ThicknessEffect {
 }
 
 impl ThicknessEffect {
-    /// Relative reduction of the squared frequency, for the ratio `E/(kappa G)`.
+    /// Relative reduction of the squared frequency for the ratio `E/(kappa G)`, `shear_flexibility`: shear times that
+    /// ratio plus rotary inertia.
     pub fn reduction(&self, shear_flexibility: f64) -> f64 {
         self.shear * shear_flexibility + self.rotary
     }
 }
 
-/// The effects on the frequencies of named modes about a state.
+/// The effects on the frequencies of named modes about a state, in the order of the names.
 pub(crate) fn thickness_effects(
     problem: &Problem,
     names: &[ModeName],
@@ -50,6 +53,7 @@ pub(crate) fn thickness_effects(
 ) -> Result<Vec<ThicknessEffect>, Error> {
     let mut effects = vec![ThicknessEffect::default(); names.len()];
     let planes: Vec<Option<ModePlane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
+    // Modes in and out of the plane have separate rods; effects are returned in the order of the names.
     let places_in = |plane: Option<ModePlane>| -> Vec<usize> {
         (0..names.len()).filter(|k| planes[*k] == plane).collect()
     };
@@ -82,7 +86,7 @@ pub(crate) fn thickness_effects(
 }
 
 impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
-    /// Sets the `effects` on the modes at the indices `places` of `names`.
+    /// Overwrites the `effects` at the indices `places` with those on the modes `names` at these indices.
     fn add_effects(
         &self,
         names: &[ModeName],
@@ -96,7 +100,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(())
     }
 
-    /// The effect on a mode, from its shear forces and rotations edge by edge.
+    /// The effect on one mode: the integrals of squared shear force and squared rotation of sections, edge by edge,
+    /// over twice its kinetic energy.
     fn thickness_effect(&self, pair: &Eigenpair) -> ThicknessEffect {
         let (discretized, scene) = (self.discretized, self.discretized.scene());
         let edges = discretized.nodes() - 1;

@@ -1,4 +1,5 @@
-//! Campaigns: planned once, run in shards, killed, and collected to the same bytes.
+//! Campaigns by the command: planned once, run in shards of any number, killed and continued, and collected to the same bytes.
+//! Ids of tasks change with every input; damaged results are computed again.
 #![cfg(target_os = "linux")]
 
 use rodfit::campaign::{Plan, Store};
@@ -56,16 +57,19 @@ pub fn folder(campaign: &str) -> Folder {
     folder
 }
 
+/// Plans `campaign.toml` into the folder `out`; must succeed.
 pub fn plan(folder: &Folder, out: &str) {
     succeeds(&folder.run(&["campaign", "plan", "campaign.toml", "--out", out]));
 }
 
+/// A folder with this campaign, planned into `out`.
 pub fn planned(campaign: &str) -> Folder {
     let folder = folder(campaign);
     plan(&folder, "out");
     folder
 }
 
+/// Runs the planned campaign with more arguments; must succeed. Returns standard output.
 #[track_caller]
 pub fn run(folder: &Folder, out: &str, more: &[&str]) -> String {
     let output = folder.run(&[&["campaign", "run", out][..], more].concat());
@@ -82,7 +86,8 @@ fn calls() -> [u64; 2] {
     })
 }
 
-/// What a task costs beside its fit, by count: a few files are read, and one line is written, however many are done.
+/// Overhead of a task beside its fit, in system calls: at most 40 reads and one write, independent of the number of earlier
+/// tasks.
 #[test]
 fn task_takes_few_system_calls_and_one_line() {
     let folder = planned(GRID);
@@ -115,10 +120,12 @@ pub fn collected(folder: &Folder, out: &str) -> (String, String) {
     (folder.read("all.jsonl"), folder.read("all.csv"))
 }
 
+/// Parses JSON lines.
 pub fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
+/// Paths of the stored part files of the campaign in `out`, sorted.
 fn parts(folder: &Folder) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder.path("out/parts"));
     let mut parts: Vec<PathBuf> =
@@ -182,7 +189,7 @@ fn shards_of_any_number_collect_to_the_same_bytes() {
     assert_eq!(sheet.lines().next().unwrap(), header);
 }
 
-/// What `collect` gives without any harm.
+/// Output of `collect` (JSON lines and CSV) after an undisturbed campaign.
 pub fn whole(campaign: &str) -> (String, String) {
     let folder = planned(campaign);
     run(&folder, "out", &[]);
@@ -216,6 +223,7 @@ fn killed_run_continues_with_the_same_results() {
     assert_eq!(collected(&folder, "out"), whole(GRID));
 }
 
+/// Sends SIGTERM to a process.
 pub fn terminate(child: &std::process::Child) {
     let killed = std::process::Command::new("sh")
         .args(["-c", &format!("kill -TERM {}", child.id())])
@@ -237,6 +245,7 @@ fn terminated_run_stores_finished_results_and_exits_with_0() {
     assert!(since.elapsed() < Duration::from_secs(10));
     succeeds(&output);
     let done = stored(&folder);
+    // Some of the twelve fits of the grid are done, but not all: the process was ended in between.
     assert!((1..12).contains(&done), "{done}: {}", stdout(&output));
     assert!(
         words(&stdout(&output)).contains(&format!("This run {done} fits")),

@@ -1,4 +1,5 @@
-//! Campaign files: tables, grids, bootstraps, random starts, and the messages for invalid ones.
+//! Campaign files: rows of tables, grids, distributed bootstraps and random starts become the expected tasks; invalid files are
+//! rejected with the key or line.
 #![cfg(target_os = "linux")]
 
 use rodfit::fit::FitFile;
@@ -20,6 +21,7 @@ fn table_row_defines_a_fit() {
     run(&folder, "out", &[]);
     let (_, sheet) = collected(&folder, "out");
     let rows: Vec<Vec<&str>> = sheet.lines().map(|line| line.split(',').collect()).collect();
+    // Expected: the keys of the table's columns and the values of its rows; an empty cell changes nothing.
     assert_eq!(rows[0][1..6], ["name", "fit", "observation.0.file", "rod.section.radius", "code"]);
     assert_eq!(rows[1][1..6], ["soft", "fit.toml", "tip.csv", "0.0049", "0"]);
     assert_eq!(rows[2][1..6], ["stiff", "fit.toml", "deep/2.csv", "", "0"]);
@@ -37,6 +39,7 @@ fn table_row_defines_a_fit() {
     folder.write("rods.csv", "fit;radius\nfit.toml;4,9e-3\n");
     plan(&folder, "comma");
     let tasks = lines(&folder.read("comma/tasks.jsonl"));
+    // With semicolons the comma in 4,9e-3 is a decimal comma.
     assert_eq!(tasks[0]["changes"]["radius"], 4.9e-3);
 
     folder.write("campaign.toml", "fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
@@ -127,6 +130,7 @@ fn distributed_bootstrap_equals_that_of_one_fit() {
     let cells: Vec<&str> = row.split(',').collect();
     for (cell, expected) in cells[first..].iter().zip([bootstrap.std_error, low, high]) {
         let cell: f64 = cell.parse().unwrap();
+        // One fit with all replicates is the reference; pooling changes the order of the sums only.
         assert!((cell / expected - 1.0).abs() < 1e-12, "{cell} {expected}");
     }
     assert_eq!(cells[3], "12");

@@ -1,5 +1,5 @@
-//! Guards of campaigns: lists of tasks that changed, patterns and numbers beyond what is allowed, threads without end,
-//! and cells that a spreadsheet would compute.
+//! Guards of campaigns: changed lists of tasks, patterns over the whole disk, values and thread counts beyond their limits, the
+//! time to stop after TERM, and text cells that a spreadsheet would compute.
 #![cfg(target_os = "linux")]
 
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use crate::campaign::{collected, folder, plan, run, terminate};
 use crate::folder::{Folder, change, refused, stderr, succeeds};
 
 const GRID: &str = "fits = [\"fit.toml\"]\n[grid]\nradius = [4.9e-3, 5e-3, 5.1e-3]\n";
-/// Documented: how long TERM may take.
+/// Documented longest time between SIGTERM and the end of a run.
 const TERM_TIME: Duration = Duration::from_secs(5);
 
 #[test]
@@ -158,7 +158,7 @@ fn threads_are_limited_to_processors() {
     }
 }
 
-/// A fit whose first step takes minutes, and a signal to end it.
+/// SIGTERM ends a run within [`TERM_TIME`] even in a fit whose first step would take minutes.
 #[test]
 fn term_ends_a_run_within_five_seconds() {
     let folder = folder("fits = [\"fit.toml\"]\n");

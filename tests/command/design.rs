@@ -1,4 +1,5 @@
-//! Plans on the command line.
+//! `rodfit design`: printed and JSON results, chosen numerics, exit code 3 of a plan that does not determine a parameter,
+//! and errors of invalid plans.
 
 use crate::folder::{Folder, refused, replaced, stderr, stdout, succeeds};
 
@@ -15,6 +16,7 @@ name = "youngs_modulus"
 start = 2e8
 "#;
 
+/// Runs `rodfit design` with this plan and more arguments in a new folder.
 fn run(plan: &str, more: &[&str]) -> (Folder, std::process::Output) {
     let folder = Folder::new();
     folder.write("plan.toml", plan);

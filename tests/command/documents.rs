@@ -1,5 +1,5 @@
-//! What the documents show is true: their files have keys that there are, their commands run, their links lead
-//! somewhere, and the book has every page.
+//! Consistency of the documents with the program: TOML snippets have keys of the schemas, shown commands run with the shown
+//! output, links have targets, and the summary of the book lists every page.
 
 use crate::folder::{Folder, stderr, stdout};
 use crate::schema::{read, schema, violations_in_part};
@@ -32,7 +32,7 @@ fn anchors(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// What stands between ```language and ```.
+/// Contents of all code blocks of this language in a Markdown text.
 fn blocks<'a>(text: &'a str, language: &str) -> Vec<&'a str> {
     let parts = text.split(&format!("```{language}\n")).skip(1).collect::<Vec<_>>();
     parts.into_iter().map(|part| part.split("```").next().unwrap()).collect()
@@ -136,7 +136,7 @@ fn help_of_every_command_has_an_example_that_runs() {
     }
 }
 
-/// Other machines round in other ways: numbers may differ, and nothing else.
+/// The outputs in the README are those of the program. Only numbers may differ, by the rounding of other machines.
 #[test]
 fn output_in_the_readme_is_that_of_the_program() {
     let text = std::fs::read_to_string("README.md").unwrap();

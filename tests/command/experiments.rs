@@ -98,8 +98,7 @@ fn frequencies(problem: &Problem, factor: f64) -> String {
     format!("{:?}", inside.map(|mode| mode.frequency_rad_s / factor).take(2).collect::<Vec<_>>())
 }
 
-/// Two rods of one material in clamps that are not quite level, what was measured of them, and the
-/// fits of both and of the first alone.
+/// Two rods of one material in slightly inclined clamps, their data, and the fit files of both and of the first alone.
 struct Lab {
     folder: Folder,
     long: Problem,
@@ -107,6 +106,7 @@ struct Lab {
     one: String,
 }
 
+/// Writes scenes, data simulated with the true modulus, and both fit files into a folder.
 fn lab() -> Lab {
     let folder = Folder::new();
     let rod = |name: &str, length: &str, angle: f64| {
@@ -142,9 +142,11 @@ fn two_experiments_share_a_modulus() {
     let [e, long, short] = [0, 1, 2].map(|i| &fit["parameters"][i]);
     for (parameter, truth) in [(e, TRUTH), (long, ANGLES[0]), (short, ANGLES[1])] {
         let [value, error] = ["value", "std_error"].map(|key| parameter[key].as_f64().unwrap());
+        // Noise of known size: three standard errors contain the truth with a probability of 99.7 %.
         assert!((value - truth).abs() < 3.0 * error, "{parameter}");
     }
     let [low, high] = [0, 1].map(|i| e["interval95"][i].as_f64().unwrap());
+    // An upper bound of the width: the data determine E to better than 1 %.
     assert!(low < high && high - low < 0.01 * TRUTH, "{e}");
     // The experiments of a parameter, and its prior.
     assert!(e.get("experiments").is_none() && long.get("prior").is_none());
@@ -152,13 +154,16 @@ fn two_experiments_share_a_modulus() {
         (&long["experiments"][0], &short["experiments"][0]),
         (&"long".into(), &"short".into())
     );
+    // The prior of the fit file `TWO`.
     assert_eq!((&e["prior"]["mean"], &e["prior"]["sigma"]), (&1.2e8.into(), &2e7.into()));
     // One sigma per measurement that was fitted, of which only one was not given.
     let sigma: Vec<f64> =
         fit["sigma"].as_array().unwrap().iter().map(|s| s.as_f64().unwrap()).collect();
     assert_eq!((sigma.len(), sigma[0], sigma[2]), (4, SIGMA, SIGMA));
     assert_eq!(fit["units"], serde_json::json!(["m", "m", "m", "rad/s"]));
+    // The only sigma that is estimated, from the coordinates of a tip: three of its relative errors of some 10 %.
     assert!((sigma[1] / SIGMA - 1.0).abs() < 0.3, "{sigma:?}");
+    // A stated sigma of 0.01 Hz, in rad/s.
     assert_eq!(sigma[3], 0.01 * TAU);
     // What the loss did with the tip that was lost.
     let losses = fit["losses"].as_array().unwrap();
@@ -171,6 +176,7 @@ fn two_experiments_share_a_modulus() {
     assert_eq!(predictions[0]["observation"], "long: droop.csv");
     assert_eq!((&predictions[0]["values"], &predictions[0]["unit"]), (&20.into(), &"m".into()));
     let [rms, expected] = ["rms", "expected"].map(|key| predictions[0][key].as_f64().unwrap());
+    // The RMS of 20 values with noise of standard deviation `SIGMA` has a relative error of 16 %.
     assert!(rms < 1.3 * expected && (expected / SIGMA - 1.0).abs() < 0.1, "{}", predictions[0]);
     let shown = stdout(&output);
     for part in ["clamp_angle (long)", "long: long.csv", "Validation error        long: droop.csv"]
@@ -208,6 +214,7 @@ fn units_and_notations_give_equal_results() {
         (&format!("{sorted}\nsigma = 0.01"), &rad_s),
     ] {
         for (a, b) in value(&replaced(&one, from, to)).iter().zip(&plain) {
+            // Both texts describe the same numbers; the search stops within its tolerance.
             assert!((a / b - 1.0).abs() < 1e-6, "{to}: {a:e} {b:e}");
         }
     }
@@ -326,7 +333,7 @@ fn infinite_misfit_is_an_error() {
     assert!(stderr(&output).contains("sigma"), "{}", stderr(&output));
 }
 
-/// What goes where: the summary or the JSON to stdout, errors to stderr, and nothing else.
+/// Output streams: summary or JSON to stdout, errors to stderr, and nothing with `-q`. A closed pipe is no error.
 #[test]
 fn quiet_fit_prints_nothing_and_closed_pipe_is_no_error() {
     let Lab { folder, two, one, .. } = lab();

@@ -1,4 +1,5 @@
-//! Codes of warnings: printed behind the words, in JSON and on pages, and explained.
+//! Codes of warnings: each follows its message in brackets in text, JSON and pages, and `rodfit explain` prints its entry, also
+//! by former names.
 
 use crate::folder::{FIT, Folder, change, refused, status, stderr, stdout, succeeds};
 use rodfit::Code;

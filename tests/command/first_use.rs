@@ -1,4 +1,5 @@
-//! First steps: templates with open values, files of another kind, unset variables, last digits.
+//! First use of the command: templates with values to be filled in, files of other kinds, unset environment variables, lengths
+//! in millimeters, units of residuals, and recordings that begin before the release.
 
 use crate::folder::{Folder, SCENE, refused, replaced, status, stderr, stdout, succeeds, words};
 
@@ -143,6 +144,7 @@ fn residuals_are_in_the_unit_of_the_data() {
     let rms = json["residual_rms"].as_f64().unwrap() / std::f64::consts::TAU;
     let printed = shown.split("RMS ").nth(1).unwrap().split(" Hz").next().unwrap();
     let printed: f64 = printed.parse().unwrap();
+    // The printed value is the JSON value in Hz, rounded to four digits.
     assert!((printed / rms - 1.0).abs() < 1e-3, "{rms}: {shown}");
     assert_eq!((&json["units"][0], &json["data_units"][0]), (&"rad/s".into(), &"Hz".into()));
     let page = folder.read("page/fit.html");
@@ -215,12 +217,14 @@ fn late_release_is_named_with_the_release_time() {
     let at = words(&shown);
     let at = at.split("Raise time_zero by ").nth(1).unwrap();
     let by: f64 = at.split(' ').next().unwrap().parse().unwrap();
+    // The recording is at rest for 0.2 s; the tolerance is five frames of 4 ms.
     assert!((by - 0.2).abs() < 0.02, "{by}: {shown}");
     // With it the fit is one of the rod.
     let with = crate::folder::FIT.replace("point =", "time_zero = 0.2\npoint =");
     folder.write("fit.toml", &with);
     let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
     let modulus = folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap();
+    // The tip of the shared folder is simulated with 1e8 Pa.
     assert!((modulus / 1e8 - 1.0).abs() < 0.01, "{}", stdout(&output));
     assert!(!stdout(&output).contains("[late-release]"), "{}", stdout(&output));
     // `init` writes the release time.
@@ -228,5 +232,6 @@ fn late_release_is_named_with_the_release_time() {
     succeeds(&output);
     let written = folder.read("new/cantilever-fit.toml");
     let zero = written.split("time_zero = ").nth(1).unwrap().split_whitespace().next().unwrap();
+    // The onset of the motion at 0.2 s, to five frames of 4 ms.
     assert!((zero.parse::<f64>().unwrap() - 0.2).abs() < 0.02, "{written}");
 }

@@ -1,12 +1,13 @@
-//! The command's fits: results, reports, exit codes, and bad fit files.
+//! `rodfit fit`: results of the shipped fits against the parameters of their data, reports, exit codes, several fits in one call,
+//! and errors of invalid fit files.
 
 use std::path::Path;
 
 use crate::folder::{FIT, Folder, refused, status, stderr, stdout, succeeds, words};
 
-/// The shipped fits find what their data were made with, in the work of so many simulations: two of full
-/// length with derivatives, what the coarser ones of the discretisation error make together, the
-/// search on the coarse model, a tenth for omitted effects, and one with derivatives by the inputs.
+/// The shipped fits give the parameters of their data, at the cost of so many simulations: two of full length with derivatives,
+/// the coarser ones for the discretization error, the search on the coarse model, a tenth for omitted effects, and one with
+/// derivatives by the inputs.
 #[test]
 fn shipped_fits_recover_known_parameters() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
@@ -29,7 +30,9 @@ fn shipped_fits_recover_known_parameters() {
         assert_eq!(fit["converged"], true);
         let parameter = &fit["parameters"][0];
         let [low, high] = [0, 1].map(|i| parameter["interval95"][i].as_f64().unwrap());
+        // Truth: the parameter with which `examples/make_data` simulates the data. The width is an upper bound.
         assert!(low < truth && truth < high && high - low < 0.02 * truth, "{parameter}");
+        // The RMS residual is the noise of the data, with an error of a few per cent.
         assert!((fit["residual_rms"].as_f64().unwrap() / rms - 1.0).abs() < 0.1, "{fit}");
         let work = fit["simulations"].as_f64().unwrap();
         assert!(work < most, "{file}: {work}");
@@ -61,7 +64,7 @@ fn unidentifiable_fit_exits_with_3_and_writes_its_report() {
     assert!(fit["status"].as_str().unwrap().contains("youngs_modulus/density"));
 }
 
-/// What is asked for is in the JSON, what is not is not.
+/// Requested analyses are in the JSON, others are not.
 #[test]
 fn requested_analyses_are_in_the_report() {
     let folder = Folder::new();
@@ -90,7 +93,7 @@ fn requested_analyses_are_in_the_report() {
     assert!(shown.contains("Profile likelihood") && shown.contains("Bootstrap"), "{shown}");
 }
 
-/// The first line printed names the grade, and what nobody should use exits with three.
+/// The first printed line has the grade, and an unusable fit has exit code 3.
 #[test]
 fn grade_is_the_first_line() {
     let folder = Folder::new();
@@ -221,6 +224,7 @@ fn units_and_gaps_of_data_do_not_change_the_result() {
         "tip.csv",
         &format!("# a tracker's comment\nx[mm], y [cm], t[ms]\n{}", rows.collect::<String>()),
     );
+    // Other units of the same values differ by rounding only.
     assert!((value() / metres - 1.0).abs() < 1e-9);
 
     // A camera's frames and pixels, y down, released at frame 12; a continental spreadsheet.
@@ -239,10 +243,11 @@ fn units_and_gaps_of_data_do_not_change_the_result() {
     let keys = "point = \"tip\"\nfps = 100\nscale = 2.5e-4\norigin = [100, 200, 0]\n\
                 y = \"down\"\ntime_zero = 12";
     folder.write("fit.toml", &FIT.replace("point = \"tip\"", keys));
+    // Pixels of 0.25 mm with origin and frame rate describe the same values.
     assert!((value() / metres - 1.0).abs() < 1e-9);
 }
 
-/// The page and its numbers, beside the result.
+/// The folder of the report has the page and its data beside the result.
 #[test]
 fn report_folder_has_page_and_json() {
     let folder = Folder::new();
@@ -264,7 +269,7 @@ fn report_folder_has_page_and_json() {
     assert!(plain.get("plot_data").is_none() && plain["local_minima"]["count"].is_u64());
 }
 
-/// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
+/// The scan and the coarse fits run on all cores; results do not depend on the number or order of threads.
 #[test]
 fn results_are_equal_for_any_number_of_threads() {
     let folder = Folder::new();
@@ -284,7 +289,7 @@ fn results_are_equal_for_any_number_of_threads() {
     }
 }
 
-/// Under weight alone only E/density is seen: with half the density comes half the modulus.
+/// Under weight alone only E/density is determined: half the density gives half the modulus.
 #[test]
 fn fixed_value_replaces_that_of_the_scene() {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
@@ -302,6 +307,7 @@ fn fixed_value_replaces_that_of_the_scene() {
         folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap()
     };
     let half = modulus("[[parameter]]\nname = \"density\"\nfixed = 636.76\n");
+    // 636.76 kg/m^3 is half of the density of the scene, 1273.52 kg/m^3.
     assert!((half / modulus("") - 0.5).abs() < 1e-6);
 }
 
@@ -329,7 +335,9 @@ fn budget_has_inputs_of_file_and_command_line() {
     let number = |key: &str| parameter[key].as_f64().unwrap();
     let end = |k: usize| parameter["expanded95"][k].as_f64().unwrap();
     let half = 0.5 * (end(1) - end(0));
+    // The stated inputs contribute at least 5 % to the combined uncertainty.
     assert!(number("combined_std") > 1.05 * number("std_error"), "{parameter}");
+    // Definition: half width of the expanded interval = coverage factor times combined uncertainty.
     assert!((half / number("combined_std") - number("coverage_factor")).abs() < 1e-9);
     assert_eq!(parameter["monte_carlo"]["fits"], 4);
     assert_eq!(parameter["input_sensitivities"][0]["source"], "material.density");
@@ -343,7 +351,7 @@ fn budget_has_inputs_of_file_and_command_line() {
     );
 }
 
-/// Several fits in one call: each as if it were alone, its results called after it; all are looked at before any runs.
+/// Several fits in one call have the results of separate calls, named after their files; all are checked before the first runs.
 #[test]
 fn several_fits_run_in_order() {
     let folder = Folder::new();
@@ -388,7 +396,7 @@ fn several_fits_run_in_order() {
     refused(&folder.run(&["fit"]), &["FIT"]);
 }
 
-/// Fit files of one name in different folders are called after these; nothing takes the place of anything else.
+/// Fit files of one name in different folders are named with their folders; no output replaces another.
 #[test]
 fn fits_of_one_name_get_names_with_folders() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! What the tests of the command share: a scene, a fit of it, and a folder to run in.
+//! Shared parts of the command's tests: a scene, a fit of it, a temporary folder in which commands run, and functions that
+//! read their output.
 
 use serde_json::Value;
 use std::path::PathBuf;
@@ -57,6 +58,7 @@ pub fn polyline() -> String {
 pub struct Folder(TempDir);
 
 impl Folder {
+    /// A temporary folder with a scene, a fit file and 30 rows of data, which the model need not describe well.
     pub fn new() -> Self {
         let folder = Self(TempDir::new().unwrap());
         folder.write("scene.toml", SCENE);
@@ -74,6 +76,7 @@ impl Folder {
     pub fn write(&self, name: &str, text: &str) {
         std::fs::write(self.path(name), text).unwrap();
     }
+    /// Runs the command with these arguments in the folder.
     pub fn run(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
     }

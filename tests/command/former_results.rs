@@ -1,4 +1,5 @@
-//! Results that version 0.1 stored, under the keys and codes of that version.
+//! Results that version 0.1 stored, with the keys and codes of that version, are collected with current names and the same
+//! numbers.
 
 use crate::folder::{Folder, refused, succeeds};
 use rodfit::Code;
@@ -10,6 +11,7 @@ const PLAN: &str = include_str!("former_campaign/plan.json");
 const TASKS: &str = include_str!("former_campaign/tasks.jsonl");
 const PART: &str = include_str!("former_campaign/parts/node1-1-1.jsonl");
 
+/// A folder with plan, tasks and one part file, as an earlier version wrote them.
 fn former_campaign() -> Folder {
     let folder = Folder::new();
     std::fs::create_dir_all(folder.path("out/parts")).unwrap();

@@ -1,5 +1,6 @@
-//! What no user means, or means badly: every input here and in the modules beside gets an answer
-//! within seconds, with the exit code and the words that say what is wrong, and never a panic.
+//! Invalid and hostile input of the command: every case here and in `hostile_fits` and `hostile_scenes` ends within
+//! seconds, with the exit code and a message that names the fault, and without a panic. Runs above the limits of
+//! memory, time and disk are rejected.
 
 use rayon::prelude::*;
 use std::fmt::Write;
@@ -8,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use crate::folder::{FIT, Folder, SCENE, refused, replaced, stderr, succeeds};
 
-/// No answer takes longer, on however busy a machine.
+/// Longest accepted time of a command, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// An input and the answer to it.
+/// A command line with its files, and the expected exit code and message.
 pub struct Case {
     name: String,
     /// Written beside the scene, the fit file and the data, or instead of them.
@@ -22,6 +23,7 @@ pub struct Case {
 }
 
 impl Case {
+    /// A run of the command with the expected exit code and the words expected in its output.
     pub fn new(
         name: impl Into<String>,
         arguments: &[&str],
@@ -31,12 +33,13 @@ impl Case {
         let arguments = arguments.iter().map(|a| a.to_string()).collect();
         Self { name: name.into(), files: Vec::new(), arguments, code, words: words.to_vec() }
     }
+    /// Adds a file with this content to the folder of the run.
     pub fn with(mut self, name: &'static str, content: impl Into<Vec<u8>>) -> Self {
         self.files.push((name, content.into()));
         self
     }
 
-    /// What is wrong with the answer.
+    /// The difference between the actual and the expected result; none if they agree.
     pub fn fault(&self) -> Option<String> {
         let folder = Folder::new();
         for (name, content) in &self.files {
@@ -89,6 +92,7 @@ fn within(time: Duration, folder: &Folder, arguments: &[&str]) -> Option<Output>
     Some(Output { status, stdout: read("stdout"), stderr: read("stderr") })
 }
 
+/// Runs all cases in parallel and fails with the list of faults. There must be at least `least` cases.
 pub fn all_are_answered(cases: Vec<Case>, least: usize) {
     assert!(cases.len() >= least, "{} cases", cases.len());
     let faults: Vec<String> = cases.par_iter().filter_map(Case::fault).collect();
@@ -137,7 +141,7 @@ fn hostile_command_lines_are_rejected() {
     all_are_answered(cases.iter().map(case).collect(), 25);
 }
 
-/// What would take all memory, a night or a year is refused, with the estimate and the limit.
+/// Runs that would need all memory, hours or years are rejected, with the estimate and the limit.
 #[test]
 fn runs_above_limits_are_rejected() {
     let fine = |n: u32| replaced(SCENE, "segments = 20", &format!("segments = {n}"));
@@ -196,7 +200,7 @@ fn runs_above_limits_are_rejected() {
     all_are_answered(cases, 15);
 }
 
-/// A pipe into which nobody writes is not waited for.
+/// A pipe without a writer is rejected at once.
 #[cfg(target_os = "linux")]
 #[test]
 fn pipe_without_writer_is_rejected() {
@@ -228,7 +232,7 @@ fn pipe_without_writer_is_rejected() {
     refused(&output, &["/dev/stdin", "more than 100 MB"]);
 }
 
-/// As many threads as are of use.
+/// A number of threads above the useful one is limited.
 #[test]
 fn excessive_thread_count_is_limited() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! Fit files and recordings that no user means, or means badly.
+//! Invalid and hostile fit files and recordings: each is rejected with exit code 2 and the name of the fault; long lines are
+//! clipped in messages.
 
 use crate::folder::{FIT, SCENE, replaced};
 use crate::hostile::{Case, all_are_answered};

@@ -1,4 +1,4 @@
-//! Scenes that no user means, or means badly.
+//! Invalid and hostile scenes: each is rejected with exit code 2 and the name of the fault.
 
 use crate::folder::{SCENE, replaced};
 use crate::hostile::{Case, all_are_answered};
@@ -9,7 +9,7 @@ const SECTION: &str = "{ kind = \"circle\", radius = 0.005 }";
 const GRAVITY: &str = "gravity = [0, -9.8, 0]";
 const TIME: &str = "[time]";
 
-/// A part of the scene, what stands there instead, and words of the answer.
+/// A part of the scene, its replacement, and words of the message.
 const SCENES: &[(&str, &str, &[&str])] = &[
     // Numbers of the wrong kind.
     ("segments = 20", "segments = 20.5", &["scene.toml", "line 3", "20.5"]),

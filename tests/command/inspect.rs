@@ -1,4 +1,5 @@
-//! `rodfit inspect` describes a file and writes the observation; `rodfit init` writes a scene and a fit that run.
+//! `rodfit inspect` describes the same tip in files of all programs equally, and prints a valid observation; `rodfit init`
+//! writes templates whose fits run and recover the parameters of their data.
 
 use crate::common::coarse;
 use crate::common::formats::{Written, all, tip};
@@ -12,7 +13,7 @@ fn files() -> Vec<Written> {
     all(&tip(&coarse(8, 3.90625e-3, 0.4).problem().unwrap(), 24))
 }
 
-/// What a file does not say itself.
+/// Options for the keys that the file itself does not contain: frame rate and scale.
 fn unsaid(file: &Written) -> Vec<&'static str> {
     let fps = file.recording.fps.map(|_| ["--fps", "64"]);
     let scale = file.recording.scale.map(|_| ["--scale", "1e-3"]);
@@ -41,6 +42,7 @@ fn inspection_is_equal_for_files_of_all_programs() {
             (inspection["format"].as_str(), inspection["frames"].as_u64()),
             (Some(file.format), Some(24))
         );
+        // The frame rate with which all files are written (`RATE`).
         assert_eq!(inspection["rate"].as_f64().unwrap(), 64.0, "{}", file.name);
         let own = inspection["recording"]["marker"].as_str().map(str::to_string);
         assert_eq!(own, file.recording.marker, "{}", file.name);
@@ -51,7 +53,7 @@ fn inspection_is_equal_for_files_of_all_programs() {
         assert_eq!(marker["low_confidence"].as_u64(), likely.then_some(1), "{}", file.name);
         assert_eq!(marker["gaps"], serde_json::json!([1, 1]), "{}", file.name);
         assert_eq!(marker["detected"], 23, "{}", file.name);
-        // Rounded to a 1024th of a millimetre, and smooth against the frames but for its own third derivative.
+        // Rounded to a 1024th of a millimeter, and smooth against the frames but for its own third derivative.
         assert!(marker["noise"].as_f64().unwrap() < 0.3, "{marker}");
     }
 }
@@ -86,6 +88,7 @@ fn printed_observation_is_valid_in_a_fit_file() {
         let code = output.status.code();
         assert!(code == Some(0) || code == Some(3), "{}: {}{fit}", file.name, stderr(&output));
         let found = folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap();
+        // The motion is simulated with 1e8 Pa; 24 frames determine it to a few per cent.
         assert!((found / 1e8 - 1.0).abs() < 0.05, "{}: {found:e}", file.name);
     }
 }
@@ -143,7 +146,7 @@ fn inspection_reports_faults_of_a_file() {
     );
 }
 
-/// All that is written runs, finds what its data were made with, and is not written over.
+/// All files of each template run, recover the parameters of their data, and are not overwritten without `--overwrite`.
 #[test]
 fn templates_with_synthetic_data_run() {
     for (template, truth) in [

@@ -1,4 +1,5 @@
-//! Fits and simulations that are stopped by their flag.
+//! Interrupted fits and simulations, whose flag is set at a stage: the best values or steps so far remain, and unfinished
+//! analyses are not reported.
 
 use rodfit::fit::Analysis;
 use rodfit::page::fit_page;
@@ -13,7 +14,7 @@ fn problem() -> Problem {
     coarse(8, 4e-3, 0.4).problem().unwrap()
 }
 
-/// A fit of the modulus, stopped as soon as its progress says `word`.
+/// A fit of the modulus, stopped as soon as the stage in its progress contains `word`; from the start if it is empty.
 fn stopped_at(word: &'static str) -> Result<FitReport, Error> {
     stopped_with(word, 0)
 }
@@ -38,7 +39,7 @@ fn stopped_with(word: &'static str, bootstrap: usize) -> Result<FitReport, Error
         .solve()
 }
 
-/// Values without errors, and nothing that says the fit is done.
+/// Requires an interrupted report: values without errors, and no claim of convergence.
 fn is_unfinished(report: &FitReport) {
     assert!(report.interrupted && !report.converged && !report.is_success());
     assert_eq!(report.status, "interrupted");
@@ -70,12 +71,13 @@ fn stopped_search_reports_its_best_values() {
     is_unfinished(&coarse);
     for report in [&iterating, &coarse] {
         let value = report.parameters[0].value.unwrap();
+        // The values are near the optimum, though not converged.
         assert!((value / best - 1.0).abs() < 0.1, "{value:e} {best:e}");
         assert!(report.simulations < whole.simulations);
     }
 }
 
-/// What was found before the flag stays; what was not finished is not said.
+/// Results found before the stop are kept; unfinished ones (the profile) are absent.
 #[test]
 fn stopped_analysis_keeps_the_estimates() {
     let report = stopped_at("profile of").unwrap();

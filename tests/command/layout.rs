@@ -1,4 +1,5 @@
-//! The layout of every printed result: at most 80 columns, warnings before details, no color outside a terminal.
+//! Layout of all printed results: at most 80 columns, warnings before details, no color outside a terminal unless a variable
+//! forces it.
 
 use crate::folder::{Folder, stderr, stdout};
 use std::process::Output;

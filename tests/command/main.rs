@@ -1,4 +1,4 @@
-//! What the command writes, how it answers whatever it is given, and the pages it draws.
+//! Tests of the command: outputs, exit codes and messages for valid and invalid input, and the HTML pages.
 
 #[path = "../common/mod.rs"]
 mod common;

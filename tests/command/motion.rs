@@ -1,10 +1,11 @@
-//! The page of a simulation: the rod in motion, in one file that needs nothing else.
+//! The page of a simulation: its animation, its size for long runs, and its completeness for spatial and stopped runs. It is
+//! one file that needs nothing else.
 
 use crate::folder::{Folder, change, stderr, stdout, succeeds};
 use crate::report::is_whole;
 use serde_json::Value;
 
-/// What a page draws, the page without its scripts, and its length.
+/// Data of the animation, the page without its scripts, and its length in bytes. The script must not load anything.
 fn page(folder: &Folder) -> (Value, String, usize) {
     let page = folder.read("page/simulation.html");
     let (before, script) =
@@ -51,6 +52,7 @@ fn simulation_page_has_the_animation() {
         assert_eq!(times[k].as_f64(), tips[k][0].as_f64());
         let off = last(&data["frames"][k]) - last(&data["frames"][0]);
         let expected = (place(k, 1) - place(0, 1)) * cell;
+        // The coordinate of the animation is the displacement over the cell, rounded twice to integers.
         assert!((off - expected).abs() < 10.0, "{off} {expected}");
     }
 }

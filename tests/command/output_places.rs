@@ -1,5 +1,5 @@
-//! Where outputs go: killed runs leave nothing for ever, links are followed, and what cannot be written is noticed
-//! before anything runs.
+//! Destinations of outputs: temporary files of killed runs are removed, links are followed, and destinations that cannot be
+//! written are rejected before the run.
 #![cfg(target_os = "linux")]
 
 use std::os::unix::fs::symlink;
@@ -8,14 +8,15 @@ use std::time::{Duration, Instant};
 
 use crate::folder::{Folder, change, refused, stderr, succeeds};
 
-/// How long a run may take until it writes.
+/// Longest accepted time before a run starts to write.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Names of all unfinished output files, with the suffix `.part`.
 fn part_files(folder: &Folder) -> Vec<String> {
     folder.files().into_iter().filter(|name| name.ends_with(".part")).collect()
 }
 
-/// A run that is killed at the end, whatever happens.
+/// A child process that is killed when this value is dropped.
 struct Running(Child);
 
 impl Drop for Running {

@@ -1,4 +1,5 @@
-//! What the command writes and where: nothing that was computed is lost, nothing that was there is harmed.
+//! Outputs of all commands: a failed output does not affect the others, a closed pipe is no error, an interrupted or killed run
+//! does not damage older files, and no output replaces an input.
 #![cfg(target_os = "linux")]
 
 use serde_json::Value;
@@ -30,6 +31,7 @@ fn commands() -> Vec<Vec<&'static str>> {
     plain.chain(json).collect()
 }
 
+/// A folder with a short simulation, `short.toml`, in addition.
 fn folder() -> Folder {
     let folder = Folder::new();
     let short = change("end = 0.3", "end = 0.02").replace("segments = 20", "segments = 4");
@@ -119,7 +121,7 @@ fn two(first: &str, second: &str) -> String {
     format!("{}{}[[parameter]]\nname = \"youngs_modulus\"\n", experiment(first), experiment(second))
 }
 
-/// Under whatever name; before anything runs.
+/// An output that is the same file as an input or as another output, under any name, is rejected before the run.
 #[test]
 fn output_equal_to_an_input_or_output_is_rejected() {
     let folder = folder();
@@ -207,7 +209,7 @@ fn output_equal_to_an_input_or_output_is_rejected() {
     assert_eq!((folder.read("scene.toml"), folder.read("hours.toml")), (SCENE.into(), hours));
 }
 
-/// A fit of hours whose result has nowhere to go says so at once.
+/// Output paths that cannot be written are rejected before a fit of hours starts, and no file is changed.
 #[test]
 fn outputs_are_checked_before_the_run() {
     let folder = folder();
@@ -291,7 +293,7 @@ fn signalled(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
     output
 }
 
-/// Ctrl-C in the middle of a fit that would take hours: it says what it is, and harms no older result.
+/// An interrupt signal during a fit of hours: all outputs are marked as interrupted, and older results are kept.
 #[test]
 fn interrupted_fit_writes_its_best_values() {
     let folder = folder();
@@ -372,7 +374,7 @@ fn overwrite_and_no_limits_are_independent() {
     assert_ne!(folder.read("droop.toml"), "mine");
 }
 
-/// A simulation that is killed leaves an older table whole, and its own beside it.
+/// A killed simulation leaves older tables unchanged and its own unfinished table beside them.
 #[test]
 fn killed_simulation_leaves_older_files_unchanged() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! Structure of the pages: tables, axes, data for download, links and names.
+//! Structure of the pages: no empty columns, units on all axes, CSV data equal to the plotted points, escaped names and links.
 
 use rodfit::fit::FitSummary;
 use rodfit::page::{comparison_page, fit_page};

@@ -1,4 +1,4 @@
-//! Scenes that hardly mean what they give are noted: other units than SI, no gravity, strains beyond a linear material.
+//! Implausible scenes get notes: units other than SI, missing gravity, strains beyond a linear material. Usual scenes get none.
 
 use crate::folder::{Folder, stdout, succeeds};
 

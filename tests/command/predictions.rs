@@ -1,4 +1,5 @@
-//! Predictions without a fit: `rodfit predict`, and fit files whose measurements are all validation data.
+//! Predictions without a fit: `rodfit predict`, and fit files whose measurements are all validation data. The errors of the
+//! true scene are those of the noise.
 
 use crate::common::recordings::{MODULUS, csv, recorded};
 use crate::folder::{Folder, refused, replaced, stdout, succeeds, words};
@@ -43,6 +44,7 @@ markers = "free"
 sigma = 1e-4
 "#;
 
+/// A folder with a cable scene, a prediction file and three recordings.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("cable.toml", &cable());
@@ -66,11 +68,13 @@ fn has_errors_of_the_noise(errors: &serde_json::Value, recordings: usize) {
         assert!(rms > 0.9 && rms < 1.8, "{one}");
         assert!((mean / rms - 0.798).abs() < 0.06, "{one}");
         assert!(of("median") < of("mean"), "{one}");
+        // The largest of some hundred normal values lies between 2.5 and 6 standard deviations.
         assert!(of("worst") > 2.5 * rms && of("worst") < 6.0 * rms, "{one}");
     }
     let means: Vec<f64> = list.iter().map(|one| one["mean"].as_f64().unwrap()).collect();
     let summary = &errors["summary"][0];
     let close = |key: &str, value: f64| {
+        // Mean, median and worst of the listed means, computed here.
         assert!((summary[key].as_f64().unwrap() / value - 1.0).abs() < 1e-12, "{summary}");
     };
     close("mean", means.iter().sum::<f64>() / recordings as f64);
@@ -123,6 +127,7 @@ fn predict_command_has_the_errors_of_the_fit_file() {
     let arguments = ["predict", "soft.toml", "--json", "soft.json", "--on", "clip_0.csv"];
     succeeds(&folder.run(&arguments));
     let rms = folder.json("soft.json")["errors"][0]["rms"].as_f64().unwrap();
+    // A cable with a hundredth of the stiffness misses the markers by far more than the noise.
     assert!(rms > 5.0 * NOISE, "{rms}");
     refused(&folder.run(&["predict", "cable.toml", "--on", "none.csv"]), &["none.csv"]);
     let output = folder.run(&["predict", "cable.toml", "--marker", "2", "--on", "clip_0.csv"]);
@@ -152,6 +157,7 @@ fn predict_command_takes_motions_and_shapes() {
     succeeds(&output);
     let error = &folder.json("e.json")["errors"][0];
     let [worst, mean] = ["worst", "mean"].map(|key| error[key].as_f64().unwrap());
+    // Positions in the file are displaced by 2 mm in one of two coordinates, as the rows above state.
     assert!((worst - 2e-3).abs() < 1e-6 && (mean - 1e-3).abs() < 1e-6, "{error}");
     let still = replaced(crate::folder::SCENE, "[time]\nend = 0.3\nstep = 2e-3\nbeta = 0.5\n", "");
     folder.write("still.toml", &still);
@@ -167,6 +173,7 @@ fn predict_command_takes_motions_and_shapes() {
     let output = folder.run(&["predict", "still.toml", "--json", "r.json", "--on", "rest.csv"]);
     succeeds(&output);
     let error = &folder.json("r.json")["errors"][0];
+    // The shape is that of the same scene: only the rounding of the file remains.
     assert!(error["worst"].as_f64().unwrap() < 1e-8, "{error}");
 }
 
@@ -193,7 +200,7 @@ fn failed_recording_does_not_affect_others() {
         .lines()
         .enumerate()
         .map(|(k, line)| {
-            // The first held marker leaves its neighbor by nine metres and returns, in twenty frames.
+            // The first held marker leaves its neighbor by nine meters and returns, in twenty frames.
             let away = match k {
                 20..40 => 9.0 * (std::f64::consts::PI * (k as f64 - 20.0) / 20.0).sin().powi(2),
                 _ => 0.0,

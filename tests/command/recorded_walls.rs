@@ -1,5 +1,5 @@
-//! Recordings that move a wall have the guards of those that move recorded ends: units, clock, gaps, jumps, and
-//! motion that time steps alias.
+//! Recordings that move a wall have the checks of those that move recorded ends: units, clock, gaps, jumps, and motion that the
+//! time steps alias.
 
 use crate::common::recordings::{csv, recorded};
 use crate::folder::{Folder, refused, replaced, stdout, succeeds};
@@ -22,7 +22,7 @@ end = 0.5
 step = 1e-3
 "#;
 
-/// Rows of a wall that goes up and down, in steps of 1 ms.
+/// Rows of a wall with vertical motion `y`, in steps of 1 ms.
 fn rows(last: u32, y: impl Fn(u32, f64) -> Option<f64>) -> String {
     let row = |k: u32| {
         let t = f64::from(k) * 1e-3;
@@ -47,6 +47,7 @@ fn run(scene: &str, wall: &str) -> String {
     stdout(&output)
 }
 
+/// Requires that a simulation with this scene and this wall motion is rejected with all words.
 fn is_refused(scene: &str, wall: &str, words: &[&str]) {
     let folder = Folder::new();
     folder.write("wall.toml", scene);
@@ -147,7 +148,7 @@ fn motion_that_the_step_aliases_is_refused() {
     assert!(warned.contains("[step-too-large]"), "{warned}");
     let warned = run(&scene("step = 1e-3"), &wall);
     assert!(!warned.contains("[step-too-large]"), "{warned}");
-    // Accelerations from a standstill, whose integral drifts by half a metre.
+    // Accelerations from a standstill, whose integral drifts by half a meter.
     let shaken = |_: u32, t: f64| Some(400.0 * (TAU * 45.0 * t).sin());
     let wall = format!("t,ax,ay\n{}", rows(500, shaken));
     is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps per period"]);

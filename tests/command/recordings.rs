@@ -1,4 +1,5 @@
-//! One fit file for many recordings of a cable between two hands.
+//! One fit file for many recordings of a cable between two grippers: free-run errors, faults of recordings, and contradictory
+//! keys.
 
 use crate::common::recordings::{MARKERS, MODULUS, csv, recorded};
 use crate::folder::{Folder, refused, stdout, succeeds, words};
@@ -62,6 +63,7 @@ fn swapped(track: &Track, [a, b]: [usize; 2]) -> Track {
     Track::new(track.times().to_vec(), (0..MARKERS).map(of).collect()).unwrap()
 }
 
+/// A folder with a cable scene, a fit file and six recordings of different length.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("cable.toml", CABLE);
@@ -90,6 +92,7 @@ fn fit_of_many_recordings_reports_free_run_errors() {
     assert_eq!(recordings["fitted"]["experiments"], 5);
     assert_eq!(recordings["held_out"]["worst_experiment"], "another day");
     let list = recordings["list"].as_array().unwrap();
+    // Noise of 1e-5 m, and the response of the model to that of the grippers' markers.
     assert!(list.iter().all(|one| one["mean_error"].as_f64().unwrap() < 3e-5), "{list:?}");
     for words in ["5 recordings, fitted: mean", "1 recording, validation", "(5 experiments, "] {
         assert!(crate::folder::words(&shown).contains(words), "{words} in {shown}");
@@ -120,6 +123,7 @@ fn fit_of_many_recordings_reports_free_run_errors() {
     assert_eq!(plots["motions"].as_array().unwrap().len(), 6);
     let windows = plots["windows"].as_array().unwrap();
     let lengths: Vec<f64> = windows.iter().map(|w| w["length"].as_f64().unwrap()).collect();
+    // Window lengths below the shortest recording, 0.59 s.
     assert_eq!(lengths, [0.1, 0.25, 0.5]);
     // Recordings of 0.59 to 0.79 s, and one of 0.84 s; eight windows in each at most.
     let ends = |held_out: bool| if held_out { vec![84] } else { vec![59, 64, 69, 74, 79] };
@@ -128,6 +132,7 @@ fn fit_of_many_recordings_reports_free_run_errors() {
             let count: u64 = ends(held_out).iter().map(|end| (end / frames).min(8)).sum();
             assert_eq!(window[what]["count"].as_u64(), Some(count), "{window}");
         }
+        // As above, in windows.
         assert!(window["fitted"]["mean"].as_f64().unwrap() < 3e-5, "{window}");
     }
     // One scene of the cable, which can be run from anywhere, as long as its recording lasts.

@@ -1,8 +1,8 @@
-//! Bad scenes and columns get one clear message and exit code 2.
+//! Invalid scenes, polylines, lists and columns are rejected with exit code 2 and one message: key, found value, allowed values.
 
 use crate::folder::{FIT, Folder, SCENE, change, polyline, refused, stderr, stdout, succeeds};
 
-/// Every way a scene can be wrong: key, what was found, what is allowed.
+/// All kinds of invalid scenes: the error names the key, the found value and the allowed values.
 #[test]
 fn invalid_scene_is_rejected() {
     let cases: Vec<(String, &[&str])> = vec![
@@ -314,7 +314,7 @@ fn missing_keys_are_named_together() {
     }
 }
 
-/// What does nothing is not taken.
+/// A factor of the natural curvature without effect, for a straight rod, is rejected.
 #[test]
 fn curvature_factor_of_a_straight_rod_is_rejected() {
     let folder = Folder::new();
@@ -337,7 +337,7 @@ fn curvature_factor_of_a_straight_rod_is_rejected() {
     refused(&folder.run(&["fit", "fit.toml"]), &words);
 }
 
-/// The clamp's angle cannot be found beside what stands in the world's axes: each is named.
+/// The clamp's angle cannot be identified beside keys in the axes of the world: the error names each of them.
 #[test]
 fn clamp_angle_with_excluded_keys_is_rejected() {
     let folder = Folder::new();
@@ -356,7 +356,7 @@ fn clamp_angle_with_excluded_keys_is_rejected() {
     }
 }
 
-/// Sizes beyond what squares and fourth powers can hold are said to be that, and not folds.
+/// Lengths whose squares or fourth powers overflow or underflow are rejected with the limits, and not as folds.
 #[test]
 fn sizes_beyond_their_limits_are_rejected() {
     let folder = Folder::new();
@@ -368,8 +368,7 @@ fn sizes_beyond_their_limits_are_rejected() {
     }
 }
 
-/// What says how to read columns that a file does not have does nothing, and is refused; rows that
-/// say nothing are counted.
+/// Reading options without effect, for columns that a file does not have, are rejected; rows without values are counted.
 #[test]
 fn keys_without_columns_are_rejected_and_lost_rows_counted() {
     let folder = Folder::new();

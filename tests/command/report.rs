@@ -1,4 +1,5 @@
-//! The page of a fit, and the plot data it is drawn from.
+//! The page of a fit, and its plot data: sections in order, completeness without plot data, and curves that equal a simulation
+//! at the estimates.
 
 use rodfit::fit::{Analysis, MinimumSource, Recording, Sample, Vertical};
 use rodfit::page::fit_page;
@@ -37,7 +38,7 @@ pub static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
     (problem, report)
 });
 
-/// Where each of `parts` stands on the page; fails if one does not or they are out of order.
+/// Positions of all `parts` in the page; fails if one is missing or out of order.
 fn in_order(page: &str, parts: &[&str]) {
     let mut from = 0;
     for part in parts {
@@ -293,7 +294,7 @@ fn plot_data_equal_a_simulation_of_the_estimates() {
     assert_eq!(json["local_minima"]["list"][0]["found_by"], "fit");
 }
 
-/// How a file was read, and how much was seen, stands beside what was run.
+/// The page of a fit lists how each recording was read, with the number of measured values.
 #[test]
 fn fit_page_lists_the_keys_of_recordings() {
     let (problem, _) = &*FITTED;
@@ -330,7 +331,7 @@ fn fit_page_lists_the_keys_of_recordings() {
     assert!(page.contains("tip.csv: rows 1 before time_zero"), "{page}");
 }
 
-/// What is drawn in red has its warning on top: outliers that are no noise, but without memory.
+/// Failed tests of residuals, drawn in red, have a warning: uncorrelated outliers beyond the noise.
 #[test]
 fn failed_residual_tests_have_warnings() {
     let (problem, _) = &*FITTED;

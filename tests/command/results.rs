@@ -1,4 +1,4 @@
-//! What the command computes and writes of a scene.
+//! Results of `simulate`, `static`, `modes`, `check`, `parameters` and `bench` of a scene, in all their outputs.
 
 use serde_json::Value;
 
@@ -35,7 +35,7 @@ fn simulate_writes_all_outputs() {
     }
 }
 
-/// What a scene leaves out is chosen, and said with the error that it leaves; a fitted scene leaves it out again.
+/// Mesh, step and scheme that a scene omits are chosen, with their error reported; a saved fitted scene omits them again.
 #[test]
 fn missing_mesh_step_and_scheme_are_chosen() {
     let folder = Folder::new();
@@ -54,6 +54,7 @@ fn missing_mesh_step_and_scheme_are_chosen() {
         (&found["chosen"]["scheme"], &found["scheme"]),
         (&true.into(), &scene["time"]["scheme"])
     );
+    // The default accuracy is 1e-3 of the length.
     assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
     succeeds(&folder.run(&["parameters", "scene.toml"]));
     for (command, whole) in [("static", "of the length"), ("modes", "of a frequency")] {
@@ -102,6 +103,7 @@ fn scene_in_any_plane_is_planar() {
     for k in [40, 150] {
         let at = |run: &Value, c: usize| run["tip"][k][c].as_f64().unwrap();
         let along = 0.6 * at(&b, 2) + 0.8 * at(&b, 3);
+        // In the second scene the rod lies along (0, 0.6, 0.8) and gravity acts along x: rounding errors.
         assert!((at(&a, 1) - along).abs() < 1e-12 && (at(&a, 2) + at(&b, 1)).abs() < 1e-12);
     }
 }
@@ -157,7 +159,9 @@ fn static_and_modes_write_all_outputs() {
     let rest = folder.json("rest.json");
     let tip: Vec<f64> =
         rest["tip"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    // Sag over the length: 0.2906 in the continuum (tests/physics/paper.rs), 0.2900 on 20 segments.
     assert!((tip[1] / 0.5 + 0.2900).abs() < 1e-3 && tip[2] == 0.0, "{tip:?}");
+    // Energy below that of the straight rod; forces balance to rounding.
     assert!(rest["energy"].as_f64().unwrap() < 0.0 && rest["residual"].as_f64().unwrap() < 1e-8);
     assert!(rest["newton_iterations"].as_u64().unwrap() > 0);
     assert_eq!((&rest["stable"], &rest["stable_in_plane"]), (&true.into(), &true.into()));
@@ -181,7 +185,7 @@ fn static_and_modes_write_all_outputs() {
     refused(&folder.run(&["modes", "scene.toml", "--count", "0"]), &["--count", "1..=200"]);
 }
 
-/// A run that dies keeps what it computed.
+/// A run with a failed step keeps all earlier states and exits with the code 3.
 #[test]
 fn failed_step_exits_with_3_and_keeps_earlier_steps() {
     let folder = Folder::new();
@@ -208,9 +212,8 @@ fn failed_step_exits_with_3_and_keeps_earlier_steps() {
     assert_eq!(rows, steps + 2);
 }
 
-/// The wall stands at a line's first point: the shipped fit finds the same modulus with its rod
-/// given by points, and its discretisation error; the nodes were the points once, and the modulus
-/// 4.1 % off.
+/// The clamp is at the first point of a polyline: the shipped fit finds the same modulus and discretization error with its rod
+/// given by points. An earlier version placed the nodes at the points, which changed the modulus by 4.1 %.
 #[test]
 fn polyline_rod_has_the_length_of_its_line() {
     let folder = Folder::new();
@@ -235,12 +238,14 @@ fn polyline_rod_has_the_length_of_its_line() {
         folder.json("fit.json")
     });
     let values = [0, 1].map(|i| found[i]["parameters"][0]["value"].as_f64().unwrap());
+    // The same nodes, given as points: the same rod up to rounding.
     assert!((values[1] / values[0] - 1.0).abs() < 1e-8, "{values:?}");
     let mesh = [0, 1].map(|i| found[i]["discretization_error"][0]["mesh"].as_f64().unwrap());
+    // As above, for the estimated error of the mesh.
     assert!((mesh[1] / mesh[0] - 1.0).abs() < 1e-4, "{mesh:?}");
 }
 
-/// Every number of a scene with its names, value, unit and limits; what leads out of its plane says so.
+/// All numbers of a scene are listed with names, value, unit and limits; those that lead out of the plane are marked.
 #[test]
 fn parameters_of_a_scene_are_listed() {
     let folder = Folder::new();

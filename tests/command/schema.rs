@@ -1,4 +1,5 @@
-//! The JSON schemas say of files and results what the program itself reads and writes, no more and no less.
+//! The JSON schemas allow exactly the keys that the program reads, and describe the reports that it writes. A small validator
+//! checks files and reports against them.
 
 use crate::folder::{Folder, succeeds};
 use rodfit::Scene;
@@ -6,14 +7,15 @@ use rodfit::fit::FitFile;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// The JSON schema that `rodfit schema` prints for a kind of file.
 pub fn schema(of: &str) -> Value {
     let output = Folder::new().run(&["schema", of]);
     succeeds(&output);
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What of a value a schema does not allow, with its place. Of schemas it knows what those of the program use, and
-/// nothing else.
+/// Violations of a JSON schema by a value, each with its place in the value. Only the keywords that occur in the program's
+/// schemas are supported.
 fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {
     let Some(rules) = schema.as_object() else {
         let nothing = schema == &json!(false);
@@ -94,6 +96,7 @@ fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<S
 
 /// The same of a part of a file, from which keys may be missing.
 pub fn violations_in_part(value: &Value, schema: &Value) -> Vec<String> {
+    /// The schema without its lists of required keys, at all depths.
     fn without_required(schema: &Value) -> Value {
         match schema {
             Value::Object(rules) => {
@@ -114,7 +117,7 @@ pub fn read(text: &str) -> Value {
     serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap()
 }
 
-/// All TOML files of a folder and what is below it.
+/// All TOML files of a folder and of its subfolders, sorted.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut all: Vec<PathBuf> = entries

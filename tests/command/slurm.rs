@@ -1,5 +1,5 @@
-//! A campaign on Slurm itself, where it is installed: a controller and two nodes on this machine, as an ordinary user, on ports of
-//! their own.
+//! A campaign on Slurm, where it is installed: a controller and two nodes on this machine, as an ordinary user, on separate
+//! ports. A killed job array is submitted again and collects to the same bytes.
 #![cfg(target_os = "linux")]
 
 use std::net::TcpListener;
@@ -99,7 +99,7 @@ impl<'a> Slurm<'a> {
         slurm
     }
 
-    /// One of Slurm's commands, and what it prints.
+    /// Runs a command of Slurm with the test's configuration. Returns its standard output, `None` if it fails.
     fn query(&self, program: &str, words: &[&str]) -> Option<String> {
         let rodfit = Path::new(env!("CARGO_BIN_EXE_rodfit")).parent().unwrap();
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -116,7 +116,7 @@ impl<'a> Slurm<'a> {
     }
 }
 
-/// Waits for something, at most a minute.
+/// Waits until `done` is true, checked every 0.1 s; fails after a minute.
 #[track_caller]
 fn until(mut done: impl FnMut() -> bool) {
     let since = Instant::now();
@@ -153,6 +153,7 @@ fn killed_job_array_collects_to_the_same_bytes() {
     slurm.query("scancel", &[job.trim()]).unwrap();
     until(|| slurm.query("squeue", &["-h"]).is_some_and(|text| text.trim().is_empty()));
     let done = stored(&folder);
+    // Some of the 24 tasks are done, but not all: the job was killed in between.
     assert!((2..24).contains(&done), "{done}");
     // Seven.
     slurm.query("sbatch", &["--wait", "job-7.sh"]).expect("all jobs end well");

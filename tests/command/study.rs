@@ -1,4 +1,4 @@
-//! The work-precision study.
+//! The work-precision study: its errors decrease with step and mesh, and its schemes and meshes suit the scene.
 
 use rodfit::page::study_page;
 use rodfit::scene::{
@@ -32,6 +32,7 @@ fn study_errors_fall_with_step_and_mesh() {
             assert!(row.status.starts_with("stopped: ") && row.step > 4e-3, "{row:?}");
             continue;
         };
+        // Triangle inequality of the errors of step and mesh, up to rounding.
         assert!(whole <= 1.0001 * (step + row.mesh_error), "{row:?}");
         assert_eq!(row.status, "completed");
     }
@@ -45,6 +46,7 @@ fn study_errors_fall_with_step_and_mesh() {
             .find(|(step, _)| (step - 1e-3).abs() < 1e-12)
     };
     if let (Some((_, high)), Some((_, low))) = (of(Scheme::Rodas4), of(Scheme::NewmarkBeta)) {
+        // At equal steps the scheme of fourth order is far more accurate than that of second order.
         assert!(high < 0.1 * low, "{high:e} {low:e}");
     }
     for advice in &study.advice {
@@ -77,10 +79,11 @@ fn study_keeps_a_given_mesh() {
         vec![PointForce { node: Point::Node(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
     let study = Study::new(&scene, |_, _| {}).unwrap();
     assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
+    // The reference must be much more accurate than the runs.
     assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");
 }
 
-/// The reference too is computed with a scheme that takes what the scene has.
+/// All runs of a study, the reference included, use a scheme that supports the moving supports of the scene.
 #[test]
 fn study_of_moving_supports_uses_schemes_that_take_them() {
     let mut scene = coarse(6, 2e-3, 0.02);
@@ -91,6 +94,7 @@ fn study_of_moving_supports_uses_schemes_that_take_them() {
     let study = Study::new(&scene, |_, _| {}).unwrap();
     assert!(study.rows.iter().all(|row| row.scheme.traits().takes_boundary_motion));
     let error = study.rows.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
+    // Some run of the study is accurate, with schemes that take moving supports.
     assert!(error < 1e-3, "{error:e}");
 }
 

@@ -1,13 +1,14 @@
-//! Names and files from elsewhere: nothing in them acts on a terminal or in a spreadsheet, and no more of a file that
-//! cannot be read is printed than the token at fault.
+//! Untrusted names and files: control characters are escaped on terminals and pages, spreadsheets compute no cells, and of
+//! an unreadable file only the faulty token is printed.
 #![cfg(unix)]
 
 use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds};
 
-/// Erases the line, turns what follows red, rings, and is a control sequence in one character.
+/// Terminal control sequences: erase the line, red text, bell, and a sequence introducer in one character.
 const ESCAPES: &str = "A\x1b[2K\x1b[31mB\x07\u{9b}1mC";
 const SHOWN: &str = "A\\x1b[2K\\x1b[31mB\\x07\\x9b1mC";
 
+/// Requires a text without control characters other than newlines and tabs.
 #[track_caller]
 fn is_plain(text: &str) {
     let acts = |c: char| c.is_control() && !"\n\t".contains(c);
@@ -107,6 +108,7 @@ fn content_of_unreadable_files_is_not_printed() {
                 let piece = content.get(k..k + 90);
                 piece.is_some_and(|piece| message.contains(piece))
             };
+            // Tokens are cut to 80 characters, so that no piece of 90 bytes is printed.
             assert!(!(0..content.len()).filter(start).any(shown), "{arguments:?}: {message}");
             // Of several lines at most one.
             let lines = content.lines().filter(|line| line.len() > 20 && message.contains(line));

@@ -1,4 +1,4 @@
-//! Derivatives by finite differences.
+//! Derivatives by seven-point finite differences, and checks of assembled gradients and tangents against them.
 
 use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::Rod;
@@ -40,16 +40,19 @@ pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
         rod.tangent(&elsewhere, frames, route, &mut gradient, &mut tangent);
         rod.tangent(q, frames, route, &mut gradient, &mut tangent);
         for (a, b) in alone.iter().zip(&gradient) {
+            // The gradient alone and with the tangent have the same terms: rounding errors.
             assert!((a - b).abs() < 1e-11, "{a} {b}");
         }
         results.push((gradient, tangent));
     }
     let [(hand, k_hand), (dual, k_dual)] = &results[..] else { unreachable!() };
     for i in 0..n {
+        // Both derivatives are exact: rounding errors.
         assert!((hand[i] - dual[i]).abs() < 1e-10, "{i}: {} {}", hand[i], dual[i]);
         for j in k_hand.coupled(i, i + 1) {
             let (a, b) = (k_hand.get(i, j), k_dual.get(i, j));
             let size = (k_hand.get(i, i) * k_hand.get(j, j)).sqrt();
+            // As above, relative to the diagonal.
             assert!((a - b).abs() < 1e-10 * size, "{i} {j}: {a} {b}");
         }
     }
@@ -59,6 +62,7 @@ pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
     let energy = |s: f64| rod.energies(&shifted(s), frames).total();
     let slope = (energy(h) - energy(-h)) / (2.0 * h);
     let exact: f64 = hand.iter().zip(&direction).map(|(g, d)| g * d).sum();
+    // Central differences have errors of second order in `h`, and rounding errors.
     assert!((slope / exact - 1.0).abs() < 1e-6, "{slope} {exact}");
     let gradient = |s: f64| {
         let mut gradient = vec![0.0; n];
@@ -69,6 +73,7 @@ pub fn assembled<R: Rod<f64>>(rod: &R, q: &[f64], frames: &R::Frames, h: f64) {
     for i in 0..n {
         let exact: f64 = (0..n).map(|j| k_hand.get(i, j) * direction[j]).sum();
         let difference = (ahead[i] - behind[i]) / (2.0 * h);
+        // As above, for the tangent.
         assert!((difference - exact).abs() < 1e-6 * k_hand.get(i, i), "{i}: {difference} {exact}");
     }
 }

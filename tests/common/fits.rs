@@ -1,4 +1,5 @@
-//! Records of simulated motions, and fits to them.
+//! Shared parts of fit tests: records of simulated motions with and without noise, fits to them, and comparisons with the
+//! truth.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -46,12 +47,12 @@ pub fn noisy(clean: &Observation, sigma: f64, seed: u64) -> Observation {
     data
 }
 
-/// An analysis of data that have the scene's own mesh and step, of which nothing else is asked.
+/// Analysis for data from the scene's own mesh and step: no discretization error and no sensitivity analysis.
 pub fn same_mesh() -> Analysis {
     Analysis { sensitivity_analysis: Some(false), ..of_a_right_mesh() }
 }
 
-/// An analysis of data that have the scene's own mesh and step.
+/// Analysis for data from the scene's own mesh and step: no discretization error, but a sensitivity analysis.
 pub fn of_a_right_mesh() -> Analysis {
     Analysis {
         discretization_error: Refinement::None,
@@ -69,6 +70,7 @@ pub fn fit<U: Into<Unknown> + Clone>(
     fit_with(scene, data, unknowns, Analysis::default())
 }
 
+/// Fits these unknowns of a scene to one observation.
 pub fn fit_with<U: Into<Unknown> + Clone>(
     scene: &Scene,
     data: &Observation,
@@ -79,6 +81,7 @@ pub fn fit_with<U: Into<Unknown> + Clone>(
     unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone())).solve().unwrap()
 }
 
+/// The estimate of a parameter; panics with the report if there is none.
 pub fn value(report: &FitReport, parameter: Parameter) -> f64 {
     report.estimate(parameter).unwrap().value.unwrap_or_else(|| panic!("{report}"))
 }

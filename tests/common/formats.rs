@@ -1,11 +1,11 @@
-//! One synthetic tip as the programs of laboratories write it, byte for byte as they lay out their files.
+//! One synthetic motion of a tip as files of all supported programs, byte for byte in their layouts.
 
 use rodfit::fit::{Axes, Recording, Vertical};
 use rodfit::{Point, Problem};
 
 /// Frames a second: all times have few decimals.
 pub const RATE: f64 = 64.0;
-/// The frame in which the tip was not seen.
+/// The frame without a position of the tip.
 pub const GAP: usize = 7;
 
 /// Where the tip is in each frame, mm, to a 1024th: exact in the decimals of all files.
@@ -24,16 +24,17 @@ pub struct Written {
     pub format: &'static str,
     pub text: String,
     pub recording: Recording,
-    /// The keys of the observation that say the same.
+    /// The keys of an observation of a fit file with the same meaning as `recording`.
     pub keys: &'static str,
 }
 
-/// Rows of a file, of the number of the frame and its place, none where it was not seen.
+/// Rows of a file, one per frame: `row` gets the number of the frame and the position, `None` in the frame [`GAP`].
 fn rows(tip: &[[f64; 2]], row: impl Fn(usize, Option<[f64; 2]>) -> String) -> String {
     let seen = |k: usize| (k != GAP).then_some(tip[k]);
     (0..tip.len()).map(|k| row(k, seen(k))).collect()
 }
 
+/// Two coordinates with a separator; the separator alone for a missing position.
 fn two(place: Option<[f64; 2]>, between: &str) -> String {
     place.map_or(between.into(), |[x, y]| format!("{x}{between}{y}"))
 }

@@ -85,7 +85,7 @@ pub fn sag(trajectory: &Trajectory) -> Vec<f64> {
 }
 
 /// Extremum of samples in a window of times by the parabola through the outermost one and its
-/// neighbours; `sign` 1 for the maximum, -1 for the minimum.
+/// neighbors; `sign` 1 for the maximum, -1 for the minimum.
 pub fn extremum(times: &[f64], values: &[f64], window: [f64; 2], sign: f64) -> f64 {
     let inside = (1..values.len() - 1).filter(|k| times[*k] >= window[0] && times[*k] <= window[1]);
     let k = inside.max_by(|a, b| (sign * values[*a]).total_cmp(&(sign * values[*b]))).unwrap();

@@ -1,4 +1,4 @@
-//! Recordings of a known cable between two hands that move.
+//! Recordings of a cable with known parameters between two moving grippers, with the noise of a camera.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,15 +8,15 @@ use rodfit::scene::{
 };
 use std::f64::consts::TAU;
 
-/// Markers along the cable, two of them in each hand.
+/// Markers along the cable, two of them in each gripper.
 pub const MARKERS: usize = 7;
-/// Of the cable, Pa.
+/// Young's modulus of the cable, Pa.
 pub const MODULUS: f64 = 5e8;
-/// Between two markers, m; between two frames, s.
+/// Distance of consecutive markers, m; after it the time between two frames, s.
 const APART: f64 = 0.07;
 const FRAME: f64 = 0.01;
 
-/// A cable of 0.42 m in the plane, held by two hands as `track` was seen.
+/// Scene of a planar cable of 0.42 m between two grippers that follow the recording `track`.
 pub fn cable(track: Track) -> Scene {
     let length = APART * (MARKERS - 1) as f64;
     let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
@@ -34,8 +34,8 @@ pub fn cable(track: Track) -> Scene {
     scene
 }
 
-/// Hands that move as `seed` draws it, with the markers between them on a sagging line: where a cable
-/// starts, and its ends go.
+/// Recording of two grippers with motions drawn from `seed`. The markers between them are on a sagging line, which is used
+/// only as the first shape of the cable.
 fn hands(seed: u64, frames: usize) -> Track {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |low: f64, high: f64| random.random_range(low..high);
@@ -72,8 +72,8 @@ fn hands(seed: u64, frames: usize) -> Track {
     Track::new(times, markers).unwrap()
 }
 
-/// What cameras see of the cable, as `change` makes it, between the hands of `seed`: its markers with
-/// normal noise of `sigma`, m.
+/// Recording of the cable, with `change` applied to its scene, between the grippers of `seed`: positions of all markers with
+/// normal noise of standard deviation `sigma`, m.
 pub fn recorded(seed: u64, frames: usize, sigma: f64, change: impl Fn(&mut Scene)) -> Track {
     // The first frames settle what the line is not.
     let settling = 30;

@@ -25,12 +25,14 @@ fn damping_at_zero_is_raised_on_a_refined_mesh() {
         let from = kept(&before);
         let expected = if drag == 0.3 { 0.3 } else { 0.2 };
         assert_eq!(begin("damping.mass", &from), Some(expected));
+        // The value of the simpler model.
         assert_eq!(begin("youngs_modulus", &from), Some(3e8));
         // What no simpler model had has a start of its own.
         assert_eq!(begin("shear_modulus", &from), Some(5e7));
         for rung in ladder(7, 1).iter().filter(|rung| ["B3", "T7", "T10"].contains(&rung.name)) {
             let scene = scene_of(&cable, rung, &from).unwrap();
             let damping = scene.loads.damping;
+            // Positive values continue; zero and tiny ones start at the default 0.2.
             assert_eq!((damping.mass, damping.stiffness), (expected, 0.02), "{}", rung.name);
             assert_eq!(scene.material.youngs_modulus, 3e8);
         }

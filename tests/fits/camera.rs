@@ -1,4 +1,4 @@
-//! What cameras do to recordings: clocks, scales, tilts and places, found beside the modulus.
+//! Parameters of the camera: clock, scale, tilt and position are identified together with the modulus, with exact derivatives.
 
 use rodfit::fit::Sample;
 use rodfit::scene::{Clamp, Scene, Shape};
@@ -7,8 +7,8 @@ use rodfit::{Fit, Observation, Parameter, Problem, Unknown};
 use crate::common::fits::{record, record_in_space, value};
 use crate::common::{coarse, helix_with};
 
-/// A record of the tip as a camera shows it that is turned, scaled and shifted about the wall, and
-/// whose clock shows `offset` when the rod is let go; it has been running before.
+/// A record of the tip by a camera that is rotated (`turn`), scaled and shifted about the wall, with a running clock that shows
+/// `offset` at the release of the rod.
 fn filmed(problem: &Problem, [offset, scale, turn]: [f64; 3], shift: [f64; 3]) -> Observation {
     let run = problem.simulate().unwrap();
     let wall = run.node(0, 0);
@@ -25,6 +25,7 @@ fn filmed(problem: &Problem, [offset, scale, turn]: [f64; 3], shift: [f64; 3]) -
     Observation::new(true_record.samples.iter().map(seen).collect())
 }
 
+/// The problem of a scene with this modulus, Pa.
 fn stiff(mut scene: Scene, modulus: f64) -> Problem {
     scene.material.youngs_modulus = modulus;
     scene.problem().unwrap()
@@ -70,6 +71,7 @@ fn approximate_camera_is_identified_with_modulus() {
             for (parameter, exact) in looked_for {
                 let found = value(&report, *parameter);
                 let scale = if *parameter == Parameter::YoungsModulus { truth } else { 1.0 };
+                // Exact data: the values of the simulated camera, within the tolerance of the search.
                 assert!((found - exact).abs() < 1e-7 * scale, "{parameter}: {found} {exact}");
             }
         }
@@ -110,11 +112,13 @@ fn camera_derivatives_equal_differences() {
         let size = rows.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
         for (i, row) in rows.iter().enumerate() {
             let slope = (plus.0[i] - minus.0[i]) / (2.0 * step);
+            // Central differences with `step`: truncation and rounding errors.
             assert!((slope - row[j]).abs() < 1e-6 * size, "{}: {slope} {}", unknowns[j], row[j]);
         }
         for (i, row) in hessian.iter().enumerate() {
             let slope = (plus.1[i] - minus.1[i]) / (2.0 * step);
             let size = (hessian[i][i] * hessian[j][j]).abs().sqrt();
+            // As above, for the Hessian.
             assert!((slope - row[j]).abs() < 1e-5 * size, "{i} {j}: {slope} {}", row[j]);
         }
     }
@@ -135,6 +139,7 @@ fn clamp_angle_is_identified() {
             let run = truth.simulate().unwrap();
             let start = run.tip(0);
             let rise = start[1] / 0.5;
+            // The rod starts straight in the direction of the clamp, but for the part of an edge in the wall.
             assert!((rise.abs() - angle.sin().abs()).abs() < 0.03, "{start:?}");
             let mut seen = record_in_space(&run, 100);
             seen.samples.iter_mut().for_each(|sample| sample.time += 0.01);
@@ -152,6 +157,7 @@ fn clamp_angle_is_identified() {
             ] {
                 let found = value(&report, parameter);
                 let scale = if parameter == Parameter::YoungsModulus { exact } else { 1.0 };
+                // Exact data: the values of the simulation, within the tolerance of the search.
                 assert!((found - exact).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
             }
             // The derivative that users get, the turn of the whole rod included.
@@ -164,13 +170,14 @@ fn clamp_angle_is_identified() {
             let ends = [&plus, &minus].map(|run| run.at(rodfit::Point::Tip, 0.33).unwrap().0);
             for c in 0..3 {
                 let difference = (ends[0][c] - ends[1][c]) / 2e-5;
+                // Central differences in steps of 1e-5 rad.
                 assert!((difference - slope[0][c]).abs() < 1e-7, "{difference} {}", slope[0][c]);
             }
         }
     }
 }
 
-/// An offset of the clock that is longer than the whole motion is an error before the simulation, which would take hours.
+/// A clock offset longer than the whole motion is rejected before a simulation, which would take hours.
 #[test]
 fn time_offset_beyond_the_motion_is_rejected() {
     let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
@@ -178,6 +185,7 @@ fn time_offset_beyond_the_motion_is_rejected() {
     let fit = Fit::new(&problem).observe(observation).identify(Parameter::YoungsModulus);
     let residuals = fit.identify(Parameter::TimeOffset).residuals().unwrap();
     let at = |offset: f64| residuals.residuals(&[1e8_f64.ln(), offset]);
+    // An offset within the motion is valid.
     assert!(at(-0.3).is_ok());
     for offset in [-0.5, -1e9] {
         let error = at(offset).unwrap_err().to_string();

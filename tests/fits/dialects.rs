@@ -1,4 +1,4 @@
-//! Dialects of tables and of programs' files are read as the same motion, and what no reader takes is described.
+//! Variants of tables and of programs' files are read as the same motion; unsupported files are described in the error.
 
 use rodfit::Observation;
 use rodfit::fit::{Format, Inspection, Recording, Sample};
@@ -26,6 +26,7 @@ fn read(text: &str, recording: &Recording) -> Result<Vec<Sample>, String> {
         .map_err(|error| error.to_string())
 }
 
+/// Requires that the text, read with these options, gives the motion of [`tip`].
 fn is_the_tip(text: &str, recording: &Recording) {
     let samples = read(text, recording).unwrap_or_else(|error| panic!("{error}\n{text}"));
     assert_eq!(samples.len(), FRAMES, "{text}");
@@ -33,11 +34,12 @@ fn is_the_tip(text: &str, recording: &Recording) {
         let [t, x, y] = tip(k);
         let [found_x, found_y] = [0, 1].map(|c| sample.position[c].unwrap());
         let off = [sample.time - t, found_x - x, found_y - y].map(f64::abs);
+        // All texts describe the motion of `tip`; files have at least nine decimals.
         assert!(off.into_iter().fold(0.0, f64::max) < 1e-9, "{k}: {sample:?} in {text}");
     }
 }
 
-/// With what inspection proposes for a file.
+/// Inspects a file with this text and reads it with the proposed keys. Returns the inspection and the samples.
 fn inspected(text: &str, said: &Recording) -> (Inspection, Vec<Sample>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tip.csv");
@@ -150,9 +152,11 @@ fn repeated_frames_of_converted_video_are_detected() {
     };
     let repeated = |text: &str| inspected(text, &plain()).0;
     let doubled = repeated(&text(60.0, 30.0, &swing));
+    // 60 of 120 frames repeat the one before; some at the turning points may be counted differently.
     assert!((55..=60).contains(&doubled.markers[0].repeated), "{}", doubled.markers[0].repeated);
     assert!(doubled.to_string().contains("frames repeat the one before"), "{doubled}");
     let pulled = repeated(&text(30.0, 24.0, &swing));
+    // 6 of 30 frames a second are repeated: 24 of 120.
     assert!((20..=24).contains(&pulled.markers[0].repeated), "{}", pulled.markers[0].repeated);
     // Whole pixels, and a rest, repeat places.
     let coarse = |t: f64| (swing(t) / 2.0).round() * 2.0;
@@ -202,6 +206,7 @@ fn trc_files_are_read_in_their_dialects() {
             for (k, sample) in samples.iter().enumerate() {
                 let [t, x, y] = tip(k);
                 let [own_x, own_y] = [0, 1].map(|c| sample.position[c].unwrap());
+                // The motion of `tip` in s and m, rounded in the file.
                 assert!((sample.time - t).abs() < 1e-9 && (own_x - x).abs() < 1e-8);
                 assert!((own_y - y).abs() < 1e-8);
                 assert_eq!(sample.position[2].is_none(), k == 3);

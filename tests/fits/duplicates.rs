@@ -1,4 +1,4 @@
-//! The same samples twice are refused, whatever they are written in; repeated measurements are not.
+//! Duplicate samples in two measurements are rejected, in whatever units and order; repeated measurements are accepted.
 
 use rodfit::fit::{Experiment, Frequencies, Measurement, RestShape, Sample, Sighting};
 use rodfit::{Fit, Observation, Parameter, Point, Scene};
@@ -13,6 +13,7 @@ fn scene() -> Scene {
     coarse(8, 4e-3, 0.4)
 }
 
+/// Noisy data of the scene, with noise from `seed`.
 fn take(seed: u64) -> Observation {
     noisy(&observe(&scene(), ROWS), NOISE, seed)
 }
@@ -26,15 +27,18 @@ fn refusal(measured: impl IntoIterator<Item = Measurement>) -> Option<String> {
     fit.residuals().err().map(|error| error.to_string())
 }
 
+/// Requires that these measurements are rejected as the same samples twice.
 fn refused(measured: impl IntoIterator<Item = Measurement>) {
     let words = refusal(measured).expect("the same samples twice");
     assert!(words.contains("samples that") && words.contains("[0]"), "{words}");
 }
 
+/// Requires that these measurements are accepted.
 fn admitted(measured: impl IntoIterator<Item = Measurement>) {
     assert_eq!(refusal(measured), None);
 }
 
+/// The observation with a change of each sample.
 fn changed(mut observation: Observation, change: impl Fn(&mut Sample)) -> Measurement {
     observation.samples.iter_mut().for_each(change);
     observation.into()
@@ -52,6 +56,7 @@ fn with_samples(samples: Vec<Sample>, mut observation: Observation) -> Measureme
     observation.into()
 }
 
+/// The observation with a range of its samples.
 fn part(observation: Observation, range: std::ops::Range<usize>) -> Measurement {
     with_samples(observation.samples[range].to_vec(), observation)
 }
@@ -66,7 +71,7 @@ fn copy_of_a_recording_is_rejected() {
         s.position.iter_mut().flatten().for_each(|x| *x = (*x * 1e3) * 1e-3);
     });
     refused([other_units, take(1).into()]);
-    // Copies with micrometres and with millimetres.
+    // Copies with micrometers and with millimeters.
     refused([take(1).into(), rounded(take(1), 1e-6)]);
     refused([take(1).into(), rounded(take(1), 1e-3)]);
     // At another point of the rod the same places are as impossible.

@@ -1,4 +1,4 @@
-//! Several experiments that share parameters, shapes at rest and frequencies as measurements, priors, and validation data.
+//! Several experiments with shared parameters; shapes at rest and frequencies as measurements; priors; validation data.
 
 use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, Sighting};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
@@ -31,8 +31,10 @@ fn frequencies(problem: &Problem, count: usize) -> Vec<f64> {
     problem.modes(count, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s
 }
 
+/// Requires the true values within 1e-7.
 #[track_caller]
 fn exact(report: &FitReport, truths: &[(Parameter, f64)]) {
+    // Exact data: within the tolerance of the search.
     found(report, truths, 1e-7);
 }
 
@@ -61,6 +63,7 @@ fn droop_and_frequency_give_modulus_and_density() {
             .solve()
             .unwrap();
         println!("{name}: {report}");
+        // The values with which the data are simulated, without noise.
         exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::Density, 900.0)]);
         // A droop under the rod's own weight alone leaves the two one.
         scene.loads.point.clear();
@@ -92,6 +95,7 @@ fn droop_gives_modulus_and_natural_curvature() {
         .solve()
         .unwrap();
     println!("{report}");
+    // The values with which the data are simulated, without noise.
     exact(&report, &[(Parameter::YoungsModulus, 3.3e7), (Parameter::NaturalCurvature, 0.8)]);
 }
 
@@ -114,6 +118,7 @@ fn helix_at_rest_gives_both_moduli() {
         .solve()
         .unwrap();
     println!("{report}");
+    // The values with which the data are simulated, without noise.
     exact(&report, &[(Parameter::YoungsModulus, 2.2e7), (Parameter::ShearModulus, 6.1e6)]);
 }
 
@@ -150,9 +155,11 @@ fn two_experiments_share_one_modulus() {
         .solve()
         .unwrap();
     println!("{report}");
+    // The values with which the data are simulated, without noise.
     exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::DampingMass, 0.7)]);
     for (k, truth) in [(2, 0.02), (3, -0.03), (4, 0.01), (5, 0.02)] {
         let found = report.parameters[k].value.unwrap();
+        // Clamp angles, rad, and clock offsets, s, of both experiments.
         assert!((found - truth).abs() < 1e-8, "{}: {found}", report.parameters[k].label());
     }
     let both = [
@@ -216,7 +223,9 @@ fn prior_error_propagates_to_the_estimate() {
         e.std_error.unwrap() / e.value.unwrap()
     };
     let expected = (relative(&alone, Parameter::YoungsModulus).powi(2) + 0.02_f64.powi(2)).sqrt();
+    // Relative errors add in quadrature: that of E at known density, and 2 % of the density's prior.
     assert!((relative(&with_prior, Parameter::YoungsModulus) / expected - 1.0).abs() < 2e-3);
+    // The data do not determine the density: its error is that of the prior.
     assert!((relative(&with_prior, Parameter::Density) / 0.02 - 1.0).abs() < 2e-3);
     // The optimiser ends a thousandth of a standard deviation from the minimum.
     assert!((value(&with_prior, Parameter::Density) / 1300.0 - 1.0).abs() < 2e-5);
@@ -290,7 +299,9 @@ fn one_frequency_gives_one_modulus() {
     let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
     let estimate = &report.parameters[0];
     let (value, error) = (estimate.value.unwrap(), estimate.std_error.unwrap());
+    // Exact data: the modulus of the simulation.
     assert!((value / 1e8 - 1.0).abs() < 1e-6, "{report}");
+    // `E` is proportional to `f^2`: a relative error of 2 sigma/f, 2e-3.
     assert!((error / value / 2e-3 - 1.0).abs() < 1e-3 && report.is_success(), "{report}");
     assert!(report.discretization_error[0].relative.is_some(), "{report}");
 }
@@ -321,6 +332,7 @@ fn torsion_mode_does_not_change_mode_numbers() {
     for poisson_ratio in [None, Some(0.5), Some(0.0)] {
         scene.material.poisson_ratio = poisson_ratio;
         let fit = Fit::new(&scene.problem().unwrap()).observe(Frequencies::new(&seen, 0.01));
+        // The modulus of the simulated frequencies.
         exact(
             &fit.identify(Parameter::YoungsModulus).solve().unwrap(),
             &[(Parameter::YoungsModulus, 2.2e8)],
@@ -336,6 +348,7 @@ fn torsion_mode_does_not_change_mode_numbers() {
     let seen: Vec<f64> = own.map(|m| m.frequency_rad_s).take(2).collect();
     let seen = Frequencies::new(&seen, 0.01).plane(ModePlane::Out).of_kind(ModeKind::Bending);
     let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(Parameter::YoungsModulus);
+    // The modulus of the simulated frequencies.
     exact(&fit.solve().unwrap(), &[(Parameter::YoungsModulus, 2.2e8)]);
 }
 

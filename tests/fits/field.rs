@@ -1,4 +1,4 @@
-//! Hundreds of numbers along a rod, found by derivatives that go back.
+//! Hundreds of parameters along a rod, identified by adjoint derivatives: compared with truth, dense Jacobian and differences.
 
 use argmin::core::{CostFunction, Gradient};
 use nalgebra::{DMatrix, DVector};
@@ -27,7 +27,7 @@ fn arc(parts: usize) -> Scene {
     scene
 }
 
-/// What the curvature is in truth, at a part of the length.
+/// True factor of the natural curvature at a part of the length, 0 to 1.
 fn truth(place: f64) -> f64 {
     1.0 + 0.25 * (6.0 * place).sin() - 0.2 * place
 }
@@ -52,10 +52,12 @@ fn seen(problem: &Problem, seed: u64) -> Vec<Observation> {
     observed.collect()
 }
 
+/// A field of the natural curvature with this prior standard deviation and correlation length.
 fn field(sigma: f64, length: f64) -> Field {
     Field { name: "natural_curvature".into(), sigma, length }
 }
 
+/// Solves the fit of a field to observations.
 fn solved(problem: &Problem, observations: &[Observation], field: Field) -> FieldReport {
     let fit = observations.iter().cloned().fold(FieldFit::new(problem), FieldFit::observe);
     fit.along(field).solve().unwrap()
@@ -77,6 +79,7 @@ fn natural_curvatures_are_identified() {
     let observations = seen(&in_truth(&scene, parts), 1);
     let report = solved(&scene.problem().unwrap(), &observations, field(0.3, 0.1));
     println!("{report}");
+    // The residuals of a right model have the standard deviation of the noise.
     assert!(report.converged && (0.9..1.1).contains(&report.normalized_residual_rms));
     let found = &report.fields[0];
     let off = (0..parts).map(|k| {
@@ -85,6 +88,7 @@ fn natural_curvatures_are_identified() {
     });
     let off: Vec<f64> = off.collect();
     let rms = (off.iter().map(|x| x * x).sum::<f64>() / parts as f64).sqrt();
+    // Deviations over standard errors have an RMS near 1; neighbors are correlated, so that the RMS scatters.
     assert!((0.4..1.6).contains(&rms), "{rms}: {off:?}");
     // The data determine more than the prior near the wall, where the curvature moves the whole rod.
     assert!(found.standard_errors[10] < 0.3 * found.prior_std[10]);
@@ -136,6 +140,7 @@ fn lanczos_optimum_equals_dense_jacobian_optimum() {
     for k in 0..parts {
         let expected = covariance[(k, k)].sqrt();
         let error = found.standard_errors[k];
+        // The reference is the dense covariance; truncation of the Lanczos basis increases the errors slightly.
         assert!((0.999..1.03).contains(&(error / expected)), "{k}: {error} for {expected}");
     }
     let departure = DVector::from_fn(parts, |k, _| found.values[k] - 1.0);
@@ -166,7 +171,9 @@ fn field_table_of_fit_file_is_read() {
     println!("{report}");
     assert!(report.converged && report.parameters[0].name == Parameter::YoungsModulus);
     let modulus = &report.parameters[0];
+    // The modulus of the simulation, within three standard errors.
     assert!((modulus.value - 1e7).abs() < 3.0 * modulus.standard_error);
+    // Not larger than the prior's standard deviation, 2e5 Pa.
     assert!(modulus.standard_error < 2.01e5);
     let values = report.values(&scene).unwrap();
     assert_eq!(values.len(), 13);
@@ -239,6 +246,7 @@ fn adjoint_gradient_equals_jacobian_gradient() {
         let (expected, size): (f64, f64) =
             terms.fold((0.0, 0.0), |(sum, size), term| (sum + term, size + term.abs()));
         let name = back.unknowns()[j].parameter;
+        // Both are exact: rounding errors of sums with terms of `size`.
         assert!((gradient - expected).abs() < 1e-9 * size, "{name}: {gradient} and {expected}");
         assert!(size > 0.0, "{name} does nothing");
         // Sums in another order: another way was gone.

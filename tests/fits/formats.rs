@@ -1,5 +1,5 @@
-//! Files of motion-capture and video-tracking programs: the same tip gives the same number in all of them, and what
-//! is broken is refused with its line and what helps.
+//! Files of motion-capture and video-tracking programs: the same tip gives the same modulus in all formats, and faulty
+//! files are rejected with the line and a remedy.
 
 use rodfit::fit::{Axes, FitFile, Format, Recording, Vertical};
 use rodfit::scene::{InitialState, Material, Recorded, Scene, Section, Shape, Support, Track};
@@ -17,6 +17,7 @@ fn problem() -> Problem {
     coarse(8, 3.90625e-3, 0.4).problem().unwrap()
 }
 
+/// Writes a file into the folder and returns its path.
 fn written(folder: &TempDir, file: &Written) -> PathBuf {
     let path = folder.path().join(file.name);
     std::fs::write(&path, &file.text).unwrap();
@@ -39,6 +40,7 @@ fn modulus_is_the_same_in_every_file_format() {
             "{}",
             file.name
         );
+        // The frame without a position is missing.
         assert!(!seen.samples.iter().any(|s| s.time == GAP as f64 / 64.0), "{}", file.name);
         // Named, it is read alike.
         let named = Recording {
@@ -54,6 +56,7 @@ fn modulus_is_the_same_in_every_file_format() {
             .unwrap();
         let found = (seen.data.samples, fit.parameters[0].value.unwrap().to_bits());
         println!("{:16} {:?}", file.name, fit.parameters[0].value);
+        // The modulus of the simulation; positions are rounded to 1/1024 mm.
         assert!((f64::from_bits(found.1) / 1e8 - 1.0).abs() < 1e-4);
         assert_eq!(before.get_or_insert(found.clone()), &found, "{}", file.name);
     }
@@ -140,6 +143,7 @@ fn recordings_of_other_programs_prescribe_ends() {
     let read = Track::read_as(&vicon, &recording, &["a".into(), "b".into()]).unwrap();
     let expected = Track::read(&table).unwrap();
     assert_eq!(read.markers(), expected.markers());
+    // Frames of 100 per second.
     assert_eq!(read.times(), [0.0, 0.01, 0.02]);
     let late = Track::read(&vicon).unwrap_err().to_string();
     assert!(late.contains("found 0.07 s") && late.contains("time_zero"), "{late}");
@@ -203,11 +207,13 @@ fn several_markers_of_a_file_are_read() {
     let fit = read(markers).unwrap();
     let seen: Vec<_> = fit.experiments[0].measurements.iter().filter_map(|m| m.motion()).collect();
     assert_eq!(seen.iter().map(|o| o.samples.len()).collect::<Vec<_>>(), [9, 8]);
+    // The points of the fit file.
     assert_eq!(
         seen.iter().map(|o| o.point).collect::<Vec<_>>(),
         [Point::ArcLength(0.25), Point::Tip]
     );
     let measured = &fit.experiments[0].measurements;
+    // The sigma of the fit file, 1e-3 m.
     assert!(measured.iter().all(|m| m.sigma() == Some(1e-3)));
     let one = read("marker = \"rod:tip\"").unwrap();
     assert_eq!(one.experiments[0].measurements[0].motion().unwrap().samples, seen[1].samples);
@@ -248,6 +254,7 @@ fn axes_are_rotated_and_mirrors_rejected() {
     }
 }
 
+/// Requires that the file is rejected with its path, a line and all words.
 fn refused(path: &Path, recording: &Recording, words: &[&str]) {
     match Observation::read_as(path, recording) {
         Ok(_) => panic!("{} is read: {:?}", path.display(), std::fs::read_to_string(path)),
@@ -264,9 +271,10 @@ fn refused(path: &Path, recording: &Recording, words: &[&str]) {
     }
 }
 
-/// What is broken in a file: what is replaced by what, and words of the refusal, the line among them.
+/// A fault of a file: the replaced text, its replacement, and words of the error message, the line number among them.
 type Broken<'a> = (&'a str, &'a str, &'a [&'a str]);
 
+/// Requires that each fault in the file of this name is rejected with its words.
 fn broken(name: &str, cases: &[Broken]) {
     let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
     let files = all(&tip);
@@ -590,6 +598,7 @@ fn trackmate_units_determine_direction_of_y() {
     let down = Recording { y: Some(Vertical::Down), ..recording };
     let seen = Observation::read_as(&path, &down).unwrap();
     let [first, second] = [0, 1].map(|k| seen.samples[k]);
+    // Millimeters of the file, in m.
     assert_eq!(first.position, [500.5, 0.0, 3.0].map(|x| Some(x * 1e-3)));
     assert_eq!((second.time, second.position[1]), (1.0, Some(-2.25 * 1e-3)));
 }

@@ -1,5 +1,5 @@
-//! What is decided once for a scene is decided for generic values of what a fit identifies: the misfit
-//! never jumps.
+//! Mesh and model of a scene are chosen for generic values of the identified parameters, so that the misfit is smooth at special
+//! ones, such as zero curvature.
 
 use rodfit::fit::{RestShape, Sighting};
 use rodfit::scene::{Material, Scene, Section, Shape};
@@ -45,16 +45,19 @@ fn misfit_is_smooth_at_a_straight_rod() {
     };
     let kink = |f: &dyn Fn(f64) -> f64| (f(h) - 2.0 * f(0.0) + f(-h)).abs();
     println!("decided anew, the tip jumps by {:.1e} m", kink(&tip));
+    // With a mesh chosen for each value, the tip jumps: otherwise the test would be without effect.
     assert!(kink(&tip) > 1e-5, "the test would show nothing");
 
     let fit = fit(&problem, droop(&curved(0.3)), Parameter::NaturalCurvature);
     let residuals = fit.residuals().unwrap();
     for i in 0..residuals.len() {
         let jump = kink(&|x| residuals.residuals(&[x]).unwrap()[i]);
+        // Smooth: the second difference is a rounding error.
         assert!(jump < 1e-11, "{i}: {jump:e}");
     }
     let slope = |x: f64| residuals.jacobian_at(&[x]).unwrap();
     for (a, b) in slope(0.0).iter().zip(slope(h)) {
+        // The Jacobian is continuous.
         assert!((a[0] - b[0]).abs() < 1e-6, "{a:?} {b:?}");
     }
 }
@@ -84,6 +87,7 @@ fn arc_angle_is_identified_from_a_straight_rod() {
     let report =
         fit(&bent(0.0).problem().unwrap(), droop(&bent(0.4)).sigma(1e-4), angle).solve().unwrap();
     let found = report.parameters()[0].1;
+    // Exact data of an arc of 0.4 rad.
     assert!(report.converged && (found - 0.4).abs() < 1e-8, "{found}: {report}");
 }
 
@@ -100,6 +104,7 @@ fn square_section_may_become_rectangular() {
     let size = exact.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
     for ((a, b), row) in above.iter().zip(&below).zip(&exact) {
         let difference = (a - b) / (2.0 * h);
+        // Central differences in steps of `h`.
         assert!((difference - row[0]).abs() < 1e-6 * size, "{difference:e} {row:?}");
     }
 }
@@ -116,8 +121,10 @@ fn spatial_rod_stays_spatial_at_a_planar_start() {
     let residuals = fit(&problem, droop(&scene), force).residuals().unwrap();
     let [at, beside] = [0.0, 1e-7].map(|x| residuals.jacobian_at(&[x]).unwrap());
     let size = at.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
+    // The force has an effect at zero, which requires the spatial model.
     assert!(size > 0.1, "{size}");
     for (a, b) in at.iter().zip(&beside) {
+        // The Jacobian is continuous at zero force.
         assert!((a[0] - b[0]).abs() < 1e-4 * size, "{a:?} {b:?}");
     }
 }

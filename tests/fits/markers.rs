@@ -1,4 +1,5 @@
-//! Markers that a camera follows beside the centre line: they go round with the rod.
+//! Markers beside the center line: their positions follow the axes of the rod, with exact derivatives and interpolation between
+//! time steps.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use rodfit::energy::frame::EdgeFrame;
@@ -71,8 +72,8 @@ fn cubic(values: [Vector; 4], at: f64) -> Vector {
     })
 }
 
-/// What a camera sees of a marker beside the tip, or beside the node after edge `j`: where the rod is, and what
-/// the axes of the four nearest edges say between their middles.
+/// Observation of a marker at `offset` (along the axes of the edge, m) from a node. The offset is interpolated by a cubic through
+/// the middles of the four nearest edges.
 fn seen(problem: &Problem, up: Vector, node: usize, offset: [f64; 3]) -> Observation {
     let last = problem.nodes() - 1;
     let first = (node.max(2) - 2).min(last - 4);
@@ -158,6 +159,7 @@ fn marker_position_follows_the_axes_of_the_rod() {
             };
             let (with, without) = (largest(data.clone().offset(offset)), largest(data));
             println!("{name}, node {node}: {with:.1e} with the offset, {without:.1e} without");
+            // Rounding errors with the offset; without it at least 5 mm of the offset remain.
             assert!(with < 1e-13 && without > 5e-3, "{name} {node}: {with} {without}");
         }
     }
@@ -220,6 +222,7 @@ fn marker_derivatives_equal_differences() {
                 .map(|k| ((45.0 * a[k] - 9.0 * b[k] + c[k]) / (60.0 * h) - jacobian[k][i]).abs())
                 .fold(0.0, f64::max);
             println!("{name}: {off:.1e} of {size:.1e}");
+            // Seven-point differences (sixth order) in steps of `h`.
             assert!(off < 1e-7 * size, "{name}: {off} of {size}");
         }
         let hessian = residuals.hessian_at(&x).unwrap();
@@ -232,6 +235,7 @@ fn marker_derivatives_equal_differences() {
         let size = hessian[0].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         for (j, exact) in hessian[0].iter().enumerate() {
             let off = ((ahead[j] - behind[j]) / (2.0 * h) - exact).abs();
+            // Central differences in steps of 1e-5.
             assert!(off < 1e-5 * size, "{}: {off} of {size}", names[j]);
         }
     }
@@ -270,6 +274,7 @@ fn markers_between_steps_are_interpolated() {
             (0..at.len() - 9).map(off).fold(0.0, f64::max)
         });
         println!("{name}: {errors:?}");
+        // Third order at least: half the step reduces the error by a factor of about 8 or more.
         assert!(errors[0] < 1e-6 && errors[1] < errors[0] / 7.0, "{name}: {errors:?}");
     }
 }
@@ -286,6 +291,7 @@ fn marker_offset_gives_exact_modulus() {
         let data = seen(&problem, up, problem.nodes() - 1, offset);
         let by = [Parameter::YoungsModulus];
         let report = fit_with(&scene, &data.clone().offset(offset), &by, same_mesh());
+        // The modulus of the simulation.
         found(&report, &[(Parameter::YoungsModulus, 2e7)], 1e-7);
         if problem.planar().is_none() {
             continue;
@@ -302,6 +308,7 @@ fn marker_offset_gives_exact_modulus() {
         let report = fit_with(&scene, &shifted, &by, same_mesh());
         let off = (value(&report, Parameter::YoungsModulus) / 2e7 - 1.0).abs();
         println!("without the offset E is off by {:.2} %", 100.0 * off);
+        // A lower bound of the bias, so that the offset matters.
         assert!(off > 3e-3, "{off}");
     }
 }
@@ -320,6 +327,7 @@ fn arc_length_of_a_node_equals_the_node() {
         let place = 0.513 * node as f64 / segments as f64;
         let data = data.at(Point::ArcLength((place * 1e7).round() * 1e-7)).sigma(1e-4);
         let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], of_a_right_mesh());
+        // The modulus of the simulation; the arc length is rounded to 1e-7 m.
         found(&report, &[(Parameter::YoungsModulus, scene.material.youngs_modulus)], 1e-5);
     }
 }

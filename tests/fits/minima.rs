@@ -1,4 +1,4 @@
-//! Searches take the lowest of the minima that they come across.
+//! Searches with several minima: the lowest is reported; extensions by omitted effects and alternative terms.
 
 use rodfit::Parameter;
 use rodfit::fit::{FitFile, Grade};
@@ -50,7 +50,9 @@ fn white_residuals_end_the_search() {
     let scene = coarse(20, 2e-3, 0.8);
     let data = noisy(&observe(&scene, 80), 1e-3, 2);
     let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
+    // The modulus of the simulation.
     assert!(covers(&report, Parameter::YoungsModulus, 1e8), "{report}");
+    // An upper bound of the cost without further searches.
     assert!(report.simulations < 6.0, "{report}");
 }
 
@@ -79,6 +81,7 @@ fn extension_with_the_missing_term_improves_the_fit() {
     let file = without_its_damping(folder.path());
     let first = file.fit().solve().unwrap();
     let extensions = file.extensions(&first).unwrap();
+    // At least the missing term; at most six are proposed.
     assert!((1..=6).contains(&extensions.len()), "{first}");
     let mut best: Option<rodfit::FitReport> = None;
     for extended in &extensions {
@@ -92,6 +95,7 @@ fn extension_with_the_missing_term_improves_the_fit() {
     let best = best.expect("a term that improves the fit");
     let damping = &best.parameters[1];
     assert_eq!(damping.name.to_string(), "loads.damping.stiffness", "{best}");
+    // The damping of the simulation, 2e-3 s.
     assert!((damping.value.unwrap() / 2e-3 - 1.0).abs() < 0.05, "{best}");
     assert_eq!(best.grade, Grade::Trustworthy, "{best}");
 }

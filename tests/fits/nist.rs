@@ -1,7 +1,7 @@
-//! The optimiser of `fit` on NIST's reference problems for nonlinear regression (StRD).
+//! The optimizer of `fit` on NIST's reference problems for nonlinear regression (StRD).
 //!
-//! 27 data sets with parameters certified to eleven digits, each from a start far off and from one
-//! nearer. Derivatives by num-dual; one set of tolerances for all 54 runs.
+//! 27 data sets with parameters certified to eleven digits, each from a far and from a near
+//! start. Derivatives by num-dual; one set of tolerances for all 54 runs.
 //! `cargo test --release --test fits nist:: -- --nocapture` prints the table.
 
 use argmin::core::{Error, Executor, Jacobian, Operator, State, TerminationReason};
@@ -26,7 +26,7 @@ const NAMES: [&str; 27] = [
     "Bennett5",
 ];
 
-/// What the data set's model predicts at the predictors `x`.
+/// Value of the data set's model at the predictors `x` with the parameters `b`.
 fn model<D: DualNum<Primitive = f64> + Copy>(name: &str, b: &[D], x: &[f64]) -> D {
     let t = D::from(x[0]);
     let one = D::from(1.0);
@@ -104,6 +104,7 @@ impl Problem {
         }
     }
 
+    /// Residual sum of squares at the parameters `b`.
     fn rss(&self, b: &[f64]) -> f64 {
         self.rows.iter().map(|row| (model(&self.name, b, &row[1..]) - row[0]).powi(2)).sum()
     }
@@ -177,6 +178,7 @@ fn nist_certified_values_are_minima() {
         };
         let allowed: f64 = (&problem).jacobian(b).unwrap().into_iter().map(rounding).sum();
         let (rss, certified) = (problem.rss(b), problem.certified_rss);
+        // Certified values have eleven digits: half a unit of the last digit of each parameter, and of the sum.
         assert!((rss - certified).abs() <= allowed + 6e-11 * certified, "{name}: {rss:e}");
         // And they are a minimum: the gradient vanishes next to the terms it is made of.
         let (r, j) = ((&problem).apply(b).unwrap(), (&problem).jacobian(b).unwrap());
@@ -190,6 +192,7 @@ fn nist_certified_values_are_minima() {
                     row[k].abs() * row.iter().zip(b).map(moved).sum::<f64>()
                 })
                 .sum();
+            // The gradient vanishes up to the same rounding of the parameters.
             assert!(f64::abs(sum) <= by_rounding + 1e-9 * size, "{name}: {sum:e} of {size:e}");
         }
     }

@@ -1,4 +1,5 @@
-//! Natural curvature and twist that differ from part to part of the rod.
+//! Natural curvature and twist by pieces of the rod: equal pieces are the whole rod, derivatives equal differences, and pieces
+//! are identified.
 
 use nalgebra::Vector3;
 use rodfit::fit::Sample;
@@ -52,6 +53,7 @@ fn equal_pieces_equal_the_whole_rod() {
         let sum = |of: &[[f64; 3]]| of.iter().map(|x| Vector3::from(*x)).sum::<Vector3<f64>>();
         for (one, all) in one.iter().zip([&all[..3], &all[3..]]) {
             let one = Vector3::from(*one);
+            // Chain rule: derivatives by the pieces add up; rounding errors.
             assert!((one - sum(all)).norm() < 1e-9 * one.norm(), "{one} {all:?}");
         }
     }
@@ -77,8 +79,10 @@ fn joints_have_the_values_of_their_pieces() {
         let place = (i as f64 + 0.5) * length / 0.5;
         let factor = [0.5, 1.5, -1.0][(3.0 * place) as usize];
         let exact = factor * 2.0 * (0.5 * turn).tan();
+        // Discrete curvature `2 tan(phi/2)` of the piece's factor times the turning angle of the shape.
         assert!((k - exact).abs() < 1e-10, "joint {i}: {k} {exact}");
     }
+    // A stress-free shape has no bending energy.
     assert!(found.energies.bend < 1e-18, "{found:?}");
 }
 
@@ -111,6 +115,7 @@ fn piecewise_derivatives_equal_differences() {
                 let slope = Vector3::from_column_slice(&slopes[3 * j..3 * j + 3]);
                 let off = (slope - Vector3::from(*exact)).norm() / slope.norm();
                 println!("{parameter}, {}: {off:.1e}", ["at rest", "in motion"][j]);
+                // Seven-point differences in steps of 1e-4: rounding errors.
                 assert!(off < 1e-8, "{parameter}: {slope:?} {exact:?}");
             }
         }
@@ -130,6 +135,7 @@ fn piecewise_scenes_have_numbers_or_lists() {
     let read = Scene::from_toml(&text, ".").unwrap();
     assert_eq!(read.rod.natural_curvature, scene.rod.natural_curvature);
     assert_eq!(Parameter::NaturalCurvature.of(&scene), None);
+    // The second factor of the list.
     assert_eq!(curvature_of(2).of(&scene), Some(0.8));
     for piece in [3, 255] {
         assert_eq!(curvature_of(piece).of(&scene), None);
@@ -188,6 +194,7 @@ fn piecewise_moduli_are_identified() {
     let fit = [1, 2, 3].map(curvature_of).into_iter().fold(fit, Fit::identify);
     for ((parameter, found), truth) in fit.solve().unwrap().parameters().iter().zip(truth) {
         println!("{parameter}: {found}");
+        // Exact data: the values of the simulation.
         assert!((found - truth).abs() < 1e-6, "{parameter}: {found} {truth}");
     }
 }

@@ -1,4 +1,4 @@
-//! Identification in a plane: exact answers from exact data, honest errors from noisy ones.
+//! Identification in a plane: exact data give exact parameters, noisy data the errors that are reported.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,6 +39,7 @@ fn exact_data_give_exact_modulus_from_any_start() {
                 let error = error(&report, Parameter::YoungsModulus, truth);
                 worst = worst.max(error);
                 work.push(report.simulations);
+                // Exact data: within the tolerance of the search.
                 assert!(error < 1e-8, "{truth:e}, {end} s, {unknown:?}: {report}");
             }
         }
@@ -52,6 +53,7 @@ fn walls_at_nodes_give_exact_modulus() {
     let mut scene = small(3.0);
     scene.supports.clamp = Clamp::Nodes;
     let data = observe(&scene, 300);
+    // The modulus with which the data are simulated, without noise.
     found(
         &fit(&scene, &data, &[Parameter::YoungsModulus]),
         &[(Parameter::YoungsModulus, 1e8)],
@@ -67,6 +69,7 @@ fn exact_data_give_beta_alone_and_with_modulus() {
         let data = observe(&scene, 200);
         Parameter::Beta.set(&mut scene, 0.62).unwrap();
         let truths = [(Parameter::Beta, truth), (Parameter::YoungsModulus, 1e8)];
+        // The values with which the data are simulated, without noise.
         found(&fit(&scene, &data, &[Parameter::Beta]), &truths[..1], 1e-6);
         found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
     }
@@ -82,6 +85,7 @@ fn exact_data_give_natural_curvature_and_modulus() {
         let data = observe(&scene, 100);
         scene.rod.natural_curvature = 0.8.into();
         let truths = [(Parameter::YoungsModulus, 1e8), (Parameter::NaturalCurvature, truth)];
+        // The values with which the data are simulated, without noise.
         found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-7);
     }
 }
@@ -97,6 +101,7 @@ fn exact_data_give_dampings_and_modulus() {
         (Parameter::DampingMass, 0.8),
         (Parameter::DampingStiffness, 2e-3),
     ];
+    // The values with which the data are simulated, without noise.
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
@@ -120,10 +125,12 @@ fn every_scheme_gives_exact_modulus() {
         let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
         let error = error(&report, Parameter::YoungsModulus, 1e8);
         println!("{scheme:?}: off by {error:.1e} after {:.1} simulations", report.simulations);
+        // Data and model have the same scheme and mesh: within the tolerance of the search.
         assert!(error < 1e-8, "{scheme:?}: {report}");
         records.push(data);
     }
     let report = fit(&scene, &records[1], &[Parameter::YoungsModulus]);
+    // Another accurate scheme has an error of its own.
     found(&report, &[(Parameter::YoungsModulus, 1e8)], 1e-4);
 }
 
@@ -134,11 +141,11 @@ fn known_force_gives_modulus_and_density() {
     scene.loads.point = at_tip([0.0, -0.3, 0.0]);
     let data = observe(&scene, 100);
     let truths = [(Parameter::YoungsModulus, 1e8), (Parameter::Density, 1273.52)];
+    // The values with which the data are simulated, without noise.
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
-/// A damping that the data do not have goes to zero, and the other unknowns converge to the minimum
-/// without it.
+/// For data without damping its estimate decreases to zero; the other unknowns converge to the minimum without it.
 #[test]
 fn vanishing_damping_does_not_stop_the_other_unknowns() {
     let scene = coarse(20, 2e-3, 0.8);
@@ -182,6 +189,7 @@ fn partial_observations_of_several_points_are_fitted() {
         .identify(Parameter::YoungsModulus)
         .solve()
         .unwrap();
+    // The modulus with which the data are simulated, without noise.
     found(&report, &[(Parameter::YoungsModulus, 1e8)], 1e-8);
     assert_eq!(report.sigma.len(), 2);
 }
@@ -207,7 +215,9 @@ fn standard_error_equals_spread_of_replicates() {
         "standard error {error:.3e}, spread {spread:.3e}, ratio {:.3}; {covered} of 200 intervals cover",
         error / spread
     );
+    // The spread of 200 estimates has a relative error of 5 %; three of them are 15 %.
     assert!((error / spread - 1.0).abs() < 0.15);
+    // The mean has a standard error of the spread over sqrt(200).
     assert!(mean.abs() < 4.0 * spread / 200_f64.sqrt(), "bias {mean:e}");
     // 190 expected; three standard deviations of a binomial count are 9.
     assert!((181..=199).contains(&covered));
@@ -221,12 +231,12 @@ fn library_and_fit_file_give_the_same_estimate() {
     let problem = scene.problem().unwrap().with_derivatives(rodfit::Derivatives::Dual);
     let report =
         Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus).solve().unwrap();
+    // The modulus with which the data are simulated, without noise.
     found(&report, &[(Parameter::YoungsModulus, 1e8)], 1e-8);
 }
 
-/// What could not be identified before, from exact data of the tip, to the last digits: the length
-/// beside E with a known load, a helix's pitch, the direction of the weight, a shaken wall's amplitude
-/// and frequency, and a load.
+/// Parameters of all kinds are recovered from exact data of the tip: length beside E with a known load, a helix's pitch, the
+/// direction of the weight, amplitude and frequency of a shaken wall, and a load.
 #[test]
 fn any_scene_parameter_is_identified() {
     let mut rod = small(1.0);
@@ -284,6 +294,7 @@ fn any_scene_parameter_is_identified() {
             let found = report.estimate(*parameter).unwrap().value.unwrap_or(f64::NAN);
             let off = (found - truth).abs() / if *truth == 0.0 { 0.05 } else { truth.abs() };
             println!("{name}: {parameter} {off:.1e}, {:.1} simulations", report.simulations);
+            // Exact data: within the tolerance of the search.
             assert!(off < 1e-7, "{name}, {parameter}: {found} {truth} {report}");
         }
     }
@@ -309,6 +320,7 @@ fn given_start_is_used_where_the_coarse_model_fails() {
     for start in [8.2e8, 8.655e8, 9.1e8] {
         let modulus = [Unknown::new(Parameter::YoungsModulus).start(start)];
         let report = fit_with(&scene, &data, &modulus, same_mesh());
+        // The modulus of the simulation; noise of 9e-5 m.
         assert!(error(&report, Parameter::YoungsModulus, 8.655_636_7e8).abs() < 0.01, "{report}");
     }
 }

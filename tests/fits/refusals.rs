@@ -1,4 +1,4 @@
-//! Reports of parameters that are not identifiable, and errors and warnings for wrong set-ups.
+//! Parameters that are not identifiable are reported; wrong set-ups get errors before the search, or warnings.
 
 use rodfit::fit::{FitReport, Sample};
 use rodfit::scene::{End, Motion, Section, Shape, Support};
@@ -30,10 +30,12 @@ fn discontinuous_misfit_is_a_warning() {
         assert!(!report.warnings.is_empty(), "{report}");
         (halved, report.warnings.iter().any(|w| w.contains("halved some time steps")))
     };
+    // Steps of 8 ms are halved in the simulation, those of 1 ms are not.
     assert_eq!(warned(8e-3), (true, true));
     assert_eq!(warned(1e-3), (false, false));
 }
 
+/// Requires an unsuccessful fit whose status has all words.
 fn refusal(report: &FitReport, words: &[&str]) {
     assert!(!report.is_success());
     for word in words {
@@ -63,6 +65,7 @@ fn modulus_and_density_under_gravity_are_not_identifiable() {
         fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass, Parameter::Density]);
     refusal(&report, &["youngs_modulus/density"]);
     let damping = report.estimate(Parameter::DampingMass).unwrap();
+    // The damping of the simulation, 0.8 1/s.
     assert!((damping.value.unwrap() / 0.8 - 1.0).abs() < 1e-6, "{report}");
 }
 

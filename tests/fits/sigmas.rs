@@ -1,4 +1,4 @@
-//! Files that say how far off each of their places is.
+//! Files with columns of standard deviations: rows are weighted by their variances, and invalid columns are rejected.
 
 use rodfit::fit::{FitFile, FitReport};
 use rodfit::{Parameter, Point, Scene};
@@ -39,6 +39,7 @@ fn folder(columns: &str, of: impl Fn(usize) -> Vec<f64>) -> TempDir {
     folder
 }
 
+/// A fit file whose observation has these additional keys.
 fn load(folder: &TempDir, said: &str) -> Result<FitFile, rodfit::Error> {
     let text = format!(
         "scene = \"scene.toml\"\n[[observation]]\nfile = \"tip.csv\"\n{said}\n[[parameter]]\nname = \"youngs_modulus\"\n\
@@ -93,8 +94,11 @@ fn row_sigmas_weight_their_rows() {
     };
     let [off, error] = weighed(&report);
     let found = report.estimate(Parameter::YoungsModulus).unwrap();
+    // The gradient of the weighted sum of squares vanishes at the estimate.
     assert!(off.abs() < 1e-5 * error, "{off:e} of {error:e}");
+    // Weighted least squares: the inverse root of the sum of squared weighted sensitivities.
     assert!((found.std_error.unwrap() / error - 1.0).abs() < 1e-6, "{found:?}");
+    // The modulus of the simulation, within four standard errors.
     assert!((found.value.unwrap() - 1e8).abs() < 4.0 * error);
     // With equal weights the estimate is another one, with a larger error.
     let bare = self::folder(",sx", |k| vec![sigmas(k)[0]]);
@@ -143,6 +147,7 @@ fn shape_sigma_columns_are_read() {
     };
     let (own, plain) = (rows(text), rows(&text.replace("\"sd\"", "1e-3").replace("droop", "bare")));
     for (k, ratio) in [(0, 1.0), (1, 3.0), (2, 3.0)] {
+        // Rows of the Jacobian are divided by their sigmas, of which the ratios are 1, 3 and 3.
         assert!((plain[k][0] / own[k][0] / ratio - 1.0).abs() < 1e-12, "{own:?} {plain:?}");
     }
 }

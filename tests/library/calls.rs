@@ -1,4 +1,4 @@
-//! Calls whose arguments cannot be answered are errors, in any order of calls.
+//! Calls of the library with invalid arguments are errors, in any order of calls; fits and results can be sent to threads.
 
 use rodfit::fit::{Frequencies, Sample};
 use rodfit::scene::{Scene, Stencil};
@@ -12,7 +12,8 @@ pub fn short() -> Scene {
     coarse(12, 2e-3, 0.1)
 }
 
-/// What a refusal names, and what it says was found and is allowed.
+/// Key, found value and allowed values of a rejected input or of a number out of range. Panics for a success and for any
+/// other error.
 pub fn refused<T>(result: Result<T, Error>) -> [String; 3] {
     match result {
         Err(Error::Invalid { key, found, allowed, .. }) => [key, found, allowed],
@@ -24,7 +25,7 @@ pub fn refused<T>(result: Result<T, Error>) -> [String; 3] {
     }
 }
 
-/// What a graphical program or a server hands to another thread.
+/// Fits, problems and reports can be shared between threads, and a fit can be solved in another thread.
 #[test]
 fn fit_and_its_result_are_send_and_sync() {
     fn is_send<T: Send>() {}

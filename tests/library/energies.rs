@@ -1,4 +1,4 @@
-//! The energies one writes first.
+//! Simple user-defined energies in several notations, whose derivatives equal finite differences.
 
 use num_dual::Dual64;
 use rodfit::check::{Terms, check_hessian};
@@ -21,6 +21,8 @@ macro_rules! first_attempts {
     )*};
 }
 
+/// Requires a finite energy whose first derivatives by dual numbers agree with finite differences, and a finite check of its
+/// Hessian.
 fn has_derivatives<const N: usize>(energy: &impl Energy<N>, q: [f64; N]) {
     let value = energy.energy(&q);
     assert!(value.is_finite() && value != 0.0);
@@ -31,10 +33,12 @@ fn has_derivatives<const N: usize>(energy: &impl Energy<N>, q: [f64; N]) {
         let along = |i: usize| move |j: usize| f64::from(u8::from(i == j));
         let dual: [Dual64; N] = std::array::from_fn(|j| Dual64::new(q[j], along(i)(j)));
         let by_dual = energy.energy(&dual);
+        // The real part is the value: rounding errors.
         assert!((by_dual.re / value - 1.0).abs() < 1e-14);
         let h = 1e-5 * q[i].abs().max(1e-2);
         let at = |k: f64| energy.energy(&std::array::from_fn(|j| q[j] + k * h * along(i)(j)));
         let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
+        // Five-point differences have truncation and rounding errors.
         assert!(
             (by_dual.eps - difference).abs() < 1e-7 * (difference.abs() + value.abs()),
             "q[{i}]: {} by dual numbers, {difference} by differences",

@@ -1,4 +1,4 @@
-//! Reports and the documents' files can be read.
+//! Reports, scenes and fits are unchanged after they are written and read; files in the documents are valid.
 
 use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, Sighting};
 use rodfit::scene::{PointForce, Shape, Time};
@@ -7,7 +7,7 @@ use rodfit::{Fit, Parameter, Point, Scene, Trajectory};
 use crate::calls::{refused, short};
 use crate::common::fits::record;
 
-/// What is written is read again as what it was, to the last digit.
+/// Writes a report as JSON, reads it and requires equality to the last digit. Returns the report that was read.
 fn round_trip<T>(report: &T) -> T
 where
     T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
@@ -70,7 +70,7 @@ fn report_is_equal_after_reading_its_json() {
     assert_eq!(round_trip(&study).rows.len(), study.rows.len());
 }
 
-/// What could not be simulated in a scan has an infinite misfit, which JSON calls null.
+/// Infinite numbers, such as the misfit of a failed simulation in a scan, are `null` in JSON and infinite after reading.
 #[test]
 fn infinite_numbers_are_equal_after_reading_json() {
     let text = r#"{"name":"density","label":"density","values":[1.0,2.0],"misfit":[0.5,null]}"#;
@@ -82,7 +82,7 @@ fn infinite_numbers_are_equal_after_reading_json() {
     round_trip(&errors);
 }
 
-/// Scenes and fits that stand in memory, with their data in a folder.
+/// Scenes and fits are read from text in memory, with their data in a folder.
 #[test]
 fn files_are_read_from_text() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,6 +121,7 @@ fn files_are_read_from_text() {
         assert!(report.to_string().contains(&format!("\n  {name} ")), "{report}");
         assert!(rodfit::page::fit_page(&report, "").contains(&format!(">{name}<")));
         let found = report.estimate(Parameter::Radius).unwrap().value.unwrap();
+        // The radius of the scene with which the data are simulated.
         assert!((found / 0.005 - 1.0).abs() < 1e-6, "{report}");
         round_trip(&report);
     }
@@ -136,6 +137,7 @@ fn list_of_wrong_length_is_rejected() {
         Scene::from_toml(&own.replace("POINTS", points).replace("PAIRS", pairs), "")
     };
     let (points, pairs) = ("[[0, 0, 0], [0.5, 0, 0.1], [1, 0, 0.2]]", "[[0.1, 0], [0.2, 0]]");
+    // The numbers of the text.
     assert_eq!(read(points, pairs).unwrap().rod.natural_bending, [[0.1, 0.0], [0.2, 0.0]]);
     for (points, pairs, words) in [
         ("[[0, 0, 0], [0.5, 0, 0.1, 7], [1, 0, 0.2]]", pairs, "expected 3 numbers"),
@@ -185,7 +187,7 @@ fn tables_of_a_fit_file_are_read_separately() {
     }
 }
 
-/// A search goes on until the next step would be below the tolerance, and ends there.
+/// A search continues until the next step would be below its tolerance.
 #[test]
 fn search_ends_at_its_tolerance() {
     let problem = short().problem().unwrap();
@@ -215,6 +217,7 @@ fn search_ends_at_its_tolerance() {
     };
     let [early, late] = [1e-3, 1e-7].map(left);
     println!("left of a step: {early:e} and {late:e} standard errors");
+    // The remaining step at the end is below the tolerance, in standard errors; a looser tolerance leaves more.
     assert!(late < 1e-6 && early > 10.0 * late && early < 1e-3);
     for tolerance in [-1e-3, 0.2, f64::NAN] {
         let error = solved(tolerance).unwrap_err().to_string();
@@ -257,7 +260,7 @@ fn shape_through_points_is_saved_with_its_points() {
     }
 }
 
-/// What the documents show of files can be read: their scenes are scenes.
+/// All TOML blocks of the README and of the scene reference parse; their complete scenes are valid.
 #[test]
 fn files_in_the_documents_are_valid() {
     let blocks = |text: &str| -> Vec<String> {

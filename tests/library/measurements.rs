@@ -1,4 +1,4 @@
-//! A measurement of one's own.
+//! User-defined measurements: exact derivatives, fits together with built-in ones, and invalid points.
 
 use rodfit::fit::{Gauge, Quantity, Sight};
 use rodfit::scene::Stencil;
@@ -107,12 +107,14 @@ fn derivatives_of_user_defined_measurement_are_exact() {
         let all = points.map(|x| residuals.residuals(&x).unwrap());
         for (i, row) in jacobian.iter().enumerate() {
             let by_difference = difference([0, 1, 2, 3].map(|p| all[p][i]));
+            // Five-point differences in steps of `h`: truncation and rounding errors.
             assert!((row[j] - by_difference).abs() < 1e-6 * (1.0 + row[j].abs()), "row {i}, {j}");
         }
         let gradients = points.map(|x| gradient(&x));
         for i in 0..2 {
             let by_difference = difference([0, 1, 2, 3].map(|p| gradients[p][i]));
             let size = hessian[i][i].abs().max(hessian[j][j].abs());
+            // As above, for the gradient.
             assert!((hessian[i][j] - by_difference).abs() < 1e-7 * size, "{i} {j}");
         }
     }
@@ -139,6 +141,7 @@ fn user_defined_measurement_is_fitted_with_others() {
         (prediction.observation.as_str(), prediction.unit.as_str()),
         ("angle at rest", "rad")
     );
+    // Exact data: the right model predicts them.
     assert!(prediction.rms < 1e-6);
     let series = &report.plot_data.as_ref().unwrap().series;
     assert_eq!(

@@ -14,6 +14,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
 }
 
+/// Requires that all components differ by at most `tolerance`.
 fn near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
     assert!((0..3).all(|c| (a[c] - b[c]).abs() <= tolerance), "{a:?} {b:?}");
 }
@@ -27,7 +28,7 @@ fn masses(problem: &Problem) -> Vec<f64> {
     }
 }
 
-/// At rest the supports balance the weight of what is not inside of a wall, and its moment.
+/// Reactions at rest balance force and moment of the weight of all nodes that are not inside of a wall.
 #[test]
 fn reactions_of_equilibrium_balance_the_weight() {
     let mut helix = helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
@@ -54,6 +55,7 @@ fn reactions_of_equilibrium_balance_the_weight() {
         }
         if let (Shape::Straight { length, .. }, true) = (&scene.rod.shape, inside.len() == 1) {
             let whole = 1273.52 * std::f64::consts::PI * 0.005_f64.powi(2) * length;
+            // The supports carry the weight of the rod, `rho A L g`: rounding errors.
             assert!((force[1] / (g[1] * whole) - 1.0).abs() < 1e-12);
         }
         let last = problem.nodes() - 1;
@@ -68,6 +70,7 @@ fn reactions_of_equilibrium_balance_the_weight() {
             force = sum(force, f);
             moment = sum(moment, sum(m, cross(at, f)));
         }
+        // Equilibrium of forces, N, and moments, N m.
         near(force, [0.0; 3], 1e-8);
         near(moment, [0.0; 3], 1e-8);
     }
@@ -84,14 +87,14 @@ fn twisted_rod_exerts_moments_on_its_walls() {
     let rest = scene.problem().unwrap().equilibrium().unwrap();
     let torsion_constant = std::f64::consts::PI * 0.005_f64.powi(4) / 2.0;
     let torque = 4e7 * torsion_constant * 0.3 / 0.5;
+    // Torsion of a uniform shaft: `G J twist / L`, with the twist of 0.3 rad over 0.5 m.
     near(rest.reactions.end.moment, [torque, 0.0, 0.0], 1e-9 * torque);
     near(rest.reactions.start.moment, [-torque, 0.0, 0.0], 1e-9 * torque);
     near(rest.reactions.start.force, [0.0; 3], 1e-9);
 }
 
-/// What is read from a run hangs together: momentum changes by reactions, weight and drag, exactly
-/// as the scheme sums them; kinetic energy is that of the velocities; energy of an undamped rod
-/// stays.
+/// Velocities, reactions and energies of a run are consistent. Momentum changes by reactions, weight and drag, by the
+/// trapezoidal rule; kinetic energy is that of the velocities; an undamped rod conserves energy.
 #[test]
 fn reactions_velocities_and_energies_of_a_run_are_consistent() {
     let mut damped = short();
@@ -142,11 +145,13 @@ fn reactions_velocities_and_energies_of_a_run_are_consistent() {
             let k = times.len() / 2;
             let square = |i: usize| run.velocity(i, k).map(|v| v * v).iter().sum::<f64>();
             let kinetic: f64 = all[2..].iter().map(|i| 0.5 * m[*i] * square(*i)).sum();
+            // Definition of the kinetic energy with lumped masses: rounding errors.
             assert!((run.energies()[k].kinetic / kinetic - 1.0).abs() < 1e-12);
         }
         if drag == 0.0 {
             let total = |k: usize| run.energies()[k].total();
             let most = run.energies().iter().map(|e| e.kinetic).fold(0.0, f64::max);
+            // The scheme conserves energy up to its order in the step.
             assert!((0..times.len()).all(|k| (total(k) - total(0)).abs() < 0.02 * most));
         }
     }
@@ -163,6 +168,7 @@ fn reactions_velocities_and_energies_of_a_run_are_consistent() {
         run.reactions()[500].start
     };
     let (one, other) = (wall(Scheme::NewmarkBeta), wall(Scheme::Rodas4));
+    // Two schemes of different order agree to their errors in the step.
     near(one.force, other.force, 2e-2 * one.force[1].abs());
     near(one.moment, other.moment, 2e-2 * one.moment[2].abs());
 }

@@ -11,6 +11,7 @@ fn problem(scene: &str, [first, segments, time]: [&str; 3]) -> Result<Problem, E
     Scene::from_toml(&text.replace("[time]", &format!("[time]\n{time}")), "data")?.problem()
 }
 
+/// A scene with chosen numerics and this requested accuracy.
 fn open(scene: &str, accuracy: f64) -> Problem {
     problem(scene, [&format!("accuracy = {accuracy}"), "", ""]).unwrap()
 }
@@ -23,6 +24,7 @@ fn positions(problem: &Problem, point: Point) -> Vec<[f64; 3]> {
     (1..=100).map(at).collect()
 }
 
+/// Largest distance of corresponding points, m.
 fn largest_distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
         a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
@@ -109,6 +111,7 @@ fn true_errors_of_twelve_scenes_stay_below_the_request() {
             resolution.error.unwrap(),
             resolution.words()
         );
+        // The requested error, in lengths of the rod.
         assert!(error <= 1e-2 && resolution.error.unwrap() <= 1e-2, "{k}: {error:e}");
     }
 }
@@ -127,6 +130,7 @@ fn true_errors_of_struck_rods_stay_below_the_request() {
         let chosen = open(&scene, 1e-2);
         let error = true_error(&scene, &chosen, 4);
         println!("{k}: {error:.1e}; {}", chosen.resolution().unwrap().words());
+        // The requested error, in lengths of the rod.
         assert!(error <= 1e-2, "{k}: {error:e}");
     }
 }
@@ -139,6 +143,7 @@ fn true_errors_stay_below_a_request_of_1e_3() {
         let chosen = open(scene, 1e-3);
         let error = true_error(scene, &chosen, 6);
         println!("{k}: {error:.1e}; {}", chosen.resolution().unwrap().words());
+        // The requested error, in lengths of the rod.
         assert!(error <= 1e-3, "{k}: {error:e}");
         let default = problem(scene, ["", "", ""]).unwrap();
         assert_eq!(default.scene().time, chosen.scene().time);
@@ -198,6 +203,7 @@ fn chosen_run_has_an_error_below_twice_its_estimate() {
         };
         let off = largest_distance(&places(&run), &places(&fine));
         println!("{name}: {off:.1e}; {}", resolution.words());
+        // The requested error, or a warning that it is not reached.
         assert!(off <= 1e-2 || resolution.bound.is_some(), "{name}: {off:e}");
         assert!(off <= 2.0 * resolution.error.unwrap(), "{name}: {off:e}");
     }
@@ -254,6 +260,7 @@ fn checked_simulation_is_repeated_until_its_check_accepts() {
     .unwrap();
     assert!(steps.len() == 2 && steps[1] > steps[0], "{steps:?}");
     assert_eq!(run.times().len() as u64, steps[1] as u64 + 1);
+    // The requested error of the scene.
     assert!(problem.resolution().unwrap().error.unwrap() <= 1e-2);
 }
 
@@ -271,14 +278,15 @@ fn newton_tolerance_follows_the_requested_accuracy() {
         let [few, many] = [&chosen, &exact].map(tangents);
         let off = largest_distance(&positions(&chosen, Point::Tip), &positions(&exact, Point::Tip));
         println!("{k}: {few} tangents instead of {many}, {off:.1e} off");
+        // The Newton tolerance is a small part of the requested error.
         assert!(few < many && off < 1e-5, "{k}: {few} {many} {off:e}");
         let finer = chosen.scene().reopened().problem_for(Aim::Guess).unwrap();
         assert_eq!(finer.scene().tolerance(), StepTolerance::default());
     }
 }
 
-/// For small errors a scheme of fourth order is cheaper. Its error is below 0.39 of the request, and half that of generalised-alpha
-/// with the same work.
+/// For small errors a scheme of fourth order is cheaper. Its error is below 0.39 of the request, and half that of
+/// generalised-alpha with the same work.
 #[test]
 fn rodas4_is_chosen_where_it_is_cheaper() {
     let scene = &dozen()[0];
@@ -298,6 +306,7 @@ fn rodas4_is_chosen_where_it_is_cheaper() {
     assert!(off < 0.39e-4 && other > 2.0 * off, "{off:e} {other:e}");
 
     let damped = scene.replace("[time]", "damping = { stiffness = 1e-3 }\n[time]");
+    // Rodas4 is not chosen with stiffness damping.
     assert_eq!(open(&damped, 1e-4).time().unwrap().scheme, Scheme::GeneralisedAlpha);
     let refused = chosen.simulate_with(&[Parameter::DampingStiffness]).unwrap_err().to_string();
     assert!(refused.contains("rodas4") && refused.contains("generalised-alpha"), "{refused}");
@@ -318,6 +327,7 @@ fn chosen_scheme_is_stable_with_stiff_damping() {
     for step in ["8e-4", "3.2e-3"] {
         let error = largest_distance(&at(&format!("step = {step}\n{alpha}")), &truth);
         println!("{step}: {error:.1e}");
+        // Second order in the step: 2e-2 at 3.2 ms is proportional to the squared step.
         assert!(error < 2e-2 * (step.parse::<f64>().unwrap() / 3.2e-3).powi(2), "{error:e}");
     }
     let chosen = open(&scene, 1e-3);
@@ -341,10 +351,12 @@ fn given_mesh_step_and_scheme_are_kept() {
     let checked = problem(scene, ["accuracy = 1e-4", "segments = 7", "step = 0.01"]).unwrap();
     assert_eq!((checked.segments(), checked.time().unwrap()), (7, given.time().unwrap()));
     let error = checked.resolution().unwrap().error.unwrap();
+    // A mesh of 7 segments and steps of 10 ms are too coarse for the request of 1e-4.
     assert!(error > 1e-3 && checked.warnings()[0].contains("Leave out rod.segments"), "{error:e}");
     let own = problem(scene, ["", "", "scheme = \"average-vector-field\""]).unwrap();
     assert_eq!(own.time().unwrap().scheme, Scheme::AverageVectorField);
     let rest = problem(&scene.replace("[time]\nend = 0.3", ""), ["", "", ""]);
+    // The default accuracy of 1e-3.
     assert!(rest.unwrap().resolution().unwrap().error.unwrap() < 1e-3);
 
     for (key, found, allowed) in [
@@ -367,6 +379,7 @@ fn search_for_a_motion_ends_at_its_limit_of_work() {
     let bounded = open(&limp, 1e-4);
     let warning = &bounded.warnings()[0];
     assert!(warning.contains("would take too long"), "{warning}");
+    // The error is unknown, or above the request of 1e-4.
     assert!(bounded.resolution().unwrap().error.is_none_or(|error| error > 1e-4));
 }
 
@@ -399,6 +412,7 @@ fn mesh_of_walls_at_nodes_reaches_the_request() {
     let moving = rod.replace("[loads]", "[time]\nend = 0.3\n[loads]");
     let moving = Scene::from_toml(&moving, "data").unwrap().problem().unwrap();
     let resolution = moving.resolution().unwrap();
+    // The default accuracy of 1e-3 is reached, without a warning.
     assert!(resolution.bound.is_none() && resolution.error.unwrap() < 1e-3, "{resolution:?}");
 }
 
@@ -444,5 +458,6 @@ fn infinite_step_is_refused_and_a_missing_one_is_chosen() {
     scene.time = Some(Time { step: None, ..Time::new(0.2, 1e-3) });
     let problem = scene.problem().unwrap();
     assert!(problem.resolution().unwrap().chosen.step);
+    // The step is within the duration of 0.2 s.
     assert!(problem.time().unwrap().step.unwrap() < 0.2);
 }

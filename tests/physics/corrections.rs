@@ -1,5 +1,5 @@
-//! Corrections of the discretization (clamps, thickness, curvature) on rods of many sizes, against closed forms and
-//! Castigliano's integrals.
+//! Corrections of the discretization (clamps, thickness, curvature) on rods of many sizes: errors and their order against closed
+//! forms and Castigliano's integrals.
 
 use nalgebra::Vector3;
 use rodfit::scene::{
@@ -16,6 +16,7 @@ fn rod(segments: usize, shape: Shape, section: Section) -> Scene {
     Scene::new(segments, shape, section, material)
 }
 
+/// A straight rod that hangs downward.
 fn straight(segments: usize, length: f64, radius: f64) -> Scene {
     let shape = Shape::Straight { length, direction: [0.0, 0.0, -1.0] };
     rod(segments, shape, Section::Circle { radius })
@@ -68,6 +69,8 @@ fn stretching_next_to_walls() {
                 let edge = problem.arc_length(rodfit::Point::Node(1)).unwrap() * 2.0;
                 let missing = 0.25 * 1.5 * weight * unit * edge * edge / axial;
                 let allowed = if end == Support::Clamped { 2.0 } else { 1.0 } * missing;
+                // Allowed: a quarter of an edge's weight missing in the first edge, and half an edge's at each wall, as
+                // derived above.
                 assert!(
                     (moved - exact).abs() < allowed * (1.0 + 1e-9) + 1e-12 * length,
                     "{segments} {end:?} node {i}: {moved:e} {exact:e}"
@@ -115,15 +118,18 @@ fn small_deflections_of_cantilevers() {
                 order(corrected),
                 order(paper)
             );
+            // Third order with the correction, by halving the edges.
             assert!(order(corrected) > 2.8, "{corrected:?}");
+            // Second order without it.
             assert!((1.9..2.1).contains(&order(paper)), "{paper:?}");
+            // The correction matters on the finest mesh.
             assert!(corrected[2].abs() < 0.1 * paper[2].abs());
         }
     }
 }
 
-/// How far the tip of a clamped curve goes along a unit acceleration `g` of its mass: the integral
-/// of the moments over the compliances, for small loads.
+/// Displacement of the tip of a clamped curve along a unit acceleration `g` of its mass, for small loads: the integral of the
+/// moments over the stiffnesses.
 fn castigliano(scene: &Scene, g: Vector3<f64>) -> f64 {
     let n = 20_000;
     let mesh = scene.rod.shape.mesh(Some(n), [0.0; 2]).unwrap();
@@ -234,8 +240,8 @@ fn small_deflections_of_curves() {
     }
 }
 
-/// The first swing of the paper's cantilever, continuum 0.544335 L: what the walls of a straight rod
-/// make of it, and of the frequency of its small vibrations.
+/// Errors of the first swing of the paper's cantilever (0.544335 L in the continuum) and of its lowest frequency, with the
+/// corrections of the clamp: bounded at 50 edges, of second order in the edge length.
 #[test]
 fn first_swing_of_the_cantilever() {
     let continuum = |discretization: Discretization, segments: usize| {
@@ -267,6 +273,7 @@ fn first_swing_of_the_cantilever() {
             coarse[0], fine[0], coarse[1]
         );
         assert!(coarse[0].abs() < swing && coarse[1].abs() < frequency, "{coarse:?}");
+        // Second order, up to the scatter of the extremum.
         assert!(order > 1.7, "{coarse:?} {fine:?}");
     }
 }

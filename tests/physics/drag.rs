@@ -1,4 +1,4 @@
-//! Rods in a fluid, against closed forms.
+//! Drag and added mass of rods in a fluid, against closed forms: terminal velocity, decay, frequencies, reactions.
 
 use rodfit::problem::Model;
 use rodfit::scene::{
@@ -47,8 +47,8 @@ fn velocities(scene: &Scene) -> Vec<[f64; 3]> {
     }
 }
 
-/// A rod that falls comes to the velocity at which drag carries its weight, broadside and end-on, and one that
-/// floats goes with the fluid.
+/// A falling rod reaches the velocity at which drag balances its weight, broadside and end-on; a floating one moves with the
+/// fluid.
 #[test]
 fn falling_rod_reaches_its_terminal_velocity() {
     let across = Drag { linear_normal: 0.5, linear_tangential: 90.0, ..Drag::default() };
@@ -70,6 +70,7 @@ fn falling_rod_reaches_its_terminal_velocity() {
                 scene.time.as_mut().unwrap().end = 6.0;
                 for [x, y, z] in velocities(&scene) {
                     let off = (y - 0.3 + speed).abs().max(x.abs()).max(z.abs());
+                    // Terminal velocity: drag equals weight, relative to the fluid that rises with 0.3 m/s.
                     assert!(off < 1e-6 * speed, "{scheme:?} {planar} {drag:?}: {x} {y} {z}");
                 }
             }
@@ -86,11 +87,13 @@ fn falling_rod_reaches_its_terminal_velocity() {
             });
             scene.time.as_mut().unwrap().end = 6.0;
             for [x, y, _] in velocities(&scene) {
+                // With the density of the fluid the rod is weightless, and takes the velocity of the fluid, (0.2, -0.1) m/s.
                 assert!((x - 0.2).abs() < 1e-6 && (y + 0.1).abs() < 1e-6, "{x} {y}");
             }
             scene.loads.drag = Some(Drag { fluid_density: DENSITY, ..Drag::default() });
             let fastest =
                 velocities(&scene).into_iter().flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+            // A weightless rod at rest in a fluid at rest stays at rest.
             assert!(fastest < 1e-10, "{fastest:e}");
         }
     }
@@ -115,6 +118,7 @@ fn velocity_under_quadratic_drag_decreases_as_inverse_time() {
             });
             let order = (errors[0] / errors[2]).log2() / 2.0;
             println!("{scheme:?}, across: {normal}: {errors:?}, order {order:.2}");
+            // Second order in the step against `v/(1 + k v t)`.
             assert!(errors[2].abs() < 2e-4 && (order - 2.0).abs() < 0.2, "{errors:?} {order}");
         }
     }
@@ -146,6 +150,7 @@ fn drag_of_a_rotating_rod_is_of_second_order() {
             });
             let order = (errors[0] / errors[2]).log2() / 2.0;
             println!("{scheme:?}, planar: {planar}: {errors:?}, order {order:.2}");
+            // Second order in the step against the rigid rotation.
             assert!(errors[2] < 1e-3 && (order - 2.0).abs() < 0.3, "{errors:?} {order}");
         }
     }
@@ -179,8 +184,8 @@ fn swing(drag: Drag, speed: f64, step: f64, times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Linear drag across a rod takes down its amplitude as `exp(-c t/(2 rho A))`; mass of the fluid that moves along
-/// lowers frequencies by `sqrt(m/(m + ma))`.
+/// Linear drag across a rod reduces its amplitude as `exp(-c t/(2 rho A))`; added mass of the fluid lowers frequencies by
+/// `sqrt(m/(m + ma))`.
 #[test]
 fn drag_and_added_mass_of_a_cantilever_equal_theory() {
     let frequency = |added_mass: f64| {
@@ -191,6 +196,7 @@ fn drag_and_added_mass_of_a_cantilever_equal_theory() {
             .frequency_rad_s
     };
     let lowered = frequency(0.07) / frequency(0.0);
+    // Added mass of 0.07 kg/m lowers the frequency by sqrt(m/(m + 0.07)).
     assert!((lowered / (line() / (line() + 0.07)).sqrt() - 1.0).abs() < 1e-9, "{lowered}");
     let period = std::f64::consts::TAU / frequency(0.0);
     let c = 0.06;
@@ -198,6 +204,7 @@ fn drag_and_added_mass_of_a_cantilever_equal_theory() {
     let e = swing(drag, 1e-3, period / 400.0, &[0.5 * period, 4.5 * period]);
     let decay = (e[0] / e[1]).ln() / (4.0 * period);
     println!("{decay} {}", c / line());
+    // The energy decays with the rate c over the mass per length, twice that of the amplitude.
     assert!((decay / (c / line()) - 1.0).abs() < 1e-3, "{decay}");
 }
 
@@ -220,11 +227,13 @@ fn quadratic_drag_of_a_cantilever_is_proportional_to_its_amplitude() {
     for (t, now) in times.iter().zip(&e) {
         let (found, exact) = ((now / e[0]).sqrt(), 1.0 / (1.0 + k * speed * t));
         println!("{t:.2} s: {found:.5}, {exact:.5}");
+        // Theory above: amplitude `1/(1 + k a t)`, averaged over a period.
         assert!((found / exact - 1.0).abs() < 5e-3, "{found} {exact}");
     }
 }
 
-/// Schemes that do not take drag say so, with those that do; what flows out of the plane makes a rod of space.
+/// Drag with a scheme without support for it is rejected, with a scheme that has it named; so is a negative coefficient. A
+/// stream out of the plane gives a spatial model.
 #[test]
 fn drag_with_unsupported_scheme_is_rejected() {
     let mut scene = cantilever();
@@ -241,7 +250,7 @@ fn drag_with_unsupported_scheme_is_rejected() {
     assert!(scene.problem().unwrap().planar().is_none());
 }
 
-/// What holds a rod in a stream holds all of the stream's force, that on the held nodes too.
+/// The reaction of a wall balances the whole force of a stream on the rod, that on the held nodes included.
 #[test]
 fn reaction_of_a_wall_balances_the_force_of_a_stream() {
     for planar in [true, false] {
@@ -262,6 +271,7 @@ fn reaction_of_a_wall_balances_the_force_of_a_stream() {
         run.run(&problem, 800, |_| {}).unwrap();
         let [x, y, z] = run.reactions().last().unwrap().start.force;
         let off = (y + drag * speed * LENGTH).abs().max(x.abs()).max(z.abs());
+        // Drag per length times length at the speed of the stream.
         assert!(off < 1e-6 * drag * speed * LENGTH, "{planar}: {x} {y} {z}");
     }
 }

@@ -1,4 +1,4 @@
-//! Hard cases, each with the outcome it must have.
+//! Difficult simulations with a known outcome: folds, snap-through, extreme slenderness, large steps, fast walls, fine meshes.
 
 use rodfit::scene::{
     End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Scheme, Section, Shape,
@@ -16,11 +16,12 @@ const SCHEMES: [(Scheme, f64); 4] = [
     (Scheme::Rodas4, 0.5),
 ];
 
+/// Time stepping to `end` with a step, s, by a scheme and its `beta`.
 fn timed(end: f64, step: f64, (scheme, beta): (Scheme, f64)) -> Option<Time> {
     Some(Time { scheme, beta, ..Time::new(end, step) })
 }
 
-/// Two edges of a metre that fly at each other like the jaws of a pair of tongs; `z` out of plane.
+/// Two edges, each 1 m long, that close on each other like the jaws of tongs; `spatial`: also out of plane.
 fn tongs(speed: f64, step: f64, scheme: (Scheme, f64), spatial: bool) -> Scene {
     let shape = Shape::Straight { length: 2.0, direction: [1.0, 0.0, 0.0] };
     let section = Section::Circle { radius: 0.1 };
@@ -45,9 +46,8 @@ fn tongs(speed: f64, step: f64, scheme: (Scheme, f64), spatial: bool) -> Scene {
     scene
 }
 
-/// Jaws that strike each other rebound, however hard: a fold has infinite energy. A step too large
-/// for that is refused; it never comes out on the other side. With steps small enough all schemes
-/// rebound.
+/// Edges that close to a fold rebound at any speed, as a fold has infinite energy. Too large steps are rejected and never pass
+/// through the fold; with small steps all schemes rebound.
 #[test]
 fn strike_through_a_fold_is_rejected() {
     for spatial in [false, true] {
@@ -109,6 +109,7 @@ fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<()
         false => fly!(problem.planar().unwrap(), 2),
     }
     if rebounds {
+        // The jaws came close to a fold and opened again.
         assert!(closest < 0.1 && last < PI - 2.0 * closest, "{closest} {last}");
     }
     Ok(())
@@ -130,6 +131,7 @@ fn folded_rod_springs_open() {
         outcome.unwrap();
         let grows = |e: &[rodfit::rod::Energies]| e[1].total() > e[0].total() * (1.0 + 1e-9);
         assert!(!energies.windows(2).any(grows), "{degrees}");
+        // After 20 steps nearly all bending energy is released.
         assert!(energies[20].bend < 1e-2 * energies[0].bend, "{degrees}");
     }
 }
@@ -179,6 +181,7 @@ fn shallow_arch_snaps_through() {
     };
     let limits = [40, 80].map(limit);
     println!("snap-through at {limits:?} EI/L^2");
+    // The limit load converges with the mesh.
     assert!((limits[0] / limits[1] - 1.0).abs() < 0.01, "{limits:?}");
     for (part, through) in [(0.5, false), (1.5, true)] {
         let mut scene = arch(40, part * limits[0]);
@@ -189,6 +192,7 @@ fn shallow_arch_snaps_through() {
         let middle = run.node(20, 3000);
         assert_eq!(height(&scene, middle) > 0.0, through);
         let apart = (0..2).map(|c| (middle[c] - still.nodes[20][c]).abs()).fold(0.0, f64::max);
+        // The damped motion ends at the equilibrium.
         assert!(apart < 1e-4, "{part}: {apart}");
     }
 }
@@ -207,11 +211,12 @@ fn scaled_hair_moves_as_the_rod() {
     let [rod, hair] = [1e-3, 1e-5].map(tip);
     let apart = (rod[0] - hair[0]).hypot(rod[1] - hair[1]) / 0.5;
     println!("EA L^2/EI = 4e6 and 4e10: {apart:.1e} L apart");
+    // The equations depend on EA L^2/EI only by small stretching.
     assert!(apart < 1e-5);
 }
 
-/// From limp to stiff, over steps of 1 and 100 ms: implicit Euler and the average vector field get
-/// through, every scheme either does or says why not, and what was computed is finite.
+/// Moduli of 1e3 to 1e12 Pa at steps of 1 and 100 ms. Implicit Euler and the average vector field complete all runs; other
+/// schemes complete them or return a stated error. All computed positions are finite.
 #[test]
 fn stiff_and_soft_rods_are_stable_in_large_steps() {
     for modulus in [1e3, 1e5, 1e8, 1e10, 1e12] {
@@ -238,9 +243,8 @@ fn stiff_and_soft_rods_are_stable_in_large_steps() {
     }
 }
 
-/// A wall that shakes at 2 kHz, far above what the mesh can carry: the rod stays near rest beyond
-/// its first edges, whether a step resolves the shaking well or badly; one that does not see it is
-/// refused.
+/// A wall that shakes at 2 kHz, far above the frequencies of the mesh. The rod stays near rest beyond its first edges, at steps
+/// that resolve the shaking well or badly; a step of two periods is rejected.
 #[test]
 fn rod_on_a_wall_shaken_at_high_frequency_follows_theory() {
     for step in [2.5e-5, 1e-4, 1e-3] {
@@ -264,6 +268,7 @@ fn rod_on_a_wall_shaken_at_high_frequency_follows_theory() {
         let last = run.times().len() - 1;
         let most = (0..=last).map(|k| run.tip(k)[1].abs()).fold(0.0, f64::max);
         println!("step {step}: the tip moves by {:.3} of the wall's swing", most / 1e-4);
+        // The tip stays within three amplitudes of the wall, 1e-4 m.
         assert!(most < 3e-4, "{most}");
     }
 }
@@ -283,11 +288,12 @@ fn rod_of_a_hundred_thousand_nodes_is_simulated() {
         run.tip(10)[1]
     };
     let [coarse, fine, finest] = [1_000, 10_000, 100_000].map(run);
+    // Rounding errors as stated above: six digits at 10 000 nodes, 0.3 % at 100 000.
     assert!((fine / coarse - 1.0).abs() < 1e-5 && (finest / coarse - 1.0).abs() < 1e-2);
 }
 
-/// A rod that untwists turns by a radian in a step. That hides from Newton's method how curved its other equations are, and the
-/// tip must still be where the tolerance says.
+/// A rod that untwists by about a radian per step, which makes the curvature of the other equations hard to estimate. The error
+/// of the tip must still be within the tolerance of Newton's method.
 #[test]
 fn newton_converges_for_a_rapidly_rotating_rod() {
     let circle = Section::Circle { radius: 2e-3 };
@@ -327,6 +333,7 @@ fn newton_converges_for_a_rapidly_rotating_rod() {
         println!(
             "{twist} rad/m, {step} s: the tip is off by {usual:.1e} of the length, {rough:.1e} with 1e-10"
         );
+        // Error in lengths of the rod, against a run to rounding.
         assert!(usual < 1e-10 && rough < 1e-6, "{twist} rad/m, {step} s: {usual:e}, {rough:e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Rods against physics: closed forms, published figures, conservation and invariance.
+//! Physics of simulated rods: closed forms, published figures, conservation laws and invariance.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Newton's method in a step: number of tangents and corrections, and the error that it leaves in the motion.
+//! Newton's method in a time step: number of tangents and corrections, and its error in the motion.
 
 use nalgebra::Vector3;
 use rodfit::Trajectory;
@@ -55,6 +55,7 @@ fn cord_converges_in_few_corrections() {
             apart.norm()
         );
         assert!(factored <= tangents && corrected <= corrections, "{step} {damping}: {work:?}");
+        // The motion is the same up to the tolerance of Newton's method.
         assert!(apart.norm() < 1e-8, "{step} {damping}: {apart:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Rods with recorded nodes between the ends or with free twist of the ends.
+//! Rods with prescribed motion of inner nodes, or with free twist of their ends.
 
 use rodfit::Trajectory;
 use rodfit::scene::{
@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 
 use crate::common::recordings::{MARKERS, cable, recorded};
 
-/// A hand that leads a marker as it went anyway changes nothing: the cable between two hands moves on as it did, with
-/// one marker led, with all that are free but one, and by every scheme.
+/// Inner markers with their free motion prescribed change nothing: the cable moves as before, with one such marker and with
+/// all but one, in all schemes.
 #[test]
 fn prescribed_motion_equal_to_the_free_one_does_not_change_the_run() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
@@ -45,6 +45,7 @@ fn prescribed_motion_equal_to_the_free_one_does_not_change_the_run() {
                 let all = (0..60).flat_map(|k| (0..MARKERS).map(move |j| (j, k)));
                 let most = all.map(|(j, k)| off(j, k)).fold(0.0, f64::max);
                 println!("{scheme:?}, {dimension:?}, {inner:?}: {most:.1e} m apart");
+                // Prescribed motion equal to the free one adds errors of the tolerance only.
                 assert!(most < 1e-9, "{scheme:?}, {dimension:?}, {inner:?}: {most:e}");
             }
         }
@@ -60,8 +61,8 @@ const SPIN: f64 = 0.5;
 /// s.
 const STEP: f64 = 1e-4;
 
-/// Of a straight rod that spins about itself between two hands, which let it turn at some ends: its kinetic energy and
-/// the torques of both hands, at the start and after every step.
+/// Simulates a straight rod that spins about its axis between two grippers, free to turn in those at the ends `free_twist`.
+/// Returns kinetic energy, J, and the torques of both grippers, N m, at the start and after each of 150 steps.
 fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
     let (markers, times) = (5, vec![0.0, 1.0]);
     let place = |j: usize| Some([LENGTH * j as f64 / (markers - 1) as f64, 0.0, 0.0]);
@@ -84,8 +85,8 @@ fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
     run.energies().iter().map(|e| e.kinetic).zip(torques).collect()
 }
 
-/// An end that turns freely bears no torque. Between two of them a rod spins on. A hand that holds an end stops it with
-/// the torque of a wave, `GJ w/c`, until the wave is back from the end that turns, or meets that of the other hand.
+/// An end that turns freely bears no torque; between two of them a rod spins on. A gripper stops its end with the torque of a
+/// wave, `GJ w/c`, until the wave returns from the free end or meets that of the other gripper.
 #[test]
 fn rod_between_grippers_with_free_twist_keeps_spinning() {
     let polar = PI * RADIUS.powi(4) / 2.0;
@@ -98,13 +99,16 @@ fn rod_between_grippers_with_free_twist_keeps_spinning() {
         let spins = LENGTH * [0.5, 0.75, 1.0][free];
         let begun = steps[0].0 / (0.5 * inertia * SPIN * SPIN * spins);
         println!("{free_twist:?}: {begun:.6} of the energy of what spins");
+        // Kinetic energy of the spinning part, `I w^2/2` per length.
         assert!((begun - 1.0).abs() < 1e-9, "{begun}");
         for (k, (kinetic, torques)) in steps.iter().enumerate() {
             if free == 2 {
+                // Between two free ends the rod spins on without loss.
                 assert!((kinetic / steps[0].0 - 1.0).abs() < 1e-9, "{k}: {kinetic:e}");
             }
             for (end, torque) in [End::Start, End::End].into_iter().zip(torques) {
                 let lets = free_twist.contains(&end);
+                // A free end bears no torque.
                 assert!(!lets || torque.abs() < 1e-12 * rigidity * SPIN, "{end:?} {torque:e}");
             }
         }
@@ -117,12 +121,14 @@ fn rod_between_grippers_with_free_twist_keeps_spinning() {
             let mean = seen.iter().map(|(_, torques)| torques[side].abs()).sum::<f64>();
             let part = mean / seen.len() as f64 / (rigidity * SPIN / speed);
             println!("{end:?} stops it with {part:.3} of the wave's torque");
+            // Torque of a torsional wave, `G J w/c`.
             assert!((part - 1.0).abs() < 0.03, "{end:?}: {part}");
         }
     }
 }
 
-/// What leads the rod must be there, and between what is held anyway.
+/// Invalid prescribed motions are rejected: inner markers that do not exist or are held already, no free node, no motion at
+/// all, free twist of an end without a recording or with a prescribed twist, and an unsupported scheme.
 #[test]
 fn invalid_prescribed_motion_is_rejected() {
     let error = |change: &dyn Fn(&mut Scene)| {
@@ -187,8 +193,8 @@ fn invalid_prescribed_motion_is_rejected() {
     }
 }
 
-/// Markers seen in a plane leave a long rod no way to another side of the line between them but out of the plane, where nothing
-/// leads it. It finds the same shape as one whose markers stand in a plane askew, which rounding errors lead out.
+/// A rod longer than the line of markers in a coordinate plane can reach another equilibrium only out of that plane. It finds the
+/// same shape as a rod whose markers are in an inclined plane, where rounding errors lead it out.
 #[test]
 fn long_rod_in_an_axis_plane_has_recorded_start() {
     // Along, up, and how far out of the plane the nodes start.
@@ -225,6 +231,7 @@ fn long_rod_in_an_axis_plane_has_recorded_start() {
             let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             let out = along.iter().map(|[.., out]| *out).fold(0.0, f64::max);
             println!("{rod:?}, {seed}: {apart:.1e} m apart, {out:.1e} m out of the plane");
+            // Both starts find the same shape.
             assert!(apart < 1e-8, "{rod:?}, {seed}: {apart:e}");
         }
     }

@@ -1,4 +1,4 @@
-//! Rods whose ends go as markers were seen to go, where that is violent.
+//! Rods whose ends move as recorded markers, for violent motions, twisted grippers and strips.
 
 use nalgebra::{Rotation3, Vector3};
 use rodfit::Trajectory;
@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 const MARKERS: usize = 9;
 const APART: f64 = 0.07;
 
-/// Two hands that crack a cable like a whip: 2 m/s and 35 m/s^2.
+/// Recording of two grippers that crack a cable like a whip: up to 2 m/s and 35 m/s^2.
 fn whip() -> Track {
     let hands = [(2.112, 2.908), (3.005, 2.344), (3.717, 0.87), (2.245, 5.442)];
     let swing = |k: usize, t: f64| {
@@ -62,8 +62,8 @@ fn run(track: Track, modulus: f64, longer: f64) -> Trajectory {
     scene.problem().unwrap().simulate().unwrap()
 }
 
-/// In steps of the frames Newton's method finds roots there that are not the motion: the rod struck
-/// through itself within a frame. The supports do work, so that the energy is no criterion; the rotation of the edges is.
+/// With a step per frame Newton's method has roots that are not the motion: the rod passes through itself within a frame. Energy
+/// is no criterion, as the supports do work; the rotation of the edges is.
 #[test]
 fn a_whip_between_two_hands_finds_no_other_root() {
     for modulus in [1e7, 5e7] {
@@ -80,6 +80,7 @@ fn a_whip_between_two_hands_finds_no_other_root() {
         let most = frames.flat_map(|k| (0..MARKERS - 1).map(move |j| (j, k)));
         let most = most.map(|(j, k)| turn(j, k)).fold(0.0, f64::max);
         println!("E = {modulus:e} Pa: an edge turns by {most:.0} degrees from frame to frame");
+        // A violent but continuous motion: far below half a turn per frame.
         assert!((10.0..60.0).contains(&most), "{most}");
     }
 }
@@ -92,9 +93,8 @@ fn seen(run: &Trajectory, from: usize) -> Track {
     Track::new((0..9).map(|k| 0.01 * f64::from(k)).collect(), markers).unwrap()
 }
 
-/// A cable that is whipped between two grippers, and slightly longer than its recorded part between the markers that
-/// are held, goes on from two frames of its markers as it did: in the middle between them it has the mean velocity,
-/// and its acceleration takes that to where it starts.
+/// A whipped cable, slightly longer than its recorded part, is restarted from two frames of its markers. At their middle time
+/// it has the mean velocity, which the acceleration changes to that at the start.
 #[test]
 fn a_recording_goes_on_from_two_of_its_frames() {
     let run = run(whip(), 5e7, 1.02);
@@ -113,12 +113,12 @@ fn a_recording_goes_on_from_two_of_its_frames() {
     }
     let [begin, later] = most.map(|x| 1e3 * x);
     println!("{begin:.3} mm off at the start, {later:.3} mm later");
+    // In millimeters: the start is interpolated from two frames, and errors grow in the violent motion.
     assert!(begin < 0.2 && later < 1.5, "{begin} {later}");
 }
 
-/// How far from its line a rod goes between two hands that hold it straight, still and turned by so much of what
-/// makes it buckle: a torque of 8.987 EI/L (Greenhill's problem with clamped ends), which a turn of 8.987 EI/(GJ) makes
-/// whatever the length.
+/// Largest distance, m, of a straight rod from its line after 3.9 s between two fixed grippers that are turned by `part` of the
+/// critical angle. Greenhill's critical torque with clamped ends is 8.987 EI/L: a turn of 8.987 EI/(GJ) at any length.
 fn off_the_line(part: f64) -> f64 {
     let (markers, edges, apart) = (9, 5, 0.06);
     let times: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
@@ -155,16 +155,16 @@ fn off_the_line(part: f64) -> f64 {
     (0..=edges * (markers - 1)).map(off).fold(0.0, f64::max)
 }
 
-/// Hands that hold a rod turned twist it: below Greenhill's torque it goes back to its line from a tenth of a millimetre
-/// beside it, above it goes away from it.
+/// Below Greenhill's torque a rod returns to its line from 0.1 mm beside it; above the torque it leaves the line.
 #[test]
 fn a_rod_held_turned_buckles_at_greenhills_torque() {
     let [below, above] = [0.93, 1.07].map(off_the_line);
     println!("off by {:.2} mm below, {:.2} mm above", 1e3 * below, 1e3 * above);
+    // 7 % below the critical torque the rod returns to its line (0.1 mm at first); 7 % above it leaves.
     assert!(below < 3e-5 && above > 5e-4, "{below:e} {above:e}");
 }
 
-/// A recorded end is moved by its recording: beside that it can be turned, where it holds an edge, and nothing else.
+/// A prescribed motion in addition to a recording may only twist the end, and only where the end holds an edge.
 #[test]
 fn a_recorded_end_is_turned_and_not_moved() {
     let error = |held: usize, motion: Motion| {
@@ -199,8 +199,8 @@ fn a_recorded_end_is_turned_and_not_moved() {
     }
 }
 
-/// A strip of 40 cm that begins at `origin` along the first column of `axes`, its height along the second, led by a hand
-/// that holds its first two markers where they are plus `moved` along the columns at the end.
+/// Scene of a strip of 40 cm along the first column of `axes`, with its height along the second. A gripper holds its first two
+/// markers and moves them by `moved`, m, along the columns within 0.4 s.
 fn led_strip(axes: [Vector3<f64>; 3], moved: [f64; 3], dimension: Dimension) -> Scene {
     let [along, up, _] = axes;
     let times: Vec<f64> = (0..=40).map(|k| 0.01 * f64::from(k)).collect();
@@ -236,18 +236,20 @@ fn a_straight_strip_lies_as_its_section_says() {
     };
     let world = [Vector3::x(), Vector3::y(), Vector3::z()];
     let plane = tip(world, Dimension::Planar);
+    // The strip sags visibly.
     assert!(plane[1] < -0.05, "{plane:?}");
     for turn in [[0.0, 0.0, 0.0], [0.3, -1.2, 0.5], [2.1, 0.4, -0.9], [-0.7, 1.9, 1.3]] {
         let turned = Rotation3::new(turn.into());
         let space = tip(world.map(|axis| turned * axis), Dimension::Spatial);
         println!("turned by {turn:?}: {space:?}, in its plane {plane:?}");
         for c in 0..3 {
+            // Invariance under rotation of the world, and agreement with the planar model.
             assert!((space[c] - plane[c]).abs() < 1e-6, "{turn:?}: {space:?} {plane:?}");
         }
     }
 }
 
-/// A hand that leaves the plane of the rest takes the rod with it: such a scene is one in space, and not "planar".
+/// A gripper that leaves the plane of the rest shape gives a spatial model; a scene declared planar is then rejected.
 #[test]
 fn a_hand_may_leave_the_plane_of_the_rest() {
     let world = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -256,6 +258,7 @@ fn a_hand_may_leave_the_plane_of_the_rest() {
         assert!(problem.spatial().is_some() && problem.model().1.contains("supports.path"));
         let run = problem.simulate().unwrap();
         let hand = run.node(0, run.times().len() - 1);
+        // The gripper is at its prescribed position.
         assert!((0..3).all(|c| (hand[c] - moved[c]).abs() < 1e-12), "{hand:?}");
         let error = led_strip(world, moved, Dimension::Planar).problem().err().unwrap().to_string();
         assert!(error.contains("supports.path leaves the plane"), "{error}");

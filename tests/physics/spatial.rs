@@ -1,4 +1,4 @@
-//! Spatial rods against planar ones, theory and invariance.
+//! Spatial rods against planar ones, torsional theory, and invariance under rigid motion.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use rodfit::energy::frame::Frames;
@@ -31,8 +31,8 @@ fn models_apart(mut scene: Scene) -> f64 {
     apart
 }
 
-/// `auto` stays in the plane, whatever plane; both models move alike, to the rounding errors that
-/// an undamped whipping rod lets grow.
+/// `auto` selects the planar model in any plane. Both models have the same motion, up to the rounding errors that grow in an
+/// undamped whipping rod.
 #[test]
 fn planar_and_spatial_models_agree_on_planar_scenes() {
     let turned = |mut scene: Scene| {
@@ -69,12 +69,13 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
     for (name, scene) in scenes {
         let apart = models_apart(scene);
         println!("{name}: {apart:.1e} m");
+        // Rounding errors that grow along an undamped motion.
         assert!(apart < 1e-11, "{name}: {apart:e}");
     }
 }
 
-/// A straight rod turned about its axis and let go: the lowest torsional frequency of a clamped
-/// rod is `pi/(2 L) sqrt(G J/(rho (I1 + I2)))`, and nothing else moves.
+/// A straight rod is released after a twist: the lowest torsional frequency of a clamped rod is
+/// `pi/(2 L) sqrt(G J/(rho (I1 + I2)))`, and there is no other motion.
 #[test]
 fn frequency_of_torsional_vibration_equals_theory() {
     for (section, moments) in [
@@ -122,6 +123,7 @@ fn frequency_of_torsional_vibration_equals_theory() {
             let still = (0..problem.dof()).filter(|i| i % 4 != 3);
             let q = &simulation.state().q;
             let rest = problem.spatial().unwrap().rest();
+            // Torsion moves no node.
             assert!(still.map(|i| (q[i] - rest[i]).abs()).fold(0.0, f64::max) < 1e-14);
             errors.push(std::f64::consts::PI / crossing / exact - 1.0);
         }
@@ -173,10 +175,11 @@ fn twist_of_fifty_turns_is_counted() {
     let t = (half / 2.0).tan().powi(2);
     let triangle = 2.0 * (t * apex.sin()).atan2(1.0 + t * apex.cos());
     let exact = triangle * (steps * loops) as f64;
+    // Excess of the spherical triangle that the tangent circles (L'Huilier), summed over all turns.
     assert!((frames.twist[0] / exact - 1.0).abs() < 1e-14, "{} {exact}", frames.twist[0]);
 }
 
-/// Names [`Rod::rebase`] for a rod at hand.
+/// Gives a rod of known dimension the method [`Rod::rebase`].
 trait Moves {
     fn rebase(&self, frames: &mut Frames<f64>, q: &[f64]);
 }
@@ -201,8 +204,8 @@ fn moving_helix() -> (rodfit::Problem, Vec<f64>, Frames<f64>) {
     (problem, q, frames)
 }
 
-/// Turned as a rigid body, in one go or in steps, the rod keeps its elastic energy. The angles
-/// change by what parallel transport along the way turns the directors against the body.
+/// A rigid rotation of the rod, in one or many steps, keeps its elastic energy. The angles of the edges change by the rotation
+/// between the transported directors and those fixed in the body.
 #[test]
 fn energy_is_invariant_under_rigid_motion() {
     let (problem, q, frames) = moving_helix();
@@ -234,7 +237,7 @@ fn energy_is_invariant_under_rigid_motion() {
                 let carried = turn * Vector3::from(m1);
                 let [m1, m2] = edge.material(t.into(), q[4 * j + 3]).map(Vector3::from);
                 let psi = carried.dot(&m2).atan2(carried.dot(&m1));
-                // Neighbours turn alike: no jump by a full turn between them.
+                // Neighboring directors turn alike: no jump by a full turn between them.
                 let whole = ((last - psi) / std::f64::consts::TAU).round();
                 last = psi + whole * std::f64::consts::TAU;
                 moved[4 * j + 3] += last;
@@ -246,6 +249,7 @@ fn energy_is_invariant_under_rigid_motion() {
         }
         let after = elastic(&q, &frames);
         for (a, b) in before.iter().zip(after) {
+            // Rigid motion changes no elastic energy: rounding errors.
             assert!((a - b).abs() < 1e-11 * before[1], "{degrees}: {a} {b}");
         }
     }
@@ -260,6 +264,7 @@ fn rebasing_frames_does_not_change_the_energy() {
     <_ as Moves>::rebase(&rod, &mut moved, &q);
     let (a, b) = (rod.energies(&q, &frames), rod.energies(&q, &moved));
     for (a, b) in [(a.bend, b.bend), (a.twist, b.twist), (a.stretch, b.stretch)] {
+        // As above: rounding errors.
         assert!((a - b).abs() < 1e-13 * a.abs(), "{a} {b}");
     }
 }
@@ -271,8 +276,8 @@ fn assembly_counts_every_element_once() {
     assembled(&rod, &q, &frames, 1e-7);
 }
 
-/// A rod that hangs from where it stood up in its rest shape, so that edges have turned by half a turn, and is let go
-/// with a velocity: both models move alike.
+/// A rod that hangs although its rest shape stands, so that edges start rotated by half a turn, with an initial velocity:
+/// both models have the same motion.
 #[test]
 fn rod_that_starts_rotated_by_half_a_turn_moves_as_in_the_plane() {
     let mut scene = cantilever_with(0.5, 2e-3, 0.04, Clamp::Nodes);
@@ -290,6 +295,7 @@ fn rod_that_starts_rotated_by_half_a_turn_moves_as_in_the_plane() {
         edge.normalize().dot(&Vector3::new(cos, sin, 0.0))
     };
     let most = (0..11).map(turned).fold(1.0, f64::min);
+    // The edges at the tip are turned by nearly half a turn, as the test requires.
     assert!(most < -0.97, "{most}");
     for (scheme, velocity) in
         [(Scheme::GeneralisedAlpha, [0.0; 3]), (Scheme::NewmarkBeta, [-0.3, 0.08, 0.0])]
@@ -297,6 +303,7 @@ fn rod_that_starts_rotated_by_half_a_turn_moves_as_in_the_plane() {
         scene.time.as_mut().unwrap().scheme = scheme;
         scene.initial.velocity = velocity;
         let apart = models_apart(scene.clone());
+        // Rounding errors that grow along the motion.
         assert!(apart < 1e-10, "{scheme:?}: {apart:e}");
     }
 }

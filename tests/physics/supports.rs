@@ -1,4 +1,4 @@
-//! Rollers, moments, moved ends and other starts, against theory.
+//! Rollers, moments, moving ends, twisted walls and initial velocities, against theory.
 
 use rodfit::scene::{
     End, Initial, InitialState, Material, Motion, PointForce, Scene, Section, Shape, Support, Time,
@@ -30,11 +30,12 @@ fn moment_bends_a_rod_into_a_circle() {
         });
         let order = (errors[1] / errors[2]).log2();
         println!("turn {turn:.3}: {errors:?}, order {order:.2}");
+        // Second order in the mesh, against the circle of radius EI/M.
         assert!(errors[2] < 4e-3 && order > 1.9, "{errors:?}");
     }
 }
 
-/// A moment on an inner node and one against it: only what lies between them bends.
+/// Two opposite moments at inner nodes: only the part between them bends.
 #[test]
 fn moment_acts_at_its_node() {
     let mut scene = unit_rod(40, 1e-3);
@@ -48,9 +49,11 @@ fn moment_acts_at_its_node() {
         (b[1] - a[1]).atan2(b[0] - a[0])
     };
     println!("{found}");
+    // Outside of the moments the rod is straight; between them its angle is M s/EI.
     assert!(angle(8).abs() < 1e-9);
     assert!((angle(35) / 0.5 - 1.0).abs() < 1e-3, "{}", angle(35));
     let [left, right] = [angle(10) - angle(9), angle(30) - angle(29)];
+    // The turning angle of a joint is the curvature times the edge length, 0.025.
     assert!((left - right).abs() < 1e-9 && (left / (0.5 * 0.025) - 1.0).abs() < 1e-3, "{left}");
 }
 
@@ -102,6 +105,7 @@ fn post_buckled_rod_between_hinges_equals_the_elastica() {
                 let (first, last) = (found.nodes[0], found.nodes[segments]);
                 let span = (last[0] - first[0]) * x + (last[1] - first[1]) * y;
                 let across = (last[0] - first[0]) * y - (last[1] - first[1]) * x;
+                // A roller moves along its line only.
                 assert!(across.abs() < 1e-12, "the roller keeps its line: {across}");
                 let bow = found.nodes.iter().map(|p| (p[1] - first[1]) * x - (p[0] - first[0]) * y);
                 let bow = bow.fold(0.0, f64::max);
@@ -109,6 +113,7 @@ fn post_buckled_rod_between_hinges_equals_the_elastica() {
             });
             let order = (errors[1] / errors[2]).log2();
             println!("{rolling:?} {direction:?} {degrees}: {errors:?}, order {order:.2}");
+            // Second order in the mesh, against the elastica.
             assert!(errors[2] < 1e-3 && order > 1.9, "{errors:?}");
         }
     }
@@ -128,6 +133,7 @@ fn roller_in_space_moves_along_its_line() {
         let found = rest(&scene);
         assert_eq!(found.negative_directions, down, "{push}: {found}");
         let tip = found.tip;
+        // The tip moves along the direction (1, 2, 2)/3 of the roller.
         assert!((tip[1] / tip[0] - 2.0).abs() < 1e-9 && (tip[2] - tip[1]).abs() < 1e-9);
     }
 }
@@ -160,6 +166,7 @@ fn cantilever_on_a_shaken_wall_follows_theory() {
         .map(|k| run.at(Point::Tip, 4.0 + k as f64 / 100.0).unwrap().0[1].abs())
         .fold(0.0, f64::max);
     println!("shaken wall: {:.5} of its own swing, theory {exact:.5}", swing / 1e-4);
+    // Linear theory of the damped beam on a moving support.
     assert!((swing / 1e-4 / exact - 1.0).abs() < 5e-3);
     // The wall itself is where it should be, at the middle of its edge.
     let t = 3.1;
@@ -221,6 +228,7 @@ fn twisted_end_has_the_torque_of_theory() {
         run.run(&problem, 200, |now| twists.push(now.energies().twist)).unwrap();
         let last = twists[twists.len() - 1];
         println!("thrown: {:.3e}", last / exact - 1.0);
+        // Energy of a uniformly twisted shaft, `G J twist^2/(2 L)`.
         assert!((last / exact - 1.0).abs() < 1e-3);
     }
 }
@@ -248,17 +256,19 @@ fn rotated_wall_carries_its_rod() {
         ..Motion::default()
     }];
     let moved = rest(&scene);
+    // The rod is carried as a rigid body: no elastic energy.
     assert!(moved.energies.bend + moved.energies.twist < 1e-16, "{:?}", moved.energies);
     let rotation = nalgebra::Rotation3::new(turn.into());
     let point = |e: &Equilibrium, i: usize| nalgebra::Vector3::from(e.nodes[i]);
     let wall = 0.5 * (point(&still, 0) + point(&still, 1));
     for i in 0..=20 {
         let there = wall + nalgebra::Vector3::from(shift) + rotation * (point(&still, i) - wall);
+        // Rigid displacement and rotation about the wall.
         assert!((point(&moved, i) - there).norm() < 1e-9, "{i}");
     }
 }
 
-/// A rod thrown and spinning keeps its momentum and spin; its centre flies straight.
+/// A rod thrown and spinning keeps its momentum and spin; its center flies straight.
 #[test]
 fn thrown_and_spinning_rod_follows_rigid_motion() {
     for spatial in [false, true] {
@@ -280,6 +290,7 @@ fn thrown_and_spinning_rod_follows_rigid_motion() {
             |k: usize, c: usize| (0..=20).map(|i| mass(i) * run.node(i, k)[c]).sum::<f64>() / 20.0;
         for (c, v) in [1.0, -2.0, 0.0].into_iter().enumerate() {
             let flown = centre(500, c) - centre(0, c);
+            // Uniform motion of the center of mass for 1 s.
             assert!((flown - v).abs() < 1e-9, "{c}: {flown}");
         }
         // Slender and stiff against its spin: after a whole turn it lies where it lay.
@@ -287,13 +298,14 @@ fn thrown_and_spinning_rod_follows_rigid_motion() {
         let turned = (2.0 * PI / spin / 2e-3).round() as usize;
         if !spatial && turned <= 500 {
             let [a, b] = [run.node(0, turned), run.node(20, turned)];
+            // After a whole turn the rod has its first direction.
             assert!(((b[1] - a[1]) / (b[0] - a[0])).abs() < 1e-2);
         }
     }
 }
 
-/// A straight rod let go from a coil of two turns: the energy is that of the coil, EI (4 pi)^2/2L,
-/// and stays; with damping it ends straight.
+/// A straight rod released from a coil of two turns conserves the energy of the coil, EI (4 pi)^2/2L; with damping it ends
+/// straight.
 #[test]
 fn rod_released_from_a_coil_conserves_energy() {
     let mut scene = unit_rod(60, 1e-2);
@@ -317,8 +329,10 @@ fn rod_released_from_a_coil_conserves_energy() {
         start.bend / stored,
         start.stretch
     );
+    // Energy of the continuum, EI (4 pi)^2/(2 L); the mesh is coarse for two turns.
     assert!((start.bend / stored - 1.0).abs() < 0.02);
     let most = energies.iter().map(|e| (e.total() - start.total()).abs()).fold(0.0, f64::max);
+    // The scheme conserves energy up to the tolerance of Newton's method.
     assert!(most < 1e-8 * start.total(), "{most}");
     // Let go with damping.
     scene.loads.damping.mass = 7.0;
@@ -329,6 +343,7 @@ fn rod_released_from_a_coil_conserves_energy() {
     let [a, b, _] = run.node(0, 3000);
     let along = (x - a).hypot(y - b).recip();
     let straight = ((tip[0] - a) * (x - a) + (tip[1] - b) * (y - b)) * along;
+    // Length from the first node: 1 m, and the half edge in the wall of 59.5 edges.
     assert!((straight - (1.0 + 0.5 / 59.5)).abs() < 1e-3, "{straight}");
 }
 
@@ -365,6 +380,7 @@ fn derivatives_of_a_thrown_rod_equal_differences() {
         for c in 0..2 {
             let slope = (plus[c] - minus[c]) / (2e-4 * value);
             let error = (derivatives[k][c] - slope).abs() * value;
+            // Central differences in relative steps of 1e-4.
             assert!(error < 1e-8, "{parameter} {c}: {} {slope}", derivatives[k][c]);
         }
     }
@@ -391,8 +407,8 @@ fn natural_twist_is_stress_free() {
     assert!(rest(&scene).energy.abs() < 1e-12);
 }
 
-/// A wall that shakes faster than the steps can see stands still for them: refused by name, with the
-/// step it needs; where they see it badly, said.
+/// A wall motion with less than the required steps per period is rejected with the needed step; a badly resolved one gives a
+/// warning.
 #[test]
 fn wall_motion_that_the_step_does_not_resolve_is_rejected() {
     let scene = |motion: Motion, step: f64| {
@@ -435,8 +451,8 @@ fn wall_motion_that_the_step_does_not_resolve_is_rejected() {
     rest(&scene(ramp(5e-4), 1e-3));
 }
 
-/// A fit to a rod on a shaken wall takes no coarse step that does not see the wall move, and passes
-/// the warning on.
+/// A fit to a rod on a shaken wall uses no coarse step that fails to resolve the motion of the wall. It passes the warning of
+/// the run on.
 #[test]
 fn fit_on_a_shaken_wall_recovers_the_modulus() {
     for (frequency, warned) in [(10.0, true), (5.0, false)] {
@@ -451,6 +467,7 @@ fn fit_on_a_shaken_wall_recovers_the_modulus() {
         scene.time = Some(Time::new(1.5, 1e-2));
         let report = fit(&scene, &observe(&scene, 60), &[Parameter::YoungsModulus]);
         let found = value(&report, Parameter::YoungsModulus);
+        // Exact data: within the tolerance of the search.
         assert!((found / scene.material.youngs_modulus - 1.0).abs() < 1e-6, "{report}");
         let words = |w: &String| w.starts_with("supports.motion[0].frequency: found 10 Hz");
         assert_eq!(report.warnings.iter().any(words), warned, "{:?}", report.warnings);
@@ -474,6 +491,7 @@ fn wall_without_motion_stays_in_place() {
     let moved = rest(&scene);
     for i in [0, 1] {
         let off = (0..3).map(|c| (moved.nodes[i][c] - still.nodes[i][c]).abs()).fold(0.0, f64::max);
+        // The wall does not move: rounding errors.
         assert!(off < 1e-15, "node {i}: {off:e}");
     }
 }
@@ -506,6 +524,7 @@ fn a_shaken_wall_by_its_recording() {
         let wall = |k: usize| 0.5 * (run.node(0, k)[1] + run.node(1, k)[1]);
         for k in [50, 123, 300] {
             let off = wall(k) - wall(0) - place(run.times()[k]);
+            // The track is interpolated between its rows.
             assert!(off.abs() < 1e-7, "{k}: {off:e}");
         }
         run.tip(300)[1]
@@ -513,10 +532,11 @@ fn a_shaken_wall_by_its_recording() {
     let still = scene.problem().unwrap().simulate().unwrap().tip(300)[1];
     let [track, meter] = [tip("track.csv"), tip("meter.csv")];
     println!("tip at {track} m by the track, {meter} m by the accelerometer, {still} m without");
+    // Both recordings describe one motion; without it the tip is elsewhere.
     assert!((track - meter).abs() < 1e-6 && (track - still).abs() > 1e-3);
 }
 
-/// Ends are moved to a state at rest in stages. A motion that would take millions of them is refused; it is no rod's.
+/// Supports at rest are displaced in stages. A displacement that would need millions of stages is rejected.
 #[test]
 fn displacement_beyond_all_stages_is_refused() {
     for displacement in [[1e9, 0.0, 0.0], [-1e308, 0.0, 0.0]] {

@@ -1,4 +1,4 @@
-//! The tip of a rod whose end a clamp holds between two nodes is the end of the rod, not the last node.
+//! The tip of a rod is its end: with a clamp between two nodes that is not the last node.
 
 use rodfit::dynamics::SimulationReport;
 use rodfit::scene::{End, Motion, Point, Scene, Support, Time};
@@ -19,8 +19,10 @@ fn moved_end(segments: usize) -> Scene {
     scene
 }
 
+/// Requires the tip at the prescribed position of the end, (0.4, 0.1, 0) m.
 fn assert_at_end(tip: [f64; 3], case: &str) {
     for (found, exact) in tip.into_iter().zip([0.4, 0.1, 0.0]) {
+        // The prescribed position of the end, (0.4, 0.1) m.
         assert!((found - exact).abs() < 1e-12, "{case}: {tip:?}");
     }
 }
@@ -41,6 +43,7 @@ fn tip_of_a_clamped_end_is_the_end_on_every_mesh() {
         assert_at_end(run.at(Point::ArcLength(0.5), 0.1).unwrap().0, "arc length");
         assert_at_end(problem.equilibrium().unwrap().tip, "equilibrium");
         let walls = run.at(Point::ArcLength(0.0), 0.1).unwrap().0;
+        // The first wall is at the origin.
         assert!(walls.iter().all(|x| x.abs() < 1e-12), "{walls:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Unstable states at which symmetry holds a simulated rod are reported; others are not.
+//! Unstable states in which symmetry keeps a simulated rod are reported; stable states and ordinary motions are not.
 
 use rodfit::dynamics::SimulationReport;
 use rodfit::scene::{
@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 
 use crate::common::{cantilever, helix_with};
 
+/// Runs a scene with a check of the stability of its states; returns its report.
 fn run(scene: &Scene) -> SimulationReport {
     let problem = scene.problem().unwrap();
     let mut report = SimulationReport::new(&problem);
@@ -21,6 +22,7 @@ fn run(scene: &Scene) -> SimulationReport {
     report
 }
 
+/// Whether the run has the warning of an unstable state.
 fn is_reported(scene: &Scene) -> bool {
     run(scene).warning_codes.contains(&Code::UnstableState)
 }
@@ -69,11 +71,12 @@ fn perturbed_strip_buckles() {
     let report = run(&scene);
     assert!(!report.warning_codes.contains(&Code::UnstableState), "{:?}", report.warnings);
     let exact = 4.0 * PI.powi(2) * BENDING / LENGTH.powi(2) * SHORTENING;
+    // Euler load of a clamped strip, 4 pi^2 EI/L^2, times the shortening; second-order terms are below 3 %.
     assert!((report.end_energy / exact - 1.0).abs() < 0.03, "{} {exact}", report.end_energy);
 }
 
-/// A column of soft rubber above Greenhill's load, `rho A g L^3 = 7.84 E I`, stands in a simulation; below it is stable.
-/// Out of the plane it is as unstable.
+/// A column of soft rubber above Greenhill's load, `rho A g L^3 = 7.84 E I`, stays upright in a simulation and is reported as
+/// unstable, also out of the plane. A column below the load is stable.
 #[test]
 fn standing_column_is_reported_above_greenhills_load() {
     for (weight, expected) in [(0.8, false), (1.5, true)] {

@@ -1,4 +1,5 @@
-//! Where rods lose their shape in space, and what they take on instead.
+//! Loss of stability of rods in space, and shapes beyond it, against published values (Michell 1889, van der Heijden & Thompson
+//! 2000, Romero et al. 2021).
 
 use rodfit::Derivatives;
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
@@ -57,6 +58,7 @@ fn twisted_ring_is_stable_up_to_the_twist_of_michell() {
             let n = q.len();
             let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
             rod.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+            // The twisted ring is an equilibrium: forces vanish up to rounding errors.
             assert!(discretized.free().all(|i| gradient[i].abs() < 1e-6), "{segments}");
             // Squared frequencies below a ten-thousandth of EI/(rho A L^4) are zero.
             let mut factors = Ldlt::with_order(n);
@@ -67,12 +69,14 @@ fn twisted_ring_is_stable_up_to_the_twist_of_michell() {
     let errors = found.map(|twist| twist / exact - 1.0);
     let order = (errors[0] / errors[1]).log2();
     println!("Michell's ring: errors {errors:?}, order {order:.2}");
+    // Second order in the mesh, against Michell's twist.
     assert!(errors[1].abs() < 1e-3 && order > 1.8, "{errors:?}");
     // Turned by its ends it gets there, stays below, and lets nearly all of its twist go beyond.
     for (part, stays) in [(0.9, true), (1.1, false)] {
         let (mut scene, twist) = (ring(100), part * exact);
         scene.supports.motion = vec![Motion { twist, ..Motion::default() }];
         let kept = rest(&scene).energies.twist / (0.5 * torsion * twist * twist);
+        // Below the limit all twist is kept; above it the ring leaves its plane and releases most of its twist energy.
         assert!(if stays { (kept - 1.0).abs() < 1e-6 } else { kept < 0.1 }, "{part}: {kept}");
     }
 }
@@ -124,6 +128,7 @@ fn slack_twisted_rod_has_the_localized_helix_of_theory() {
     let deviations = [400, 800].map(deviation);
     let order = (deviations[0] / deviations[1]).log2();
     println!("localised helix: off the envelope by {deviations:?}, order {order:.2}");
+    // Second order in the mesh, against the envelope of the theory.
     assert!(deviations[1] < 6e-3 && order > 1.7, "{deviations:?}");
 }
 
@@ -141,6 +146,7 @@ fn heavy_cantilever_height_over_width_agrees_with_published_values() {
         let errors = [100, 200].map(ratio);
         let order = (errors[0] / errors[1]).log2();
         println!("Gamma = {weight}: errors {errors:?}, order {order:.2}");
+        // Second order in the mesh, against the published ratio.
         assert!(errors[0].abs() < 3e-3 && order > 1.8, "{errors:?}");
     }
 }
@@ -161,6 +167,7 @@ fn hanging_curl_loses_stability_at_published_weights() {
             })
         });
         println!("curl of {turn:.3}: leaves its plane at {found:.3?}, {exact} published");
+        // Published critical weight, with the error of the mesh.
         assert!((found[1] / exact - 1.0).abs() < 3e-3, "{found:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! Equilibria against theory, where plain Newton dies, and where stability is lost.
+//! Equilibria against theory and independent continuum values, on all meshes, and critical loads (Euler, Greenhill, lateral
+//! buckling).
 
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::numerics::tangent::{Factors, Tangent};
@@ -25,6 +26,7 @@ fn heavy_cantilever_sag_agrees_with_the_continuum() {
         (scene.rod.segments, scene.supports.clamp) = (Some(segments), clamp);
         let found = rest(&scene);
         println!("{segments} segments, {clamp:?}: {:.8}", -found.tip[1] / 0.5);
+        // Independent values of the discrete problem and its limit, to eight digits.
         assert!((-found.tip[1] / 0.5 - sag).abs() < 1e-8, "{found}");
         assert_eq!((found.stable, found.stable_in_plane), (None, Some(true)));
     }
@@ -90,6 +92,7 @@ fn very_fine_meshes_agree_with_coarser_ones() {
     };
     for segments in [1500, 20_000] {
         let found = extension(segments);
+        // The continuum value of the hanging helix.
         assert!((found / 0.0749973549 - 1.0).abs() < 1e-6, "{segments}: {found}");
     }
 }
@@ -113,6 +116,7 @@ fn edges_are_congruent<R: Rod<f64>>(rod: &R, frames: &R::Frames, rest: &[f64], s
                 let sum = |k: usize| moves(j).iter().map(|m| nodes.get(k, *m)).sum::<f64>();
                 let exact: f64 = moves(i).into_iter().map(sum).sum();
                 let found = edges.get(i, j);
+                // Congruence holds up to rounding errors.
                 assert!((found - exact).abs() < 1e-12 * largest, "{i} {j}: {found} {exact}");
             }
         }
@@ -154,6 +158,7 @@ fn tip_loaded_elastica_agrees_with_exact_integrals() {
         let errors = [100, 200].map(|n| deflection(n) - exact);
         let order = (errors[0] / errors[1]).log2();
         println!("P L^2/EI = {load}: error {:.1e} at 200 segments, order {order:.2}", errors[1]);
+        // Second order in the mesh, against the exact integrals.
         assert!(errors[1].abs() < 5e-5 && order > 1.8, "{errors:?}");
     }
 }
@@ -181,6 +186,7 @@ fn hanging_helix_extension_agrees_with_the_continuum() {
             "{clamp:?} {discretization:?} {segments}: {extension:.10}, {:.3} %",
             1e2 * relative
         );
+        // The relative error that each form has at this mesh, by the list above.
         assert!((relative - error).abs() < 0.01 * error.abs() + 1e-6, "{relative}");
         assert_eq!(found.stable, Some(true));
     }
@@ -197,6 +203,8 @@ fn euler_column_buckles_at_the_closed_form_of_its_discretization() {
     }
 }
 
+/// Compares the critical load of a straight column of this slenderness, by bisection of the sign of its stiffness, with the
+/// closed form for the discrete column.
 fn euler_column_of(slenderness: f64, discretization: Discretization) {
     let stable = |push: f64| {
         let mut scene = unit_rod(50, slenderness);
@@ -219,6 +227,7 @@ fn euler_column_of(slenderness: f64, discretization: Discretization) {
     let right = 4.0 / (edge * edge) * (PI / (2.0 * 99.0)).sin().powi(2);
     let exact = 0.5 * axial * (1.0 - (1.0 - 4.0 * right / axial).sqrt());
     println!("Euler column {found:.12}, closed form {exact:.12}, continuum {:.6}", PI * PI / 4.0);
+    // Closed form of the discrete column above, up to the tolerance of the bisection.
     assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
 }
 
@@ -243,6 +252,7 @@ fn heavy_column_buckles_at_the_weight_of_greenhill() {
         assert_eq!(fallen.tip[0] < -0.5, stable == Some(true), "{fallen}");
     }
     println!("heavy column: {:.6}, error {:.1e}, order {order:.2}", found[1], errors[1]);
+    // Second order in the mesh, against Greenhill's 7.8373.
     assert!(errors[1].abs() < 1e-3 && order > 1.8, "{found:?}");
 }
 
@@ -277,12 +287,14 @@ fn strip_buckles_laterally_at_the_loads_of_beam_theory() {
                 assert_eq!((found.model.as_str(), found.stable_in_plane), ("planar", Some(true)));
                 found.stable == Some(true)
             });
+            // Just above the critical load one direction is unstable.
             assert_eq!(at(1.01 * load).negative_directions, 1);
             load / scale
         });
         let errors = found.map(|load| load / exact - 1.0);
         let order = (errors[0] / errors[1]).log2();
         println!("{name}: {:.6}, error {:.1e}, order {order:.2}", found[1], errors[1]);
+        // Critical loads of beam theory, with the error of the mesh.
         assert!(errors[1].abs() < 1e-3, "{found:?}");
     }
 }
@@ -307,6 +319,7 @@ fn buckled_column_tip_angle_agrees_with_the_elliptic_integral() {
             (before[1] - last[1]).atan2(last[0] - before[0]).to_degrees()
         });
         println!("{degrees} degrees: {:.4} {:.4}", turns[0], turns[1]);
+        // The elliptic integral's angle, with the error of the mesh, degrees.
         assert!((turns[1] - degrees).abs() < 0.02, "{turns:?}");
     }
 }
@@ -334,9 +347,11 @@ fn bend_of_45_degrees_agrees_with_the_kirchhoff_continuum() {
     }
     let tip = bend(100);
     for (found, exact) in tip.iter().zip([15.685356, 47.152150, 53.471763]) {
+        // Continuum of Kirchhoff's theory at P = 600, computed independently.
         assert!((found / exact - 1.0).abs() < 1e-3, "{tip:?}");
     }
     for (found, theirs) in tip.iter().zip([15.79, 47.23, 53.37]) {
+        // Values of Simo and Vu-Quoc, whose rod also shears.
         assert!((found / theirs - 1.0).abs() < 1e-2, "{tip:?}");
     }
 }
@@ -365,8 +380,10 @@ fn quarter_circle_deflection_agrees_with_castigliano() {
         let corrected = [12, 24].map(|n| error(Discretization::Corrected, n));
         println!("axis {axis}: paper {paper:?}, corrected {corrected:?}");
         for k in 0..2 {
+            // The correction reduces the error to about a third or less.
             assert!(corrected[k].abs() < 0.35 * paper[k].abs(), "{paper:?} {corrected:?}");
         }
+        // Second order without the correction.
         assert!((1.9..2.2).contains(&(paper[0] / paper[1]).log2()), "{paper:?}");
         assert!(corrected[1].abs() < 1.1e-3, "{corrected:?}");
     }
@@ -420,6 +437,7 @@ fn free_rods_keep_their_place_and_stretch_under_balanced_forces() {
             let rest = still.problem().unwrap().equilibrium().unwrap().nodes;
             let moved =
                 found.nodes.iter().zip(&rest).flat_map(|(a, b)| (0..3).map(|c| a[c] - b[c]));
+            // Balanced forces stretch the rod as if it were held: rounding errors.
             assert!(moved.fold(0.0, |m: f64, x| m.max(x.abs())) < 1e-9, "{shape:?} {segments}");
         }
     }
@@ -441,8 +459,8 @@ fn free_rods_keep_their_place_and_stretch_under_balanced_forces() {
     assert!(scene.problem().unwrap().equilibrium().is_err());
 }
 
-/// A force `P` at arc length `a` of a cantilever bends its tip by `P a^2 (3 L - a)/(6 EI)`, wherever
-/// the nodes are; it stands where it is when the mesh is another.
+/// A force `P` at arc length `a` of a cantilever deflects its tip by `P a^2 (3 L - a)/(6 EI)` for any positions of the nodes; its
+/// position does not change with the mesh.
 #[test]
 fn force_between_nodes_deflects_as_in_beam_theory_on_every_mesh() {
     let (length, radius, modulus): (f64, f64, f64) = (0.5, 5e-3, 1e9);

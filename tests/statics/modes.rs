@@ -26,6 +26,7 @@ fn modes(scene: &Scene, count: usize) -> Modes {
     scene.problem().unwrap().modes(count, LinearizationPoint::Equilibrium).unwrap()
 }
 
+/// Frequencies, rad/s, of the modes in one plane.
 fn in_plane(modes: &Modes, plane: ModePlane) -> Vec<f64> {
     modes.modes.iter().filter(|m| m.plane == Some(plane)).map(|m| m.frequency_rad_s).collect()
 }
@@ -81,6 +82,7 @@ fn hinge_and_roller_frequencies_agree_in_and_out_of_plane() {
             resisted.take(2).collect::<Vec<f64>>()
         });
         for k in 0..2 {
+            // A hinge holds alike in both planes: rounding errors.
             assert!((inside[k] / outside[k] - 1.0).abs() < 1e-9, "{inside:?} {outside:?}");
         }
     }
@@ -165,6 +167,7 @@ fn plucked_rod_swings_at_its_lowest_frequency() {
         let still = simulate(&scene);
         let tip = |run: &rodfit::Trajectory, k: usize| nalgebra::Vector3::from(run.node(40, k));
         let moved = (0..600).map(|k| (tip(&still, k) - tip(&still, 0)).norm()).fold(0.0, f64::max);
+        // The equilibrium is stationary: rounding errors.
         assert!(moved < 1e-9, "{moved:e}");
 
         let force = pluck.map(|f| 1e-5 * f);
@@ -207,6 +210,7 @@ fn free_bar_modes_are_separated_by_plane_and_kind() {
         let free = found.modes.iter().take_while(|m| m.frequency_rad_s == 0.0);
         assert!(free.clone().all(|m| m.kind == ModeKind::Rigid && m.number.is_none()), "{found}");
         assert_eq!(free.count(), 6, "{found}");
+        // Six rigid motions are followed by elastic modes, which have numbers.
         assert!(found.modes[6..].iter().all(|m| m.kind != ModeKind::Rigid && m.number.is_some()));
 
         let i = width * height.powi(3) / 12.0;
@@ -232,9 +236,11 @@ fn free_bar_modes_are_separated_by_plane_and_kind() {
             (first(outside, ModeKind::Torsion) / torsion - 1.0).abs() < 3e-4,
             "{torsion} {found}"
         );
+        // Half waves of a free bar in torsion and in tension, with the error of the mesh.
         assert!((first(inside, ModeKind::Axial) / axial - 1.0).abs() < 3e-4, "{axial} {found}");
         if !spatial {
             let edgewise = first(outside, ModeKind::Bending) / flat[0];
+            // Bending frequencies are proportional to the height of the section in their plane.
             assert!((edgewise / (width / height) - 1.0).abs() < 1e-3, "{edgewise}");
         }
     }
@@ -297,6 +303,7 @@ fn all_unstable_modes_are_counted_and_listed() {
                 found.frequencies_rad_s.iter().copied().filter(|w| *w < 0.0).collect();
             assert_eq!((growing.len(), found.unstable), (expected, expected), "{name} {count}");
             for (w, exact) in found.frequencies_rad_s.iter().zip(&all) {
+                // The modes do not depend on their requested number, up to the tolerance of the eigenvalues.
                 assert!((w / exact - 1.0).abs() < 1e-7, "{name} {count}: {w} {exact}");
             }
         }

@@ -1,4 +1,4 @@
-//! Statics with recorded supports: nodes held between the ends, and grippers with free twist.
+//! Statics and modes with recorded supports: nodes held between the ends, and grippers with free twist, against beam theory.
 
 use rodfit::Problem;
 use rodfit::scene::{
@@ -89,13 +89,16 @@ fn rod_held_in_its_middle_has_the_reactions_of_two_spans() {
         let sag = weight * span.powi(4) / (192.0 * bending_stiffness());
         let [start, end] = [hanging.reactions.start, hanging.reactions.end].map(|r| r.force[1]);
         println!("{dimension:?}: {start:.6} {end:.6} for {carried:.6} N");
+        // 3/8 of the weight of a span at its outer hinge, and symmetry.
         assert!((start / carried - 1.0).abs() < 1e-3 && (start / end - 1.0).abs() < 1e-6);
+        // Sag halfway, `w l^4/(192 EI)`.
         assert!((-hanging.nodes[30][1] / sag - 1.0).abs() < 5e-3, "{:e}", hanging.nodes[30][1]);
         assert_eq!((hanging.nodes[60], hanging.stable), ([span, 0.0, 0.0], Some(true)));
         let bent = two_spans(120, dimension, d, 0.0).equilibrium().unwrap();
         let pressed = -24.0 * bending_stiffness() * d / LENGTH.powi(3);
         let [start, end] = [bent.reactions.start, bent.reactions.end].map(|r| r.force[1]);
         println!("{dimension:?}: {start:.6} {end:.6} for {pressed:.6} N");
+        // Force `24 EI d/L^3` of a beam whose middle is displaced.
         assert!((start / pressed - 1.0).abs() < 2e-3 && (start / end - 1.0).abs() < 1e-6);
         assert_eq!(bent.nodes[60], [span, d, 0.0]);
     }
@@ -121,13 +124,14 @@ fn gripper_reactions_balance_the_weight() {
         for (c, pull) in [0.0, -0.5, 0.2].into_iter().enumerate() {
             let carried = reactions.start.force[c] + reactions.end.force[c];
             println!("{free_twist:?}: {carried:.9} N against {:.9} N", weight * pull);
+            // Vertical equilibrium: rounding errors.
             assert!((carried + weight * pull).abs() < 1e-9 * weight, "{carried:e}");
         }
     }
 }
 
-/// Torsional waves go as far as the edge that a hand holds, and to the end of the rod where it lets go: half waves
-/// between two hands, odd quarter waves with one, half waves of the whole rod with none.
+/// Torsional waves extend to the edge that a gripper holds, or to the end of the rod if it turns freely in the gripper. Half
+/// waves between two grippers, odd quarter waves with one free end, half waves of the whole rod with two.
 #[test]
 fn torsional_frequencies_depend_on_grippers_with_free_twist() {
     let (speed, edge) = ((MODULUS / 3.0 / DENSITY).sqrt(), LENGTH / 50.0);
@@ -143,12 +147,13 @@ fn torsional_frequencies_depend_on_grippers_with_free_twist() {
         let torsion = modes.iter().find(|mode| mode.kind == ModeKind::Torsion).unwrap();
         let off = torsion.frequency_rad_s / (speed * wave) - 1.0;
         println!("{free_twist:?}: {still} free, torsion off by {off:.1e}");
+        // Half waves or odd quarter waves of the free part, with the error of the mesh.
         assert!(off.abs() < 5e-4 && still == zeros, "{free_twist:?}: {off:e} {still}");
     }
 }
 
-/// Natural twist winds a rod between two hands up, and not where one of them lets it turn. What holds it bears no moment
-/// about the rod then.
+/// Natural twist stores energy in a rod between two grippers, but not if the rod turns freely in one of them. Both grippers then
+/// bear no torque.
 #[test]
 fn end_with_free_twist_bears_no_torque() {
     let twist = 3.0;
@@ -166,6 +171,7 @@ fn end_with_free_twist_bears_no_torque() {
             _ => 0.0,
         };
         let size = rigidity * twist;
+        // Energy of the natural twist in the part that cannot turn: 49 or 9 of 50 edges, or none.
         assert!((rest.energies.twist - wound).abs() < 1e-9 * size, "{:e}", rest.energies.twist);
         for (end, torque) in [End::Start, End::End].into_iter().zip(torques) {
             // What the held edges bear among each other adds up to nothing.
@@ -187,14 +193,15 @@ fn twisted_grippers_apply_the_torque_of_a_shaft() {
         let rest = scene.problem().unwrap().equilibrium().unwrap();
         let torques = [rest.reactions.start, rest.reactions.end].map(|r| r.moment[0]);
         println!("{:.9e} J, torques {torques:?}", rest.energies.twist);
+        // A shaft with a stiffness `shaft` (N m/rad) that is twisted by 0.7 rad.
         assert!((rest.energies.twist / (0.5 * shaft * 0.7 * 0.7) - 1.0).abs() < 1e-9);
         assert!((torques[0] / (-0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
         assert!((torques[1] / (0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
     }
 }
 
-/// Where a run between hands that stand still comes to rest is where statics has it: both hold the curved rod turned about
-/// itself as it lies along the first markers with the least energy, and by what the scene adds.
+/// A damped run between fixed grippers ends at the static equilibrium. Both hold the curved rod at the rotation about its axis
+/// that has the least energy along the first markers, plus the twist of the scene.
 #[test]
 fn damped_run_between_fixed_grippers_reaches_the_static_equilibrium() {
     let times: Vec<f64> = (0..=400).map(|k| 0.01 * f64::from(k)).collect();
@@ -221,6 +228,7 @@ fn damped_run_between_fixed_grippers_reaches_the_static_equilibrium() {
         let apart = (0..3).map(|c| run.node(middle, last)[c] - rest.nodes[middle][c]);
         let apart = apart.fold(0.0, |most: f64, x| most.max(x.abs()));
         println!("{twist}: {apart:.1e} m apart of {:?}", rest.nodes[middle]);
+        // The damped motion ends at the static equilibrium.
         assert!(apart < 1e-9, "{apart:e}");
     }
 }

@@ -77,6 +77,7 @@ fn compliant_clamps_at_both_ends_are_symmetric() {
         run.at(node, 0.0).unwrap().0[1]
     };
     let (a, b) = (moved(start.clone(), Point::Tip), moved(end, Point::Node(0)));
+    // Mirror images: rounding errors.
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     // A force in the middle of a beam whose clamps give: w = P L^3/192 EI (1 + 8 k)/(1 + 2 k).
     let middle = Point::ArcLength(0.5 * LENGTH);
@@ -90,6 +91,7 @@ fn compliant_clamps_at_both_ends_are_symmetric() {
     let factor = found / moved(rigid, middle);
     let k = 0.3;
     let expected = (1.0 + 8.0 * k) / (1.0 + 2.0 * k);
+    // Beam on two rotational springs of compliance 0.3 L/EI: `(1 + 8 k)/(1 + 2 k)`, with the error of the mesh.
     assert!((factor / expected - 1.0).abs() < 0.02, "{factor}, expected {expected}");
 }
 
@@ -125,6 +127,7 @@ fn compliant_clamp_frequencies_are_those_of_a_beam_on_a_rotational_spring() {
                 all[mode] / (exact * exact * unit) - 1.0
             });
             println!("{dimension:?}, {k}, mode {mode}: {errors:?}");
+            // Second order in the mesh, against the frequency equation.
             assert!(errors[2].abs() < 1e-3 && errors[1].abs() < 4e-3, "{errors:?}");
         }
     }
@@ -166,6 +169,7 @@ fn compliant_clamp_of_a_helix_does_not_depend_on_the_mesh() {
     };
     let added = [50, 100, 400].map(|n| drop(n, 0.1) - drop(n, 0.0));
     println!("{added:?}");
+    // Converging with the mesh: the displacement on 400 segments is the reference.
     assert!((added[0] / added[2] - 1.0).abs() < 0.03 && (added[1] / added[2] - 1.0).abs() < 0.01);
 }
 
@@ -186,6 +190,7 @@ fn released_rod_with_compliant_clamp_swings_at_its_own_frequency() {
             run.times()[k] * first
         };
         let [rigid, soft] = [0.0, 0.5].map(period);
+        // Quarter period of the first mode, pi/2 in phase, up to higher modes.
         assert!((rigid / (0.5 * PI) - 1.0).abs() < 0.02, "{rigid}");
         assert!((soft / (0.5 * PI) - 1.0).abs() < 0.02, "{soft}");
     }
@@ -205,6 +210,7 @@ fn clamp_compliance_and_modulus_are_identified_from_frequencies() {
     let report = fit.identify(Parameter::YoungsModulus).identify(rotation()).solve().unwrap();
     println!("{report}");
     let value = |k: usize| report.parameters[k].value.unwrap();
+    // Exact frequencies: within the tolerance of the search.
     assert!(
         (value(0) / MODULUS - 1.0).abs() < 1e-5 && (value(1) / truth - 1.0).abs() < 1e-4,
         "{report}"
@@ -243,12 +249,14 @@ fn node_indices_refer_to_the_nodes_of_the_scene() {
         let problem = scene.problem().unwrap();
         let (nodes, places) = (rest(&scene).nodes, problem.arc_lengths());
         for (i, (node, s)) in nodes.iter().zip(places).enumerate() {
+            // A nearly straight rod: the position of a node is its arc length.
             assert!((node[0] - s).abs() < 1e-4 * LENGTH, "{i}: {node:?} at {s}");
             assert_eq!(problem.arc_length(Point::Node(i)).unwrap(), *s);
         }
         let mut moving = scene.clone();
         moving.time = Some(Time::new(0.02, 1e-3));
         let run = simulate(&moving);
+        // Node 3 at 10 ms is recorded step 10.
         assert_eq!(run.at(Point::Node(3), 0.01).unwrap().0, run.node(3, 10));
         let table = rodfit::dynamics::shape_csv(&problem, &nodes).unwrap();
         let last: Vec<f64> =
@@ -282,6 +290,8 @@ fn fit_of_the_clamp_keeps_the_arc_length_of_nodes() {
     });
     let truth = 0.05 * LENGTH / BENDING;
     println!("{found:?} {truth}");
+    // The compliance of the simulation.
     assert!(found.iter().all(|found| (found / truth - 1.0).abs() < 1e-4), "{found:?} {truth}");
+    // Both definitions of the point give one result.
     assert!((found[0] / found[1] - 1.0).abs() < 1e-9, "{found:?}");
 }

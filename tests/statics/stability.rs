@@ -1,4 +1,4 @@
-//! Stability near zero stiffness, where rounding errors of fine meshes hide signs; and limp rods that stand.
+//! Stability near zero stiffness, where rounding errors of fine meshes exceed it; and limp rods that stand upright.
 
 use rodfit::scene::{Dimension, Material, Scene, Section, Shape, Support};
 use rodfit::vibration::LinearizationPoint;
@@ -44,6 +44,7 @@ fn arc_above_its_hinges_is_unstable_on_every_mesh() {
                 let modes = problem.modes(count, LinearizationPoint::Equilibrium).unwrap();
                 let rate = -modes.frequencies_rad_s[0];
                 assert_eq!(modes.unstable, 1, "{segments} {count}");
+                // The pendulum of the rigid arc, with errors of the polygon (1/segments) and of its elasticity.
                 assert!(
                     (rate / exact - 1.0).abs() < 1.0 / segments as f64 + 2e-3,
                     "{rate} {exact}"
@@ -62,6 +63,7 @@ fn arc_below_its_hinges_swings_on_every_mesh() {
         assert_eq!(problem.equilibrium().unwrap().stable, Some(true), "{segments}");
         let modes = problem.modes(1, LinearizationPoint::Equilibrium).unwrap();
         let found = modes.frequencies_rad_s[0];
+        // As above: errors of the polygon and of the elasticity.
         assert!((found / exact - 1.0).abs() < 1.0 / segments as f64 + 2e-3, "{found} {exact}");
     }
 }
@@ -85,8 +87,8 @@ fn ring_of_a_straight_rod_is_marginal() {
     }
 }
 
-/// A limp rod that stands hangs over its clamp in a bend of `lambda = sqrt(E I/T)`, T its weight: the elastica from up to
-/// down takes 2 lambda of its length, and is 2 lambda wide. T falls along the bend by a few percent.
+/// A limp standing rod bends over its clamp with the length scale `lambda = sqrt(E I/T)`, T its weight. The elastica from upward
+/// to downward takes 2 lambda of its length and is 2 lambda wide; T decreases along the bend by a few percent.
 #[test]
 fn limp_standing_rod_hangs_to_the_side_of_its_loads() {
     let (length, radius, density, modulus) = (0.7_f64, 6.75e-4_f64, 1200.0, 2e6);
@@ -113,6 +115,7 @@ fn limp_standing_rod_hangs_to_the_side_of_its_loads() {
             side == 0.0 || found.stable == Some(true),
             "{dimension:?} {side} {segments}: {found}"
         );
+        // The bend of the elastica, up to the decrease of tension along it (some per cent).
         assert!((x.hypot(y) / bend - 1.0).abs() < 0.12, "{x} {y} {bend}");
         assert!((z + length - bend).abs() < 0.12 * bend + 0.5 * length / segments as f64, "{z}");
         assert!(side == 0.0 || x * side > 0.0, "{side}: {x}");

@@ -1,4 +1,5 @@
-//! Rods whose section and material change along them, against beam theory.
+//! Rods whose section and material change along them: deflections by integrals of the compliance, frequencies by Kirchhoff and
+//! the Ritz method.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rodfit::scene::{Along, Dimension, Material, Scene, Section, Shape, Taper};
@@ -56,6 +57,7 @@ fn integral(breaks: &[f64], f: impl Fn(f64) -> f64) -> f64 {
 fn tapered_rod_deflection_is_the_integral_of_compliance() {
     let (force, stiffness) = (1e-7, MODULUS * PI * RADIUS.powi(4) / 4.0);
     let unit = force * LENGTH.powi(3) / stiffness;
+    // Closed form of a cone with ratio 0.4 of its radii; Simpson's rule.
     assert!(
         (integral(&[0.0, 1.0], |x| ((1.0 - x) / line(0.4)(x).powi(2)).powi(2)) - 1.0 / 1.2).abs()
             < 1e-8
@@ -155,13 +157,15 @@ fn stepped(factor: f64) -> f64 {
     low
 }
 
-/// Cones, wedges and stepped rods, at second order; where a cone or wedge comes to a point, Kirchhoff's numbers.
+/// Frequencies of cones, wedges and stepped rods converge to second order to those by Ritz's method, and for pointed cones and
+/// wedges to Kirchhoff's.
 #[test]
 fn tapered_rod_frequencies_agree_with_kirchhoff_and_ritz() {
     let whole = [0.0, 1.0];
     let sharp = 1e-4;
     let cone = ritz(&whole, |x| line(sharp)(x).powi(4), |x| line(sharp)(x).powi(2));
     let wedge = ritz(&whole, |x| line(sharp)(x).powi(3), |x| line(sharp)(x));
+    // Kirchhoff's number of the cone that ends in a point.
     assert!((cone[0].sqrt() - 8.719).abs() < 2e-3, "{}", cone[0].sqrt());
     // Of one thickness: the table's number.
     assert!((stepped(1.0) - 1.87510407_f64.powi(2)).abs() < 1e-6, "{}", stepped(1.0));
@@ -199,6 +203,7 @@ fn tapered_rod_frequencies_agree_with_kirchhoff_and_ritz() {
                 lowest.frequency_rad_s / (exact[0].sqrt() * unit) - 1.0
             });
             println!("{name}, {dimension:?}: {errors:?}");
+            // Second order in the mesh, against Kirchhoff and Ritz.
             assert!(errors[2].abs() < 3e-4, "{errors:?}");
             // A jump moves against the mesh: its part of the error goes up and down.
             let order = (errors[0] / errors[2]).abs().log2() / 2.0;
@@ -207,8 +212,8 @@ fn tapered_rod_frequencies_agree_with_kirchhoff_and_ritz() {
     }
 }
 
-/// A shaft of two stiffnesses that twists: tan(w a) tan(w b) is the ratio of the impedances, with the times a
-/// and b that waves take along its halves.
+/// Torsional frequencies of a shaft of two stiffnesses: tan(w a) tan(w b) is the ratio of the impedances, with the travel times
+/// a and b of waves along its halves.
 #[test]
 fn stepped_shaft_torsional_frequencies_agree_with_impedances() {
     let factor: f64 = 0.3;
@@ -228,7 +233,9 @@ fn stepped_shaft_torsional_frequencies_agree_with_impedances() {
         torsion.frequency_rad_s / low - 1.0
     });
     println!("{errors:?}");
+    // Frequency equation of the two-part shaft, with the error of the mesh.
     assert!(errors[2].abs() < 3e-4, "{errors:?}");
+    // Second order in the mesh.
     assert!((errors[0] / errors[2]).abs().log2() / 2.0 > 1.7, "{errors:?}");
 }
 
@@ -246,17 +253,20 @@ fn equivalent_descriptions_of_a_taper_are_equal() {
     let plain = droop(rod(20, circle(), &Taper::default()));
     for ones in [1.0.into(), vec![1.0; 3].into(), Along::linear(1.0, 1.0)] {
         let taper = Taper { density: Some(ones.clone()), ..on_radius(ones) };
+        // The same rod in another notation: rounding errors.
         assert!((droop(rod(20, circle(), &taper)) / plain - 1.0).abs() < 1e-12);
     }
     let tube = Section::Tube { radius: RADIUS, thickness: RADIUS };
     assert!((droop(rod(20, tube, &Taper::default())) / plain - 1.0).abs() < 1e-12);
     let thin = droop(rod(20, Section::Circle { radius: 0.8 * RADIUS }, &Taper::default()));
+    // A constant factor on the radius is a rod of that radius.
     assert!((droop(rod(20, circle(), &on_radius(0.8.into()))) / thin - 1.0).abs() < 1e-12);
     // A tube with half of its circle's radius open: area 3/4, second moments 15/16.
     let tube = Section::Tube { radius: RADIUS, thickness: RADIUS / 2.0 };
     let (area, i) = (0.75 * PI * RADIUS.powi(2), 15.0 / 64.0 * PI * RADIUS.powi(4));
     let custom = Section::Custom { area, i1: i, i2: i, j: 2.0 * i, up: [0.0, 1.0, 0.0] };
     let [tube, custom] = [tube, custom].map(|section| droop(rod(20, section, &Taper::default())));
+    // Both sections have the same moments: rounding errors.
     assert!((tube / custom - 1.0).abs() < 1e-12);
 }
 

@@ -1,4 +1,4 @@
-//! Misfit is not taken for noise where no sigma is stated, and omitted effects are listed at the size the data allow.
+//! Separation of misfit and noise without a stated sigma, and undetected biases of the size that the data allow.
 
 use rodfit::fit::{Analysis, Grade, Known, UndetectedBias};
 use rodfit::scene::{PointMass, Scene};
@@ -24,6 +24,7 @@ fn mass(scene: &Scene) -> f64 {
     scene.material.density * scene.rod.section.moments().area * 0.5
 }
 
+/// The scene with a point mass at its tip, given as a part of the mass of the rod.
 fn with_tip_mass(part: f64) -> Scene {
     let mut truth = scene();
     truth.rod.mass = vec![PointMass::new(Point::Tip, part * mass(&truth))];
@@ -34,6 +35,7 @@ fn fit_to(data: &Observation) -> FitReport {
     fit_with(&scene(), data, &UNKNOWNS, of_a_right_mesh())
 }
 
+/// Whether a report has a warning with this code.
 fn has(report: &FitReport, code: &str) -> bool {
     report.warning_codes.iter().any(|own| own.name() == code)
 }
@@ -45,8 +47,8 @@ fn listed<'a>(report: &'a FitReport, source: &str) -> &'a UndetectedBias {
     report.undetected_bias.iter().find(own).unwrap_or_else(|| panic!("{source}: {report}"))
 }
 
-/// A mass of 5 % at the tip lowers the frequency as a modulus lower by 4 times 5 % over the modal mass of a quarter does,
-/// and leaves misfit of twice the noise. The correlation of that misfit is no noise.
+/// An omitted tip mass of 5 % acts like a modulus lower by 4 times 5 % over the modal mass of a quarter, and leaves a misfit of
+/// twice the noise. The correlation of the misfit is not taken for noise.
 #[test]
 fn omitted_tip_mass_without_sigma_is_graded_with_reservation_and_listed() {
     let clean = observe(&with_tip_mass(0.05), 60);
@@ -54,6 +56,7 @@ fn omitted_tip_mass_without_sigma_is_graded_with_reservation_and_listed() {
     for seed in 0..8 {
         let report = fit_to(&noisy(&clean, SIGMA, seed));
         let [low, high] = report.parameters[0].interval95.unwrap();
+        // The bias by the tip mass is beyond the interval, as derived above.
         assert!(!(low..high).contains(&1e8), "the error shows: {report}");
         assert!(
             [Grade::CorrelatedOrMissing, Grade::ModelDoesNotExplain].contains(&report.grade),
@@ -144,6 +147,7 @@ fn noise_scale_is_independent_of_the_model() {
         assert_eq!(report.noise_scale.len(), 2);
         for scale in &report.noise_scale {
             let value = scale.value.unwrap_or_else(|| panic!("{scale:?}"));
+            // The noise with which the data are made; its estimate from 200 values scatters.
             assert!((value / SIGMA - 1.0).abs() < 0.3, "{scale:?}");
         }
     }
@@ -156,6 +160,7 @@ fn collinear_effect_has_the_size_of_its_prior() {
     let report = fit_to(&noisy(&observe(&scene(), 60), SIGMA, 1));
     let density = listed(&report, "material.density");
     assert_eq!(density.estimate, None);
+    // Quantile 0.975 of Student's t with four degrees of freedom, 2.776.
     assert!((density.size.abs() / density.plausible_size - 2.776).abs() < 0.06, "{density:?}");
     // The true density is larger by that size: E is too small by the same factor.
     let factor = 1.0 + density.size / 1273.52;

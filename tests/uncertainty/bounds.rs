@@ -1,4 +1,4 @@
-//! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on a side.
+//! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on one side.
 
 use rodfit::fit::{Analysis, Observation, RestShape, Sample, Sighting};
 use rodfit::scene::{Material, Scene, Section, Shape, Time};
@@ -51,6 +51,7 @@ fn damping_near_zero_always_has_a_bound_that_covers() {
             let damping = &report.parameters[1];
             assert!(report.is_success() && damping.identifiable, "{seed}: {report}");
             let [low, high] = damping.interval95.unwrap();
+            // The data exclude a damping of 0.02 1/s.
             assert!(high < 0.02, "{seed}: {report}");
             covered += usize::from(low <= truth && truth <= high);
             bounded += usize::from(damping.upper95.is_some());
@@ -112,6 +113,7 @@ fn modulus_without_visible_bending_is_bounded_from_below() {
         assert!(report.warning_codes.contains(&Code::OneSided), "{report}");
         assert!(report.to_string().contains("at least") && report.in_a_line().contains("at least"));
         let [low, high] = damping.interval95.unwrap();
+        // The damping is determined: its interval overlaps 3 to 4.5 1/s.
         assert!(low < 4.5 && 3.0 < high, "{report}");
         bounds.push(modulus.lower95.unwrap());
     }
@@ -129,6 +131,7 @@ fn modulus_with_visible_bending_has_an_interval() {
     let fit = Fit::new(&problem).observe(noisy(&clean, 1e-3, 1)).identify(Parameter::YoungsModulus);
     let report = fit.solve().unwrap();
     assert!(report.parameters[0].interval95.is_some(), "{report}");
+    // An upper bound of the cost.
     assert!(report.parameters[0].lower95.is_none() && report.simulations < 12.0, "{report}");
 }
 

@@ -25,6 +25,7 @@ fn known(scene: &Scene, name: &str, part: f64) -> Known {
     Known::new(named(name), part * named(name).of(scene).unwrap())
 }
 
+/// The fit with all inputs of `KNOWN` with their uncertainties.
 fn all_known(fit: Fit, scene: &Scene) -> Fit {
     KNOWN.iter().fold(fit, |fit, (name, part)| fit.known(known(scene, name, *part)))
 }
@@ -54,6 +55,7 @@ fn droop(scene: &Scene, noise: f64) -> RestShape {
     RestShape::new(vec![Sighting { point: Point::Tip, position }]).sigma(noise * tip[1].abs())
 }
 
+/// A stiff rod and the fit of its modulus to its static shape with this noise.
 fn fit_droop(noise: f64) -> (Scene, Fit) {
     let scene = stiff(9.8);
     let fit = Fit::new(&scene.problem().unwrap()).observe(droop(&scene, noise));
@@ -78,6 +80,7 @@ fn modulus(report: &FitReport) -> &Estimate {
     report.estimate(Parameter::YoungsModulus).unwrap()
 }
 
+/// Requires equality within the relative tolerance `part`.
 #[track_caller]
 fn near(found: f64, expected: f64, part: f64) {
     assert!((found / expected - 1.0).abs() < part, "{found}, expected {expected}");
@@ -90,6 +93,7 @@ fn relative(estimate: &Estimate, source: &str) -> f64 {
     line.unwrap_or_else(|| panic!("no {source}")).relative_sensitivity.unwrap()
 }
 
+/// Contribution of a source to the standard error, relative to the value.
 #[track_caller]
 fn contribution(estimate: &Estimate, source: &str) -> f64 {
     let line = estimate.budget.iter().find(|line| line.source == source);
@@ -106,12 +110,15 @@ fn sensitivities_equal_the_exponents_of_the_closed_forms() {
         let report = all_known(fit, &scene).solve().unwrap();
         println!("{report}");
         let e = modulus(&report);
+        // Exponents 4, -2 and 1 of the closed form.
         near(relative(e, "rod.shape.length"), 4.0, slack);
         near(relative(e, "rod.section.radius"), -2.0, slack);
         near(relative(e, "material.density"), 1.0, slack);
+        // 4 times the standard uncertainty of the length, 0.4 %.
         near(contribution(e, "rod.shape.length"), 0.016, slack);
         if k < 2 {
             let power = [2.0, 1.0][k];
+            // Powers of the frequency (2) and of the deflection (1).
             near(contribution(e, "noise"), power * noise, 1e-3);
         }
         let square = |name: &str| contribution(e, name).powi(2);
@@ -119,11 +126,14 @@ fn sensitivities_equal_the_exponents_of_the_closed_forms() {
         let mesh = e.budget.iter().filter(|l| ["mesh", "step"].contains(&&l.source[..]));
         let mesh: f64 = mesh.map(|l| (l.contribution / e.value.unwrap()).powi(2)).sum();
         let sum = sources.iter().map(|name| square(name)).sum::<f64>() + mesh;
+        // GUM: the combined variance is the sum of squared contributions.
         near(e.combined_std.unwrap() / e.value.unwrap(), sum.sqrt(), 1e-9);
         let [from, to] = e.expanded95.unwrap();
         let expanded = e.coverage_factor.unwrap() * e.combined_std.unwrap();
+        // GUM: half width = coverage factor times combined uncertainty.
         near(0.5 * (to - from), expanded, 1e-9);
         near(e.coverage_factor.unwrap(), 1.95996, 1e-5);
+        // Shares of the variance add up to one.
         near(e.budget.iter().map(|l| l.share).sum(), 1.0, 1e-12);
         // The standard error is that of the noise alone.
         near(e.std_error.unwrap() / e.value.unwrap(), contribution(e, "noise"), 1e-9);
@@ -138,8 +148,10 @@ fn monte_carlo_spread_agrees_with_the_budget() {
         let report = all_known(fit, &scene).analyse(analysis).solve().unwrap();
         let found = modulus(&report).monte_carlo.clone().unwrap();
         println!("{report}");
+        // 600 fits: the standard deviation has a relative error of 3 %.
         near(found.std, found.linear_std, 0.05);
         let [low, high] = found.interval95;
+        // The 95 % interval of the sample, with larger scatter.
         near(high - low, 2.0 * 1.96 * found.linear_std, 0.08);
         assert!(!report.warnings.iter().any(|w| w.contains("Monte Carlo")), "{report}");
     }
@@ -162,6 +174,7 @@ fn correlated_errors_add_with_their_signs() {
         let report = fit.solve().unwrap();
         let e = modulus(&report);
         let percent = 100.0 * e.combined_std.unwrap() / e.value.unwrap();
+        // `4 sqrt(2 - 2 r)` per cent.
         assert!((percent - expected).abs() < 1e-4, "{correlation}: {percent}");
         // The Monte Carlo has the same correlation; where the contributions cancel, a second-order spread remains.
         let drawn = 100.0 * e.monte_carlo.as_ref().unwrap().std / e.value.unwrap();
@@ -185,6 +198,7 @@ fn experiments_share_an_error_or_have_their_own() {
         100.0 * square.sqrt() / e.value.unwrap()
     };
     let length = known(&scene, "rod.shape.length", 0.01);
+    // 4 times 1 %, shared; independent errors of two experiments average.
     near(percent(vec![length.clone()]), 4.0, 1e-3);
     let own = |name: &str| length.clone().of_experiment(name);
     near(percent(vec![own("one"), own("two")]), 4.0 / 2.0_f64.sqrt(), 1e-3);
@@ -202,11 +216,14 @@ fn few_values_increase_the_coverage_factor() {
     };
     let report = fit(None);
     let e = modulus(&report);
+    // Quantile of Student's t with seven degrees of freedom.
     near(e.coverage_factor.unwrap(), 2.364624, 1e-5);
     let [low, high] = e.interval95.unwrap();
     let [from, to] = e.expanded95.unwrap();
+    // Without inputs the expanded interval is the statistical one.
     near(to - from, high - low, 1e-4);
     let report = fit(Some(known(&scene, "rod.shape.length", 0.01)));
+    // A dominant normal input has a factor near 1.96.
     assert!(modulus(&report).coverage_factor.unwrap() < 1.97, "{report}");
 }
 
@@ -223,6 +240,7 @@ fn all_inputs_have_sensitivities_and_cost_one_run() {
         e.input_sensitivities.iter().map(|p| (&p.source[..], p.relative.unwrap())).collect();
     let of = |name: &str| all.iter().find(|(source, _)| *source == name).unwrap().1;
     assert_eq!(all[0].0, "rod.shape.length");
+    // Exponents 4, -2 and 1 of the closed form, in per cent per per cent.
     near(100.0 * of("rod.shape.length"), 4.0, 0.02);
     near(100.0 * of("rod.section.radius"), -2.0, 0.02);
     near(100.0 * of("material.density"), 1.0, 0.02);
@@ -238,6 +256,7 @@ fn all_inputs_have_sensitivities_and_cost_one_run() {
     let quiet = Analysis { sensitivity_analysis: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
     assert!(modulus(&quiet).input_sensitivities.is_empty());
+    // One more run with derivatives, as stated above.
     assert!(report.simulations < 1.3 * quiet.simulations + 1.0, "{report}\n{quiet}");
 }
 
@@ -313,8 +332,11 @@ fn error_of_a_known_input_explains_its_residuals() {
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
     let relative =
         |report: &FitReport| modulus(report).std_error.unwrap() / modulus(report).value.unwrap();
+    // The uncertainty of the estimate is that of a fit with the right length, but for the noise.
     near(relative(&report), relative(&right), 0.25);
+    // Without the known input the residuals increase the error.
     assert!(relative(&wrong) > 3.0 * relative(&right));
+    // The noise of the data, 2e-4 m.
     near(report.sigma[0], 2e-4, 0.1);
     // The reported residuals are the measured ones.
     near(report.residual_rms, wrong.residual_rms, 1e-6);

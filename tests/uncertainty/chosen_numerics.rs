@@ -1,4 +1,4 @@
-//! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
+//! Fits whose mesh, step and scheme the program chooses, with data from much finer ones: coverage, refinement and cost.
 
 use rodfit::accuracy::Aim;
 use rodfit::fit::{Experiment, Grade, Sample};
@@ -30,6 +30,7 @@ fn intervals_with_chosen_numerics_cover() {
         requires_no_other_numerics(&report);
         for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
             let left = error.relative.unwrap() * estimate.value.unwrap().abs();
+            // The limit of a quarter of a standard error.
             assert!(left <= 0.25 * estimate.std_error.unwrap(), "{report}");
             assert!(error.correction.is_some(), "{report}");
             held += usize::from(covers(&report, estimate.name, truth(estimate.name)));
@@ -61,6 +62,7 @@ fn discretization_error_of_the_residuals_does_not_lower_the_grade() {
         });
         seeds.count()
     };
+    // Both fits of the right model keep their grade; the fit of a clamp tilted by 0.01 rad does not.
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
 }
 
@@ -98,6 +100,7 @@ fn numerics_of_a_plucked_strip_are_refined_until_the_residuals_are_noise() {
     let report = fit.solve().unwrap();
     println!("{report}");
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+    // Modulus, Pa, and damping, 1/s, of the simulated strip.
     assert!(covers(&report, UNKNOWNS[0], 2.05e11) && covers(&report, UNKNOWNS[1], 0.6), "{report}");
 }
 
@@ -119,6 +122,7 @@ fn fit_replaces_a_chosen_scheme_without_derivatives() {
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingStiffness];
     let report = fit(&scene, &data, &unknowns);
     assert!(report.is_success(), "{report}");
+    // The damping of the simulation, s.
     assert!(covers(&report, unknowns[1], 2e-3), "{report}");
 }
 
@@ -139,6 +143,7 @@ fn chosen_numerics_at_most_double_the_work() {
     scene.time = Some(Time { scheme, rho_inf: 0.8, ..Time::new(1.0, resolution.step.unwrap()) });
     let given = fit(&scene, &data, &unknowns);
     println!("{chosen}\n{given}");
+    // The modulus of the simulation; the mesh was refined.
     assert!(covers(&chosen, unknowns[0], 1e7) && resolution.segments > 30);
     assert!(chosen.simulations <= 2.0 * given.simulations);
 }
@@ -162,6 +167,7 @@ fn jackknife_intervals_contain_the_remaining_discretization_error() {
     let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
     let across = estimate.cluster_jackknife.as_ref().unwrap();
     let (correction, open) = (error.correction.unwrap(), error.relative.unwrap());
+    // A correction that matters for the comparison below.
     assert!(across.reported && correction.abs() > 1e-6, "{report}");
     // On the logarithmic scale.
     let [low, high] = across.interval95.map(f64::ln);
@@ -180,6 +186,7 @@ fn exact_data_are_matched_to_1e_4() {
     requires_no_other_numerics(&report);
     let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
     let off = estimate.value.unwrap() / fine(0.6).material.youngs_modulus - 1.0;
+    // Exact data from a fine mesh: the error is that of the chosen numerics, below 1e-4.
     assert!(off.abs() < 1e-4 && error.relative.unwrap() <= 1e-4, "{off:e} {report}");
     assert!(covers(&report, estimate.name, truth(estimate.name)), "{off:e} {report}");
     let chosen = report.resolution[0].unwrap();
@@ -196,6 +203,7 @@ fn given_mesh_is_kept_without_correction() {
     println!("{report}");
     let (chosen, error) = (report.resolution[0].unwrap(), &report.discretization_error[0]);
     assert_eq!((chosen.segments, chosen.chosen.segments, chosen.chosen.step), (12, false, true));
+    // 12 segments have an error above 1e-3; that of the step is corrected.
     assert!(error.mesh.unwrap() > 1e-3 && error.correction.is_some(), "{report}");
     assert!(report.to_string().contains("the program chooses them"), "{report}");
 }

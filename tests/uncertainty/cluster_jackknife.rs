@@ -1,4 +1,4 @@
-//! Jackknife over experiments, for a model with an omitted effect that differs between them.
+//! Jackknife over experiments, for a model with an omitted effect that differs between them: intervals cover the truth.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

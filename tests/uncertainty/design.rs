@@ -20,10 +20,12 @@ fn scene() -> Scene {
     scene
 }
 
+/// A planned observation of the tip: duration, s, rate, 1/s, and the noise `SIGMA`.
 fn planned(duration: f64, rate: f64) -> Observation {
     Observation::planned(duration, rate).unwrap().sigma(SIGMA)
 }
 
+/// The design of an experiment that identifies both parameters.
 fn design(scene: &Scene, plan: Observation) -> Design {
     let fit = Fit::new(&scene.problem().unwrap()).observe(plan);
     BOTH.iter().fold(fit, |fit, p| fit.identify(*p)).design().unwrap()
@@ -33,6 +35,7 @@ fn errors(design: &Design) -> Vec<Option<f64>> {
     design.parameters.iter().map(|e| e.std_error).collect()
 }
 
+/// Requires that all pairs exist and agree within the relative tolerance `part`.
 #[track_caller]
 fn near(found: &[Option<f64>], expected: &[Option<f64>], part: f64) {
     assert_eq!(found.len(), expected.len());
@@ -58,6 +61,7 @@ fn expected_errors_equal_those_of_the_normal_matrix() {
     let j = DMatrix::from_fn(rows.len(), 2, |i, k| rows[i][k]);
     let covariance = j.tr_mul(&j).try_inverse().unwrap();
     let expected = [0, 1].map(|k| Some(covariance[(k, k)].sqrt() * values[k]));
+    // Both are computed by the same derivatives.
     near(&errors(&design(&scene, planned(0.8, RATE))), &expected, 1e-6);
     // A design uses only the times of data.
     near(&errors(&design(&scene, noisy(&as_planned(&scene), 0.1, 3))), &expected, 1e-6);
@@ -104,18 +108,23 @@ fn choices_have_the_errors_of_their_plans() {
     let (places, best) = advice(&whole, DesignVariable::MarkerPosition);
     for choice in [&places.choices[4], &places.choices[9]] {
         let plan = planned(0.4, RATE).at(Point::ArcLength(choice.value));
+        // The error of a choice is that of its plan: rounding errors.
         near(&choice.std_error, &errors(&design(&scene, plan)), 1e-9);
     }
     assert_eq!((best.value, best.planned), (0.5, true));
     let (lengths, best) = advice(&whole, DesignVariable::Duration);
     for choice in lengths.choices.iter().filter(|c| c.value > 0.15) {
+        // As above.
         near(&choice.std_error, &errors(&design(&scene, planned(choice.value, RATE))), 1e-9);
     }
+    // The longest duration, twice the planned one, is the best.
     assert_eq!(best.value, 0.8);
     let (rates, best) = advice(&whole, DesignVariable::FrameRate);
     for choice in rates.choices.iter().filter(|c| c.value > 20.0) {
+        // As above.
         near(&choice.std_error, &errors(&design(&scene, planned(0.4, choice.value))), 1e-9);
     }
+    // The highest frame rate, four times the planned one, is the best.
     assert!((best.value / (4.0 * RATE) - 1.0).abs() < 1e-9);
 }
 
@@ -127,6 +136,7 @@ fn errors_scale_as_the_inverse_root_of_the_frame_rate() {
     for pair in rates.choices.windows(2).skip(1) {
         let ratio = (pair[1].value / pair[0].value).sqrt();
         let expected: Vec<_> = pair[0].std_error.iter().map(|e| Some(e.unwrap() / ratio)).collect();
+        // Independent noise of n frames: 1/sqrt(n).
         near(&pair[1].std_error, &expected, 0.02);
     }
 }
@@ -151,6 +161,7 @@ fn errors_of_deflection_and_frequency_equal_closed_forms() {
     let radius = Known::new(Parameter::Radius, 5e-5);
     let fit = Fit::new(&problem).observe(plan).identify(Parameter::YoungsModulus).known(radius);
     let design = fit.design().unwrap();
+    // A deflection is proportional to 1/E: 1 % of it is 1 % of E.
     near(&errors(&design), &[Some(0.01 * modulus)], 1e-3);
     // The deflection under the own weight scales as r^-2.
     let combined = modulus * 0.01_f64.hypot(2.0 * 0.01);
@@ -159,6 +170,7 @@ fn errors_of_deflection_and_frequency_equal_closed_forms() {
     let frequency = problem.modes(1, LinearizationPoint::Equilibrium).unwrap().frequencies_rad_s[0];
     let rings = Frequencies::new(&[7.0], 0.01 * frequency);
     let fit = Fit::new(&problem).observe(rings).identify(Parameter::YoungsModulus);
+    // A frequency is proportional to sqrt(E): 1 % of it is 2 % of E.
     near(&errors(&fit.design().unwrap()), &[Some(0.02 * modulus)], 1e-3);
 }
 
@@ -188,6 +200,7 @@ fn contributions_of_independent_measurements_add_up() {
     let information = |error: Option<f64>| error.unwrap().powi(-2);
     let all = information(design.parameters[0].std_error);
     let [first, second] = [0, 1].map(|k| information(design.contributions[k].std_error_alone[0]));
+    // Information of independent measurements adds up.
     assert!(((first + second) / all - 1.0).abs() < 1e-9, "{first:e} {second:e} {all:e}");
     let without: Vec<f64> =
         design.contributions.iter().map(|c| information(c.std_error_without[0])).collect();

@@ -1,4 +1,4 @@
-//! Groups of parameters that the data determine without a scale of forces.
+//! Groups of parameters, such as modulus over density, that the data determine without a scale of forces.
 
 use rodfit::fit::DeterminedGroup;
 use rodfit::scene::{PointForce, Scene};
@@ -18,6 +18,7 @@ fn solve(density: f64) -> FitReport {
     fit_with(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], of_a_right_mesh())
 }
 
+/// The single determined group of a report.
 fn only(report: &FitReport) -> &DeterminedGroup {
     assert_eq!(report.determined_groups.len(), 1, "{report}");
     &report.determined_groups[0]
@@ -31,6 +32,7 @@ fn group_is_modulus_over_density_times_a_quarter_of_the_squared_radius() {
     let group = only(&report);
     let e = report.estimate(Parameter::YoungsModulus).unwrap();
     let expected = e.value.unwrap() / 1273.52 * RADIUS * RADIUS / 4.0;
+    // Definition of the group: E/density times r^2/4.
     assert!((group.value / expected - 1.0).abs() < 1e-12, "{group}");
     let relative = e.std_error.unwrap() / e.value.unwrap();
     assert!((group.relative_std_error / relative - 1.0).abs() < 1e-12, "{group}");
@@ -51,6 +53,7 @@ fn modulus_and_density_together_determine_their_ratio() {
     let group = only(&both);
     assert_eq!((&group.name[..], &group.unit[..]), ("youngs_modulus/density", "m^2/s^2"));
     let (value, error) = (e.value.unwrap(), e.std_error.unwrap());
+    // The ratio of the first fit, to a hundredth of its standard error.
     assert!((group.value * 1273.52 / value - 1.0).abs() < 0.01 * error / value, "{group} {value}");
     // One degree of freedom of 160 less.
     assert!((group.relative_std_error * value / error - 1.0).abs() < 0.02, "{group} {error}");

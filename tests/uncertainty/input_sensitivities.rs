@@ -68,6 +68,7 @@ fn check(scene: &Scene, data: &Observation, unknowns: &[Parameter]) {
         for (unknown, expected) in unknowns.iter().zip(expected) {
             let found = reported(&report, *unknown, input);
             println!("{input} {unknown}: {found:.4}, refit {expected:.4}");
+            // The stated tolerance of 10 %; small sensitivities are compared on the scale of `SMALL`.
             assert!(
                 (found - expected).abs() < 0.1 * expected.abs().max(SMALL),
                 "{input}, {unknown}: {found}, refits {expected}"

@@ -1,4 +1,5 @@
-//! Errors of identified parameters: profile, bootstrap, observed information, discretisation.
+//! Intervals of identified parameters by standard error, profile, bootstrap and observed information, with discretization
+//! error: agreement and coverage.
 
 use rodfit::fit::{Analysis, Refinement};
 use rodfit::scene::{Clamp, Scene, Time};
@@ -37,6 +38,7 @@ fn four_methods_agree_on_a_nearly_linear_model() {
     for estimate in &report.parameters {
         let (sd, [low, high]) = (estimate.std_error.unwrap(), estimate.interval95.unwrap());
         let near = |a: f64, b: f64, part: f64| assert!((a - b).abs() < part * sd, "{report}");
+        // Observed and expected information agree where the model is nearly linear.
         near(estimate.observed_std_error.unwrap(), sd, 0.1);
         let bootstrap = estimate.bootstrap.as_ref().unwrap();
         // The spread of 400 has an error of 4 %, its percentiles one of about 13 %.
@@ -44,6 +46,7 @@ fn four_methods_agree_on_a_nearly_linear_model() {
         near(bootstrap.interval95[0], low, 0.4);
         near(bootstrap.interval95[1], high, 0.4);
         let [from, to] = estimate.profile95.unwrap();
+        // The profile is a parabola there.
         near(from.unwrap(), low, 0.1);
         near(to.unwrap(), high, 0.1);
     }
@@ -75,6 +78,7 @@ fn profile_ends_at_the_squared_quantile() {
     let least = square(estimate.value.unwrap());
     for end in estimate.profile95.unwrap() {
         let rise = square(end.unwrap()) - least;
+        // The normal quantile 0.975: twice the misfit rises by its square.
         assert!((rise.sqrt() - 1.959964).abs() < 2e-3, "{rise}: {report}");
     }
 }
@@ -93,6 +97,7 @@ fn interval_of_undetermined_damping_is_open() {
         match estimate.profile95 {
             Some([low, high]) => {
                 open += usize::from(low.is_none());
+                // The upper end of the profile, if there is one, is above the true damping of 0.1 1/s.
                 assert!(high.is_none_or(|high| high > 0.1));
             }
             None => {
@@ -161,11 +166,13 @@ fn damping_of_zero_has_an_upper_bound_that_covers() {
             let [modulus, damping] = &report.parameters[..] else { panic!("{report}") };
             assert!(report.is_success() && damping.identifiable, "{report}");
             known += usize::from(covers(&report, Parameter::YoungsModulus, 1e8));
+            // An upper bound of the standard error, Pa, as in fits without damping.
             assert!(modulus.std_error.unwrap() < 2e5, "{report}");
             let [low, high] = damping.interval95.unwrap();
             covered += usize::from(truth <= high);
             if let Some(upper) = damping.upper95 {
                 bounded += 1;
+                // One-sided: from zero to the upper bound.
                 assert!(low == 0.0 && high == upper && upper < 0.05, "{report}");
                 assert!(damping.std_error.is_none() && damping.value.unwrap() < upper);
                 let words = report.warnings.iter().find(|w| w.contains("at most")).unwrap();

@@ -1,4 +1,4 @@
-//! Coverage of intervals under noise that is not white: 200 seeds each, a part of
+//! Coverage of intervals under noise that is autocorrelated, heavy-tailed, rounded or unequal: 200 seeds each, a part of
 //! `cargo run --release --example coverage -- 1000`.
 
 use nalgebra::DMatrix;
@@ -55,6 +55,7 @@ struct Campaign {
     reports: Vec<FitReport>,
 }
 
+/// Statistics of the fits of many seeds to the same motion with this noise and these gaps.
 fn campaign(noise: Noise, gap: usize, seeds: u64) -> Campaign {
     let scene = swinging();
     let clean = observe(&scene, 300);
@@ -114,9 +115,11 @@ fn intervals_cover_under_autocorrelated_noise() {
             found.reports.iter().map(of).sum::<f64>() / found.reports.len() as f64
         };
         let correlation = mean(&|r| r.residual_tests[0].autocorrelation);
+        // The correlation of the noise, estimated from many residuals.
         assert!((correlation - rho).abs() < 0.02, "{correlation}");
         let values = found.reports[0].residual_tests[0].values as f64;
         let effective = mean(&|r| r.residual_tests[0].effective_samples) / values;
+        // Effective sample size of AR(1) noise, `n (1 - r)/(1 + r)`.
         assert!((effective / ((1.0 - rho) / (1.0 + rho)) - 1.0).abs() < 0.25, "{effective}");
         // The model is not graded as inadequate.
         assert!(found.trustworthy > 0.9, "{}", found.trustworthy);

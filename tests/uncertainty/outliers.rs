@@ -1,4 +1,4 @@
-//! Robust losses: estimates and intervals from records with gaps and outliers.
+//! Robust losses (Huber, soft L1, Cauchy): estimates and intervals from records with gaps and outliers.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -61,11 +61,14 @@ fn robust_fit_recovers_from_gaps_outliers_and_a_late_clock() {
         );
         assert!(report.is_success(), "{loss:?}, {seed}: {report}");
         let e = report.estimate(Parameter::YoungsModulus).unwrap();
+        // The modulus of the simulation, 1e8 Pa, to 1 %.
         assert!((e.value.unwrap() / 1e8 - 1.0).abs() < 0.01, "{loss:?}, {seed}: {report}");
         covered += usize::from(covers(&report, Parameter::YoungsModulus, 1e8));
         let effect = &report.losses[0];
         let share = effect.beyond_5_sigma as f64 / effect.values as f64;
+        // A twentieth of the coordinates has errors of 50 sigma, of which most are beyond 5 sigma.
         assert!((0.01..0.1).contains(&share), "{report}");
+        // The loss changes standard errors by a moderate factor.
         assert!((0.85..1.3).contains(&effect.std_error_factor), "{report}");
     }
     println!("{covered} of 12 intervals cover");
@@ -80,6 +83,7 @@ fn robust_fit_recovers_from_gaps_outliers_and_a_late_clock() {
     let squares = fit(&scene, data, &[Parameter::YoungsModulus, Parameter::TimeOffset]);
     let error =
         |report: &FitReport| report.estimate(Parameter::YoungsModulus).unwrap().std_error.unwrap();
+    // Least squares takes the outliers as noise.
     assert!(error(&squares) > 5.0 * error(&robust), "{squares}\n{robust}");
 }
 

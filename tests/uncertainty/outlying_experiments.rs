@@ -1,4 +1,4 @@
-//! One bad recording of many is reported as an outlier, not as a fault of the common set-up.
+//! One bad recording of many is reported as an outlier; bad ones in the majority are a fault of the common set-up.
 
 use rodfit::code::Code;
 use rodfit::fit::{Experiment, Loss};
@@ -75,6 +75,7 @@ fn validation_error_follows_the_status() {
     let unit = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6)]
         .iter()
         .find(|unit| Some(unit.0) == words.clone().next());
+    // The RMS error of the right model is the noise.
     assert!((value * unit.unwrap().1 / NOISE - 1.0).abs() < 0.2, "{line}");
 }
 

@@ -1,4 +1,4 @@
-//! Score tests find omitted effects at their false-alarm rate, and undetected biases are those of fits.
+//! Score tests of omitted effects: false-alarm rate, power and ranks; undetected biases equal those of fits.
 
 use rodfit::fit::{Analysis, FitFile, ScoreTest};
 use rodfit::scene::{Along, Compliance, Drag, Friction, PointMass, Scene, Shape};
@@ -17,6 +17,7 @@ fn scene() -> Scene {
     scene
 }
 
+/// Fit of `model` to noisy data of `truth`.
 fn fit_of(truth: &Scene, model: &Scene, seed: u64) -> FitReport {
     let data = noisy(&observe(truth, 120), SIGMA, seed).sigma(SIGMA);
     fit_with(model, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], of_a_right_mesh())
@@ -100,6 +101,7 @@ fn plausible_sizes_of_the_fit_file_are_used() {
     let usual = mass(solved("").unwrap());
     let words = format!("plausible = {{ \"rod.mass.0.mass\" = {:e} }}", 0.5 * usual.plausible_size);
     let smaller = mass(solved(&words).unwrap());
+    // Half the plausible size was stated.
     assert!(
         (smaller.plausible_size / usual.plausible_size - 0.5).abs() < 1e-12,
         "{usual:?} {smaller:?}"
@@ -189,6 +191,7 @@ fn undetected_biases_equal_those_of_fits() {
         let biased = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
         let off = biased.parameters[0].value.unwrap() / 1e9 - 1.0;
         println!("{place}: {off}, listed {:?}", hidden.relative);
+        // The listed bias is linear in the size: 20 % for its curvature.
         assert!((off / hidden.relative.unwrap() - 1.0).abs() < 0.2, "{place}: {off}, {hidden:?}");
     }
     assert!(report.to_string().contains("Undetected bias"), "{report}");
@@ -203,6 +206,7 @@ fn size_that_the_data_determine_prevails_over_the_plausible_one() {
     let hidden = found.find(|hidden| hidden.source == "supports.angle").unwrap();
     println!("{hidden:?}");
     let (estimate, error) = (hidden.estimate.unwrap(), hidden.estimate_std_error.unwrap());
+    // The data determine the tilt ten times better than its plausible size.
     assert!(error < 0.1 * hidden.plausible_size, "{hidden:?}");
     // The limit of the absolute value is between 1.6 and 2 standard errors beyond the estimate.
     let beyond = (hidden.size.abs() - estimate.abs()) / error;
@@ -215,6 +219,7 @@ fn size_that_the_data_determine_prevails_over_the_plausible_one() {
         fit_with(&scene(), &data, &unknowns, same_mesh()).parameters[0].value.unwrap()
     };
     let off = modulus(&truth) - modulus(&scene());
+    // The listed bias is linear in the size: 20 % for its curvature.
     assert!((off / hidden.change - 1.0).abs() < 0.2, "{off} {hidden:?}");
 }
 
@@ -242,6 +247,7 @@ fn fit_is_extended_by_the_effect_that_the_test_finds() {
     let report = extended.fit().analyse(of_a_right_mesh()).solve().unwrap();
     println!("{report}");
     let angle = report.parameters[2].value.unwrap();
+    // The tilt of the simulation, 0.02 rad.
     assert!((angle / 0.02 - 1.0).abs() < 0.1 && report.is_success(), "{report}");
     assert!(extended.extended(&report).unwrap().is_none(), "{report}");
 }

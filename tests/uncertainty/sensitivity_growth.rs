@@ -22,12 +22,14 @@ fn limp_strip(kelvin_voigt: f64, end: f64) -> Scene {
     scene
 }
 
+/// The design of an experiment with 120 frames per second over the time of the scene.
 fn design(scene: &Scene) -> Design {
     let data = observe(scene, (120.0 * scene.time.as_ref().unwrap().end) as usize).sigma(NOISE);
     let fit = Fit::new(&scene.problem().unwrap()).observe(data);
     UNKNOWNS.into_iter().fold(fit, Fit::identify).design().unwrap()
 }
 
+/// Whether these codes contain the warning of growing sensitivities.
 fn is_growing(codes: &[Code]) -> bool {
     codes.contains(&Code::GrowingSensitivity)
 }
@@ -49,6 +51,7 @@ fn linear_model_holds_before_the_stated_time_and_fails_at_the_end() {
     println!("{design}");
     assert!(is_growing(&design.warning_codes));
     let onset = onset(&design.warnings);
+    // The growth starts within the motion, well before its end.
     assert!(onset > 0.5 && onset < 0.9 * end, "{onset}");
     let mut other = scene.clone();
     other.material.youngs_modulus *= 1.0 + CHANGE;
@@ -64,6 +67,7 @@ fn linear_model_holds_before_the_stated_time_and_fails_at_the_end() {
     };
     let (error, linear) = errors(onset);
     println!("at {onset} s: {linear:.2e} m, off by {error:.2e} m");
+    // The linear model is right to 5 % up to the stated time.
     assert!(error < 0.05 * linear, "{error} of {linear} at {onset} s");
     let (error, linear) = errors(end);
     println!("at {end} s: {linear:.2e} m, off by {error:.2e} m");
@@ -80,6 +84,7 @@ fn design_leaves_out_values_after_the_stated_time() {
     let long: Vec<_> = lengths.choices.iter().filter(|c| c.value > onset).collect();
     assert!(long.len() >= 2);
     for choice in &long {
+        // Unusable sensitivities would give a far smaller expected error.
         assert!(relative(choice.std_error[0]) > 5e-5, "{choice:?}");
         assert!(!choice.best, "{choice:?}");
         assert_eq!(choice.std_error, long[0].std_error);
@@ -112,5 +117,6 @@ fn standard_error_of_a_chaotic_model_is_plausible() {
     assert!(!report.warning_codes.contains(&Code::NumericsBelowData), "{report}");
     let e = report.estimate(UNKNOWNS[0]).unwrap();
     let relative = e.std_error.unwrap() / value(&report, UNKNOWNS[0]);
+    // A plausible range: neither the tiny error of exploding sensitivities nor an undetermined modulus.
     assert!(relative > 2e-4 && relative < 2e-2, "{relative}\n{report}");
 }

@@ -1,5 +1,5 @@
-//! Rods that are too thick for the model are reported with the size of the bias, and frequencies that other mode
-//! numbers fit as well.
+//! Limits of the model: thick rods are reported with the size of the bias (ASTM E1876, Timoshenko), and frequencies that other
+//! mode numbers fit equally well.
 
 use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sighting};
 use rodfit::scene::{Dimension, Material, PointForce, Scene, Section, Shape, Support};
@@ -34,6 +34,7 @@ fn modulus(report: &FitReport) -> f64 {
     report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap()
 }
 
+/// The text of the warning with this code.
 fn warning_of(report: &FitReport, code: Code) -> Option<&str> {
     let place = report.warning_codes.iter().position(|own| *own == code)?;
     Some(&report.warnings[place])
@@ -72,6 +73,7 @@ fn thick_free_bar_lowers_the_grade_with_the_size_of_its_bias() {
     assert!(report.verdict.contains("too thick"), "{report}");
     let words = warning_of(&report, Code::ThickRod).unwrap();
     let stated = number(words, "youngs_modulus is", "% too low");
+    // The stated bias is the true one, in per cent.
     assert!((stated + off).abs() < 0.1, "{words}");
 }
 
@@ -110,6 +112,7 @@ fn simply_supported_bar_is_off_by_timoshenkos_solution() {
         let off = 100.0 * (1.0 - modulus(&report) / MODULUS);
         let words = warning_of(&report, Code::ThickRod).unwrap();
         let stated = number(words, "youngs_modulus is", "% too low");
+        // The stated bias is that of Timoshenko's solution, to 3 % of it.
         assert!((stated / off - 1.0).abs() < 0.03, "mode {mode}: {off} {words}");
     }
 }
@@ -180,6 +183,7 @@ fn even_mode_numbers_of_a_pinned_rod_are_noted_with_the_other_modulus() {
     let all = numbered(Support::Pinned, Support::Roller, &squares, &[1, 2, 3]);
     let words = warning_of(&all, Code::ModeNumbers).unwrap_or_else(|| panic!("{all}"));
     let other = number(words, "modes 2, 4, 6 give youngs_modulus =", "Pa");
+    // Half the mode numbers: a frequency is proportional to the squared number, the modulus to its fourth power.
     assert!((other / modulus(&all) * 16.0 - 1.0).abs() < 2e-3, "{words}");
 }
 

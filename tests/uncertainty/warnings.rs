@@ -1,4 +1,4 @@
-//! Wrong data, models and meshes lower the grade, right ones have no warnings.
+//! Wrong data, models and meshes lower the grade; right ones have no warnings.
 
 use rodfit::fit::{FitReport, Grade, NonIdentifiability, Sample};
 use rodfit::scene::{Clamp, Time};
@@ -7,6 +7,7 @@ use rodfit::{Fit, Parameter, Unknown};
 use crate::common::fits::{fit, fit_with, noisy, observe, same_mesh};
 use crate::intervals::small;
 
+/// Requires an unsuccessful fit with this kind of non-identifiability, whose status has all words.
 fn refused(report: &FitReport, kind: NonIdentifiability, words: &[&str]) {
     assert!(!report.is_success(), "{report}");
     assert!(report.not_identifiable.iter().any(|f| f.kind == kind), "{report:?}");
@@ -135,6 +136,7 @@ fn residual_tests_name_the_coordinate_with_the_defect() {
     let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass]);
     let [x, y] = &report.residual_tests[..] else { panic!("{report:?}") };
     assert!(x.axis == "x" && x.passed && y.axis == "y" && !y.is_noise(), "{x:?} {y:?}");
+    // The p-value of a trend of 3 standard deviations is tiny.
     assert!(y.trend < 1e-6 || y.whiteness < 1e-6, "{y:?}");
 }
 
@@ -145,6 +147,8 @@ fn large_noise_keeps_the_grade() {
     scene.rod.segments = Some(20);
     let data = noisy(&observe(&scene, 100), 1.2e-2, 2);
     let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
+    // The residuals exceed a tenth of 7 cm, the size of the motion.
     assert!(report.residual_rms > 0.1 * 7e-2 && report.warnings.is_empty(), "{report}");
+    // An upper bound of the cost.
     assert!(report.simulations < 20.0, "{report}");
 }

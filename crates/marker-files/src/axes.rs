@@ -1,4 +1,8 @@
-//! Map from the axes of a file to those of the world.
+//! Map from the axes of a file to those of the world: a permutation with signs, as `["x", "z", "-y"]`.
+//!
+//! Input are three names, one per world axis; a minus reverses the direction, and `none` is a coordinate that was not
+//! observed. Left-handed maps, axes given twice and axes that the file does not have are errors. The map converts positions
+//! and standard deviations.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[serde(try_from = "Vec<String>", into = "Vec<String>")]
 pub struct Axes([Option<(usize, f64)>; 3]);
 
-/// Name of an axis that was not observed.
+/// Name in place of an axis that was not observed.
 const NONE: &str = "none";
 
 impl Axes {
@@ -37,6 +41,7 @@ impl Axes {
             return Err(format!("found axes = {names:?}, allowed: each axis of the file once"));
         }
         if let [(a, s), (b, t), (c, u)] = named[..] {
+            // The handedness is the sign of the permutation times the product of the three signs.
             let even = (b + 3 - a) % 3 == 1 && (c + 3 - b) % 3 == 1;
             if s * t * u * if even { 1.0 } else { -1.0 } < 0.0 {
                 return Err(format!(
@@ -51,17 +56,17 @@ impl Axes {
         }
     }
 
-    /// A position in the axes of the file, in those of the world.
+    /// Converts a position from the axes of the file to those of the world, with signs; missing coordinates stay missing.
     pub fn to_world(self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
-    /// Properties of the axes of the file, for those of the world.
+    /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs.
     pub fn select<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
         self.0.map(|axis| axis.and_then(|(c, _)| of[c]))
     }
 
-    /// Rejects axes that the file does not have.
+    /// Rejects axes that the file does not have. `has` is whether the file has x, y and z. The error is the message.
     pub fn check(self, has: [bool; 3]) -> Result<(), String> {
         match self.0.iter().flatten().find(|(axis, _)| !has[*axis]) {
             Some((axis, _)) => {

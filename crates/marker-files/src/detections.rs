@@ -1,13 +1,17 @@
-//! Files with one line for every detection of a marker, in any order, as a table with one row for every frame.
+//! Conversion of detections to a table: files with one line for every detection of a marker, in any order, become one row for
+//! every frame with the positions of all markers.
+//!
+//! Frames are sorted by time. A marker that is not detected in a frame is missing there; two detections of a marker in one
+//! frame are an error. Used by the readers of Kinovea, SLEAP and TrackMate.
 
 use crate::error::Error;
 use crate::marker_file::{FieldLines, FrameReading, FrameTable, MarkerData};
 use std::collections::HashMap;
 
-/// Most positions of all markers in all frames. A file of a million lines with a marker each would need 1e12 of them.
+/// Most positions, frames times markers. A file of a million lines with a marker each would need 1e12 of them.
 const MAX_POSITIONS: usize = 10_000_000;
 
-/// The detections of a file.
+/// The detections of a file, with the names of the markers in the order of their first appearance.
 #[derive(Default)]
 pub(crate) struct Detections {
     markers: HashMap<String, usize>,
@@ -15,7 +19,7 @@ pub(crate) struct Detections {
     all: Vec<Detection>,
 }
 
-/// Position of a marker in a frame.
+/// Position of a marker in a frame, in the unit of the file, with its likelihood from 0 to 1, if the file has it.
 struct Detection {
     row: FrameReading,
     marker: usize,
@@ -24,7 +28,7 @@ struct Detection {
 }
 
 impl Detections {
-    /// Adds a detection in a frame.
+    /// Adds the position of the marker `name` in the frame of `row`.
     pub fn add(
         &mut self,
         row: FrameReading,
@@ -40,7 +44,8 @@ impl Detections {
         self.all.push(Detection { row, marker, position, likelihood });
     }
 
-    /// Frames and markers by increasing time. `axes` are those of the file, `has_confidence` is whether it has a confidence.
+    /// The frames by increasing time with all markers. `axes` is whether the file has x, y and z, `has_confidence` whether it
+    /// has a likelihood. Errors: no detection, too many positions, two positions of a marker at one time.
     pub fn table(
         mut self,
         lines: &FieldLines,
@@ -69,6 +74,7 @@ impl Detections {
             );
             return Err(lines.error(1, message));
         }
+        // Markers begin without any position; each detection fills one entry.
         let new = |name: String| MarkerData {
             name,
             axes,
@@ -76,6 +82,7 @@ impl Detections {
             likelihood: has_confidence.then(|| vec![None; rows.len()]),
         };
         let mut markers: Vec<MarkerData> = self.names.into_iter().map(new).collect();
+        // The last frame of each marker shows a second detection in the same frame, as detections are sorted by time.
         let mut last_frames = vec![usize::MAX; markers.len()];
         let mut k = 0;
         for Detection { row, marker, position, likelihood } in self.all {

@@ -1,4 +1,5 @@
-//! Errors with the file, the line, what was found and what is allowed.
+//! Errors of files of markers: the file, the line, the found content and the allowed content. Messages have control characters
+//! escaped and long tokens cut.
 
 use crate::printable::{io_reason, printable_path, shown};
 use std::path::{Path, PathBuf};
@@ -39,12 +40,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error at a line of a file.
+    /// An error at a line (counted from 1) of a file, with the found and the allowed content as message.
     pub fn data(path: &Path, line: u64, message: impl Into<String>) -> Self {
         Self::Data { path: path.into(), line, message: message.into() }
     }
 
-    /// The error of an input or output operation.
+    /// The error of the operating system for a file.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }
     }

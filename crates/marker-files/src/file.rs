@@ -1,4 +1,5 @@
-//! Files of limited size. Folders, pipes and devices are rejected, as reading them may never end.
+//! Reads whole files of limited size, as bytes ([`data`]) or text ([`text`]). Folders, pipes and devices are rejected, as
+//! reading them may never end; `/dev/stdin` and `/dev/fd/N` are accepted. Names may begin with an environment variable ([`at`]).
 
 use crate::error::Error;
 use std::ffi::OsString;
@@ -6,7 +7,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Largest size of a table, bytes.
+/// Largest size of a table, bytes. Larger files are rejected, as their numbers may need several times this memory.
 const MOST_DATA: u64 = 500_000_000;
 /// Largest size of a text, bytes; its parsed form may need many times its size.
 const MOST_TEXT: u64 = 100_000_000;
@@ -33,7 +34,8 @@ pub fn text(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// The error of a file that could not be read, with the environment variable of its path if that is not set.
+/// The error of a file that could not be read. If its path begins with an environment variable that is not set, the message names
+/// the variable.
 fn unreadable(path: &Path, source: io::Error) -> Error {
     let mut parts = path.iter().filter_map(|part| part.to_str()?.strip_prefix('$'));
     let unset = parts.find(|name| !name.is_empty() && variable(name).is_none());
@@ -48,12 +50,12 @@ fn unreadable(path: &Path, source: io::Error) -> Error {
     }
 }
 
-/// The value of an environment variable; none where it is not set or empty.
+/// The value of an environment variable; none if it is not set or empty.
 fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// The bytes of a regular file, or of an open pipe, of at most `most` bytes.
+/// The bytes of a regular file, or of a pipe that the shell opened. An error above `most` bytes, and for other kinds of files.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // A pipe without a writer blocks forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
@@ -71,14 +73,14 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a path is a pipe that the shell has already opened.
+/// Whether a path is a pipe that the shell has already opened: `/dev/stdin` or a numbered file descriptor.
 fn is_handed_over(path: &Path) -> bool {
     let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
     path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
 }
 
-/// Path of a file whose name is relative to a folder. A name may begin with `$NAME/`, a folder that an environment
-/// variable states.
+/// The path of a file whose name is relative to a folder. A name that begins with `$NAME/` is relative to the folder in the
+/// environment variable NAME, if that is set.
 pub fn at(folder: &Path, name: &Path) -> PathBuf {
     let text = name.to_string_lossy();
     let Some((own, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/')) else {

@@ -1,8 +1,11 @@
-//! Programs that write files of markers, recognized by the first bytes.
+//! The formats of motion-capture and tracking programs, and their recognition by the first lines of a file.
+//!
+//! [`Format::detect`] examines the first cells of the first two lines that are not blank. A file that no program matches is a
+//! plain table (CSV).
 
 use serde::{Deserialize, Serialize};
 
-/// Number of bytes that are examined.
+/// Number of bytes at the beginning of a file that are examined.
 const FIRST: usize = 4096;
 
 /// Defines the formats with their keys in configuration files and their programs.
@@ -64,7 +67,7 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file by its first bytes; a table if no program is recognized.
+    /// The format of a file by its first bytes; a plain table if no program is recognized.
     pub fn detect(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');
@@ -78,6 +81,7 @@ impl Format {
         // Spreadsheet programs pad lines with empty columns.
         let alone = !first.trim_end_matches([',', ';', '\t', ' ']).contains([',', ';', '\t']);
         match &begins[..] {
+            // Each program writes a fixed text in the first cell; Tracker has `t` at the start of the second line.
             "format version" => Self::Motive,
             "scorer" => Self::DeepLabCut,
             "pathfiletype" => Self::Trc,
@@ -103,7 +107,7 @@ impl Format {
     }
 }
 
-/// Whether a name is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`.
+/// Whether the name of a column (lower case) is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`.
 fn is_point(cell: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let Some((point, rest)) = cell.strip_prefix("pt").and_then(|rest| rest.split_once('_')) else {

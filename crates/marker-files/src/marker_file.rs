@@ -1,4 +1,8 @@
-//! Contents of a file of markers, common to all formats: the frames, and the positions of the markers in them.
+//! The contents of a file of markers, common to all formats, and the parts that the readers of all formats share.
+//!
+//! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, in the units of
+//! the program. [`FieldLines`] splits a file into fields; [`ColumnLayout`] maps columns to markers and reads the rows. Rows with
+//! another number of fields, and times that do not increase, are errors with their line.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -26,13 +30,13 @@ pub struct MarkerFile {
 }
 
 impl MarkerFile {
-    /// An error at a line of this file.
+    /// An error at a line, counted from 1, of this file.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
         Error::data(&self.path, line, message)
     }
 }
 
-/// A frame.
+/// A frame: its line in the file, and the reading of the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameReading {
     /// Line in the file.
@@ -41,7 +45,7 @@ pub struct FrameReading {
     pub clock: f64,
 }
 
-/// Quantity that a clock counts.
+/// Quantity that a clock counts: time or frame numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clock {
     /// Time, with the number of seconds per unit.
@@ -55,7 +59,7 @@ pub enum Clock {
     },
 }
 
-/// Unit of positions.
+/// Unit of the positions in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LengthUnit {
     /// A unit of length, with its size in meters.
@@ -69,7 +73,7 @@ pub enum LengthUnit {
     Calibrated,
 }
 
-/// The unit of length with this name, in the spelling of any program.
+/// The unit of length with this name, in the spelling of any program and any case; none unless it is mm, cm or m.
 pub(crate) fn length_unit(name: &str) -> Option<LengthUnit> {
     Some(match &name.to_lowercase()[..] {
         "mm" | "millimeters" | "millimetres" => LengthUnit::Known("mm", 1e-3),
@@ -79,12 +83,12 @@ pub(crate) fn length_unit(name: &str) -> Option<LengthUnit> {
     })
 }
 
-/// Whether a marker has this name, ignoring case.
+/// Whether two names of markers are equal, ignoring case.
 pub fn is_same_name(marker: &str, name: &str) -> bool {
     marker.to_lowercase() == name.to_lowercase()
 }
 
-/// Positions of a marker in all frames.
+/// Positions of a marker in all frames, in the unit of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkerData {
     /// Name of the marker; empty in a table of one.
@@ -97,7 +101,7 @@ pub struct MarkerData {
     pub likelihood: Option<Vec<Option<f64>>>,
 }
 
-/// Frames and markers of a file.
+/// Frames and markers of a file, before its units are known.
 pub(crate) struct FrameTable {
     pub frames: Vec<FrameReading>,
     pub markers: Vec<MarkerData>,
@@ -113,7 +117,7 @@ pub(crate) struct FieldLines {
     pub list: Vec<FieldLine>,
 }
 
-/// A line of fields.
+/// A line of fields, without spaces around them.
 pub(crate) struct FieldLine {
     /// Its number in the file.
     pub number: u64,
@@ -121,7 +125,7 @@ pub(crate) struct FieldLine {
 }
 
 impl FieldLine {
-    /// A field without surrounding spaces; empty beyond the last.
+    /// The field in a column counted from 0; empty beyond the last.
     pub fn field(&self, column: usize) -> &str {
         self.fields.get(column).unwrap_or("")
     }
@@ -169,18 +173,18 @@ impl FieldLines {
         Ok(Self { path: path.into(), format, commas: has_decimal_commas(delimiter), list })
     }
 
-    /// The file with these frames and markers.
+    /// The contents of the file, with this clock, unit of length, frames and markers.
     pub fn file(&self, clock: Clock, lengths: LengthUnit, table: FrameTable) -> MarkerFile {
         let FrameTable { frames, markers } = table;
         MarkerFile { path: self.path.clone(), format: self.format, clock, lengths, frames, markers }
     }
 
-    /// An error at a line of this file.
+    /// An error at a line, counted from 1, of this file.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
         Error::data(&self.path, line, message)
     }
 
-    /// The error of a file that does not have the format of its program.
+    /// The error of a file that does not have the format of its program, at a line, with the found and the allowed content.
     pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
         let words = format!(
             "found {found}, allowed: {allowed}, in a file of {}. If this is not the format of the \
@@ -190,7 +194,7 @@ impl FieldLines {
         Err(self.error(line, words))
     }
 
-    /// A number, or none in a blank field.
+    /// The number in a column of a line; none if the field is blank or NaN. `name` is that of the column, for messages.
     pub fn number(
         &self,
         line: &FieldLine,
@@ -200,7 +204,7 @@ impl FieldLines {
         number(line.field(column), self.commas, name, &self.path, line.number)
     }
 
-    /// A number in a field that must not be blank.
+    /// The number in a column of a line; an error if the field is blank.
     pub fn required_number(
         &self,
         line: &FieldLine,
@@ -218,7 +222,7 @@ impl FieldLines {
         })
     }
 
-    /// A rate, frames per second.
+    /// The rate, frames per second, in a column of a line; an error unless it is positive.
     pub fn rate(&self, line: &FieldLine, column: usize, name: &str) -> Result<f64, Error> {
         let rate = self.required_number(line, column, name)?;
         match rate > 0.0 {
@@ -244,7 +248,7 @@ pub(crate) enum ColumnKind {
 }
 
 impl ColumnKind {
-    /// The coordinate with this name, ignoring case.
+    /// The coordinate with the name x, y or z, ignoring case; none for another name.
     pub fn axis(name: &str) -> Option<Self> {
         let axis = AXES.iter().position(|axis| name.eq_ignore_ascii_case(axis))?;
         Some(Self::Axis(axis))
@@ -254,7 +258,7 @@ impl ColumnKind {
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A column with a quantity of a marker.
+/// A column (counted from 0) with a quantity of a marker.
 struct MarkerColumn {
     column: usize,
     /// Index of the marker.
@@ -262,7 +266,7 @@ struct MarkerColumn {
     kind: ColumnKind,
 }
 
-/// Markers and quantities of the columns of a file.
+/// The markers and quantities of the columns of a file, under construction.
 pub(crate) struct ColumnLayout<'a> {
     lines: &'a FieldLines,
     /// Number of the line with the names of the columns.
@@ -275,16 +279,13 @@ pub(crate) struct ColumnLayout<'a> {
 }
 
 impl<'a> ColumnLayout<'a> {
-    /// No columns yet, of a file with the names of the columns in line `header`.
+    /// A layout without columns, for a file whose names of columns are in the line number `header`.
     pub fn new(lines: &'a FieldLines, header: u64) -> Self {
         let (indices, markers, columns) = (HashMap::new(), Vec::new(), Vec::new());
         Self { lines, header, indices, markers, columns }
     }
 
-    /// Adds a column with a quantity of the marker `name`.
-    ///
-    /// # Errors
-    /// A second column with the same quantity.
+    /// Adds a column, counted from 0, with a quantity of the marker `name`.
     pub fn add(&mut self, column: usize, name: &str, kind: ColumnKind) -> Result<(), Error> {
         // A new name begins a new marker; files repeat it for each coordinate.
         let marker = self.indices.get(name).copied().unwrap_or_else(|| {
@@ -307,15 +308,13 @@ impl<'a> ColumnLayout<'a> {
         Ok(())
     }
 
-    /// Whether there is no marker.
+    /// Whether no column of a marker was added.
     pub fn is_empty(&self) -> bool {
         self.markers.is_empty()
     }
 
-    /// Reads rows of `width` fields. `clock` returns the reading of the clock in a row with its index from 0 on.
-    ///
-    /// # Errors
-    /// Markers without x or y, and rows that do not fit.
+    /// Reads rows of `width` fields into frames and positions. `clock` returns the reading of the clock of a row with its index,
+    /// counted from 0.
     pub fn read<'b>(
         mut self,
         width: usize,

@@ -1,5 +1,7 @@
-//! Text of files in messages. File names, names of markers and lines of files may have control characters, which color,
-//! hide or rewrite the output of a terminal.
+//! Texts of files in messages: control characters escaped, long tokens and lines cut.
+//!
+//! Names of files and markers and lines of files may have control characters, which color, hide or rewrite the output of a
+//! terminal; they are shown as `\x1b`. Long tokens are cut, as a message should be short and a file may be confidential.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -23,12 +25,12 @@ pub fn printable_name(name: &str) -> Cow<'_, str> {
     escaped(name, |_| true)
 }
 
-/// A path as a printable name.
+/// A path as text on one line, with control characters escaped.
 pub fn printable_path(path: &Path) -> String {
     printable_name(&path.display().to_string()).into_owned()
 }
 
-/// A token of a file that cannot be read: printable, and cut to 80 characters. The file may be confidential.
+/// A token of a file that cannot be read: printable on one line, and cut to [`LONGEST_TOKEN`] characters.
 pub fn token(text: &str) -> String {
     cut(text, LONGEST_TOKEN)
 }
@@ -38,7 +40,7 @@ pub fn column_name(name: &str) -> String {
     cut(name, LONGEST_NAME)
 }
 
-/// Printable text, cut to `longest` characters with the number of bytes that are left out.
+/// Printable text on one line, cut to `longest` characters, followed by the number of bytes that are left out.
 fn cut(text: &str, longest: usize) -> String {
     let shown = printable_name(text);
     match shown.char_indices().nth(longest) {
@@ -71,7 +73,7 @@ pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     whole.into()
 }
 
-/// The reason of an input or output error, with the remedy where it is known.
+/// The reason of an input or output error as text, with the remedy if the file is missing or access is denied.
 pub fn io_reason(source: &std::io::Error) -> String {
     if source.raw_os_error().is_none() {
         return source.to_string();
@@ -85,14 +87,14 @@ pub fn io_reason(source: &std::io::Error) -> String {
     }
 }
 
-/// A message about a file: printable, with cut tokens, words and lines.
+/// A message about a file for display: control characters escaped; tokens in backquotes, long words and long lines cut.
 pub fn shown(message: &str) -> String {
     printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
 }
 
-/// Words and lines longer than this, bytes, are shown without their middle.
+/// Words, and lines, longer than this, bytes, are shown without their middle.
 const LONG: [usize; 2] = [200, 3000];
-/// Lengths of the beginning and of the end that are shown of them, bytes.
+/// Lengths of the beginning and of the end, bytes, that are shown of a long word or line.
 const SHOWN: [usize; 2] = [120, 60];
 
 /// A text whose long words and lines are shown without their middle.
@@ -107,7 +109,7 @@ pub fn clipped(text: &str) -> Cow<'_, str> {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
 }
 
-/// A text without its middle if it is longer than `most` bytes.
+/// A text without its middle if it is longer than `most` bytes; a long row of carets, which mark a token, is cut at its end.
 fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return text.into();
@@ -123,7 +125,7 @@ fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
-/// Text whose control characters and direction marks are escaped, if `is_shown` accepts them.
+/// Text whose control characters and direction marks are escaped, except those that `is_shown` rejects.
 fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() || reverses(c)) && is_shown(c);
     if !text.contains(acts) {
@@ -144,7 +146,8 @@ fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     shown.into()
 }
 
-/// Marks, embeddings, overrides and isolates of the bidirectional algorithm (Unicode Standard Annex 9).
+/// Whether a character changes the direction of text: marks, embeddings, overrides and isolates of the bidirectional algorithm
+/// (Unicode Standard Annex 9).
 fn reverses(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{061c}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

@@ -1,4 +1,9 @@
-//! Conversion of the contents of a file to seconds and meters in the axes of the world.
+//! The keys of a recording, which state properties that its file does not have, and the conversion of the file's contents to
+//! seconds and meters in the axes of the world.
+//!
+//! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin) times the
+//! scale, negative where y points down, and then mapped to the world's axes. Positions below the stated likelihood are missing.
+//! Keys that contradict the file, or are missing, are errors with the remedy.
 
 use crate::axes::Axes;
 use crate::error::Error;
@@ -45,7 +50,7 @@ pub struct Recording {
     pub sigma: Option<SigmaColumns>,
 }
 
-/// Three numbers or null; TOML's reader would ignore a fourth one.
+/// Deserializes three numbers or null; an error for another count, as TOML's reader would ignore a fourth number.
 fn three_numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 3]>, D::Error> {
     let Some(values) = Option::<Vec<f64>>::deserialize(deserializer)? else { return Ok(None) };
     let wrong_length = |values: Vec<f64>| D::Error::invalid_length(values.len(), &"3 numbers");
@@ -63,10 +68,10 @@ pub enum Vertical {
     Down,
 }
 
-/// Columns of x, y and z with their factors to meters.
+/// Columns of x, y and z, counted from 0, with their factors to meters; `None` for a coordinate without a column.
 pub type AxisColumns = [Option<(usize, f64)>; 3];
 
-/// Columns of a table with a clock and one marker.
+/// The columns of a table with a clock and one marker.
 pub struct ClockedColumns {
     /// Column of the clock, and its unit in s.
     pub time: (usize, f64),
@@ -76,7 +81,7 @@ pub struct ClockedColumns {
     pub sigma: AxisColumns,
 }
 
-/// Message on a time or position that is not finite.
+/// Message on a time or position that is not finite after the conversion.
 pub const NOT_FINITE: &str = "found a time or position that is not finite, allowed: finite values. Check fps, scale and \
      origin";
 
@@ -85,7 +90,7 @@ pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
     time.is_finite() && position.iter().flatten().all(|x| x.is_finite())
 }
 
-/// A marker in seconds and meters in the axes of the world.
+/// The trajectory of a marker in seconds and meters in the axes of the world.
 pub struct Converted {
     /// Line in the file and time, s, of all frames; negative before `time_zero`.
     pub times: Vec<(u64, f64)>,
@@ -94,7 +99,7 @@ pub struct Converted {
 }
 
 impl Recording {
-    /// The position in a row of a table, m.
+    /// The position in a row of a table, m, in the axes of the world. `axes` are the columns of the file's coordinates.
     pub fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
         // Origin in the units of the file, then the factor to m, then the axes of the world.
         let origin = self.origin.unwrap_or_default();
@@ -104,11 +109,8 @@ impl Recording {
         }))
     }
 
-    /// Standard deviations of the `observed` coordinates in a row, m.
-    ///
-    /// # Errors
-    ///
-    /// An observed coordinate without a standard deviation above 0.
+    /// Standard deviations, m, of the coordinates of a row that are `observed`, in the axes of the world. `columns` are those
+    /// of the standard deviations.
     pub fn row_sigma(
         &self,
         table: &Table,
@@ -178,12 +180,12 @@ impl Recording {
         Ok(columns)
     }
 
-    /// A position in the axes of the world.
+    /// Converts a position from the axes of the file to those of the world; unchanged without the key `axes`.
     fn to_world(&self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
         self.axes.map_or(position, |axes| axes.to_world(position))
     }
 
-    /// The axes of the world that are observed if these axes of the file are.
+    /// Whether x, y and z of the world are observed if the axes of the file are, as `file` states.
     pub fn observed_axes(&self, file: [bool; 3]) -> [bool; 3] {
         self.to_world(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
     }
@@ -200,7 +202,7 @@ impl Recording {
         }
     }
 
-    /// Rejects axes that the file does not have.
+    /// Rejects a key `axes` with axes that the file does not have. `has` is whether the file has x, y and z.
     fn check_axes(&self, has: [bool; 3]) -> Result<(), String> {
         self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
@@ -245,11 +247,7 @@ impl Recording {
         }
     }
 
-    /// A marker in seconds and meters.
-    ///
-    /// # Errors
-    ///
-    /// Statements that contradict the file, and missing ones.
+    /// Converts a marker of a file to seconds and meters in the axes of the world. Missing positions stay missing.
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
@@ -383,11 +381,7 @@ impl Recording {
         }
     }
 
-    /// Rejects columns with other names, and two with one name.
-    ///
-    /// # Errors
-    ///
-    /// Such a column.
+    /// Rejects columns of a table that are neither in `names` nor columns of standard deviations, and two with one name.
     pub fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
         let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
@@ -408,11 +402,7 @@ impl Recording {
         Ok(())
     }
 
-    /// The columns of a table with one marker.
-    ///
-    /// # Errors
-    ///
-    /// Missing, unknown and duplicate columns, and statements that contradict the header.
+    /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and m.
     pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
@@ -446,11 +436,7 @@ impl Recording {
         Ok(ClockedColumns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
-    /// The columns of positions.
-    ///
-    /// # Errors
-    ///
-    /// No column of a position, and statements on columns that are missing.
+    /// The columns of the positions x, y and z in a table, with their factors to m.
     pub fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
         let mut axes = [None; 3];
         let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
@@ -479,6 +465,7 @@ impl Recording {
         if axes.iter().all(Option::is_none) {
             return Err(table.error(1, "found no column x, y or z, allowed: at least one of these"));
         }
+        // A plain table has no confidences, so that a limit of them is a mistake.
         if let Some(least) = self.likelihood {
             let message = format!(
                 "found likelihood = {least}, but no column likelihood, allowed: with such \
@@ -491,7 +478,7 @@ impl Recording {
         Ok(axes)
     }
 
-    /// Seconds per unit of a clock.
+    /// Seconds per unit of the clock in a column; an error if the key `fps` is given, which a time does not need.
     fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(fps) = self.fps {
             let name = &table.columns[clock].0;
@@ -504,8 +491,9 @@ impl Recording {
         table.factor(clock, &TIMES, "")
     }
 
-    /// Seconds per frame.
+    /// Seconds per frame by the key `fps`, for a clock of frame numbers; an error without it.
     fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
+        // A frame number is a count; a unit would contradict the frame rate.
         if let Some(unit) = &table.columns[clock].1 {
             return Err(table.error(
                 1,
@@ -532,7 +520,7 @@ impl Recording {
         }
     }
 
-    /// Meters per unit of an axis, negative if it points down.
+    /// Meters per unit of the coordinate in a column, negative if it points down; an error for pixels without scale or direction.
     fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
         let (name, unit_name) = &table.columns[column];
         let pixels = unit_name.as_deref() == Some("px");

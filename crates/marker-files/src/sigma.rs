@@ -1,4 +1,5 @@
-//! Columns of a table with the standard deviations of its positions.
+//! The key `sigma` of a recording: names of the columns with the standard deviations of the positions of a table, one column
+//! for all axes or one for each axis. Finds these columns in a table.
 
 use crate::error::Error;
 use crate::table::Table;
@@ -36,7 +37,7 @@ pub struct AxisColumnNames {
 }
 
 impl SigmaColumns {
-    /// The column of each axis.
+    /// The name of the column of each axis; none where no column is stated.
     fn names(&self) -> [Option<&str>; 3] {
         match self {
             Self::All(name) => [Some(name); 3],
@@ -44,12 +45,13 @@ impl SigmaColumns {
         }
     }
 
-    /// Names of all columns, in lower case as in tables.
+    /// Names of all stated columns, in lower case as in tables.
     pub fn all(&self) -> Vec<String> {
         self.names().into_iter().flatten().map(str::to_lowercase).collect()
     }
 
-    /// The column of each `present` axis; `others` are columns with other contents.
+    /// Index of the column of each axis of the file that is present (`there`); `others` are columns with other contents. An error
+    /// for an axis without a column, and for a column that is missing or in `others`.
     pub fn find(
         &self,
         table: &Table,
@@ -59,6 +61,7 @@ impl SigmaColumns {
         let mut found = [None; 3];
         for (c, name) in self.names().into_iter().enumerate().filter(|(c, _)| there[*c]) {
             let axis = ["x", "y", "z"][c];
+            // Every observed coordinate needs a standard deviation: a default would be a hidden assumption.
             let Some(name) = name.map(str::to_lowercase) else {
                 let message = format!(
                     "found no column for {axis} in sigma, allowed: one column for each axis of \

@@ -1,5 +1,8 @@
-//! Tables of numbers with a header of names and units. Columns are separated by commas, or by semicolons or tabs, then
-//! with decimal commas or points.
+//! Reader of tables of numbers with a header of names and units, as `t[ms],x[mm]`.
+//!
+//! Columns are separated by commas, or by semicolons or tabs, then with decimal commas or points. Lines that start with `#` are
+//! comments. Every field is a finite number, blank or NaN; blank and NaN are missing values. Errors have the line and the
+//! column.
 
 use crate::error::Error;
 use crate::printable::{column_name, token};
@@ -11,7 +14,7 @@ pub const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
 /// Units of length with their sizes in m.
 pub const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
 
-/// A table of numbers; blanks and NaN are missing.
+/// A table of numbers; missing values are `None`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     path: PathBuf,
@@ -23,7 +26,7 @@ pub struct Table {
     pub rows: Vec<TableRow>,
 }
 
-/// A row of a table.
+/// A row of a table, with its line in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableRow {
     /// Line in the file.
@@ -53,7 +56,7 @@ impl Table {
         Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
-    /// Parses a text as a table.
+    /// Parses bytes as a table, without a description of files that are none.
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);
@@ -65,6 +68,7 @@ impl Table {
         let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
         let records: Vec<csv::StringRecord> =
             reader.records().collect::<Result<_, _>>().map_err(|error| csv_error(path, error))?;
+        // Spreadsheet programs pad lines with blank columns, and data frames number their rows in the first one.
         let is_blank = |i: usize| records.iter().all(|record| record[i].is_empty());
         let is_kept =
             |i: &usize| !(header[*i].is_empty() && header.len() > 1 && (*i == 0 || is_blank(*i)));
@@ -85,34 +89,26 @@ impl Table {
         Ok(Self { path: path.into(), columns, original_names, rows })
     }
 
-    /// Index of a column.
+    /// Index of the column with a name in lower case; none if the table does not have it.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|(column, _)| column == name)
     }
 
-    /// Index of a column that must be present.
-    ///
-    /// # Errors
-    ///
-    /// A table without it.
+    /// Index of the column with a name in lower case, which must be present.
     pub fn require(&self, name: &str) -> Result<usize, Error> {
         self.find(name).ok_or_else(|| {
             self.error(1, &format!("no column `{name}`; found {}", self.columns_found()))
         })
     }
 
-    /// The names of the columns, for messages.
+    /// The names of all columns, joined by commas and cut, for messages.
     pub fn columns_found(&self) -> String {
         let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
         token(&found.join(", "))
     }
 
-    /// Size of the unit in the header of a column; 1 without a unit. `more` are allowed units beside the `known` ones,
-    /// for the message.
-    ///
-    /// # Errors
-    ///
-    /// Another unit.
+    /// Size of the unit in the header of a column, in SI units, by the list of `known` units; 1 without a unit. `more` are
+    /// allowed units beside these, for the message.
     pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
         let (name, unit) = &self.columns[column];
         let Some(unit) = unit else { return Ok(1.0) };
@@ -125,13 +121,13 @@ impl Table {
         })
     }
 
-    /// An error at a line of this file.
+    /// An error at a line, counted from 1, of this file.
     pub fn error(&self, line: u64, message: &str) -> Error {
         Error::data(&self.path, line, message)
     }
 }
 
-/// The separator of the columns in the header, the first line that is not a comment.
+/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no comment.
 pub fn delimiter(bytes: &[u8]) -> u8 {
     let mut lines = bytes.split(|b| *b == b'\n');
     let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
@@ -147,12 +143,13 @@ pub fn split_unit(header: &str) -> (String, Option<String>) {
     }
 }
 
-/// Whether numbers in a table with this separator of columns may have decimal commas.
+/// Whether numbers may have decimal commas in a table with this separator: semicolons or tabs.
 pub(crate) fn has_decimal_commas(delimiter: u8) -> bool {
     b";\t".contains(&delimiter)
 }
 
-/// A finite number, or none if the field is blank or NaN; with `commas` it may have a decimal comma.
+/// The finite number in a field, or none if it is blank or NaN; with `commas` it may have a decimal comma. `column`, `path` and
+/// `line` are for messages.
 pub(crate) fn number(
     field: &str,
     commas: bool,
@@ -172,7 +169,7 @@ pub(crate) fn number(
     })
 }
 
-/// The error of a file that cannot be split into fields.
+/// The error of a file that cannot be split into fields: another number of fields than the header, or no UTF-8 text.
 pub fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {

@@ -1,4 +1,8 @@
-//! The trajectory of one marker in seconds and meters.
+//! Reads the trajectory of a marker from a file, in seconds and meters.
+//!
+//! [`read`] converts one marker of a table or of a file of a tracking program, [`read_several`] markers by their names. Rows
+//! before the start of the motion and rows without any position are dropped and counted. Times that are negative or do not
+//! increase, and numbers that are not finite, are errors with their line.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -44,7 +48,7 @@ pub struct MarkerTrajectory {
     pub dropped: Dropped,
 }
 
-/// A row of a file in seconds and meters.
+/// A row of a file in seconds and meters: line, time, position, and standard deviations of its coordinates.
 struct ConvertedRow {
     line: u64,
     time: f64,
@@ -54,8 +58,8 @@ struct ConvertedRow {
 
 /// Reads the trajectory of one marker.
 ///
-/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, separated by commas, semicolons (then with
-/// decimal commas or points) or tabs. Units stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m.
+/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, separated by commas, semicolons (then
+/// with decimal commas or points) or tabs. Units stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m.
 /// Blank or NaN is missing; lines that start with `#` are comments.
 ///
 /// # Errors
@@ -114,7 +118,7 @@ pub fn read_several<'a>(
     markers.into_iter().map(one).collect()
 }
 
-/// The marker that `recording` names.
+/// The trajectory of the marker that `recording` selects in a file of a tracking program.
 fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
     let rows = converted.times.iter().zip(&converted.positions);
@@ -124,7 +128,8 @@ fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory,
     collect(&file.path, recording, rows.map(row))
 }
 
-/// The trajectory of increasing rows from the start of the motion on, without empty rows; counts the dropped ones.
+/// The trajectory of rows with increasing times from the start of the motion on, without rows that have no position; counts the
+/// dropped ones. An error without any usable row.
 fn collect(
     path: &Path,
     recording: &Recording,
@@ -139,6 +144,7 @@ fn collect(
         if !is_finite(time, &position) {
             return Err(error(line, NOT_FINITE.into()));
         }
+        // Without `time_zero` a negative time is a mistake; with it, it is before the start of the motion.
         if time < 0.0 {
             if recording.time_zero.is_some() {
                 own.dropped.before_time_zero += 1;
@@ -155,6 +161,7 @@ fn collect(
             return Err(error(line, message));
         }
         last = time;
+        // A frame in which the marker was lost keeps no row, but its time counts for the order.
         match position.iter().any(Option::is_some) {
             true => {
                 own.times.push(time);

@@ -1,13 +1,16 @@
-//! Descriptions of files that cannot be read, by their first bytes and lines.
+//! Descriptions of files that cannot be read as tables of markers, for error messages.
+//!
+//! Binary files are recognized by their first bytes (zip, HDF5, C3D, video and others), texts by their first lines (JSON, XML,
+//! no header, columns separated by spaces, accelerations). The message has the kind of file and the kinds that are read.
 
 use crate::error::Error;
 use crate::format::Format;
 use std::path::Path;
 
-/// Number of bytes of a text that are examined.
+/// Number of bytes at the beginning of a file that are examined.
 const EXAMINED: usize = 4096;
 
-/// First bytes of binary files, with descriptions.
+/// First bytes of binary files, with their descriptions.
 const BINARY: [(&[u8], &str); 15] = [
     (b"PK\x03\x04", "a zip archive, such as a spreadsheet (.xlsx, .ods) or a Capture file (.cap)"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp)"),
@@ -25,12 +28,12 @@ const BINARY: [(&[u8], &str); 15] = [
     (b"\xff\xfe", "UTF-16 text"),
     (b"\xfe\xff", "UTF-16 text"),
 ];
-/// Second byte of a C3D file, after the number of its parameter block.
+/// Second byte of a C3D file, behind the number of its parameter block.
 const C3D: u8 = 0x50;
-/// Largest number of that block.
+/// Largest number of the parameter block in the first byte of a C3D file that is recognized.
 const LARGEST_C3D_BLOCK: u8 = 16;
 
-/// Rejects binary files, with a description.
+/// Rejects binary files with an error that describes them.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
         Some(found) => Err(unknown(path, found)),
@@ -38,7 +41,7 @@ pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// The error of a file that was read as a table: its description where it is none, else `error`.
+/// The error of a file that was read as a table: the description of its kind if it is none, else `error`.
 pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -46,7 +49,7 @@ pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     }
 }
 
-/// The same of a file that was read as a table of positions.
+/// The error of a file that was read as a table of positions: as [`describe_table`], or an error on accelerations.
 pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -57,12 +60,12 @@ pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -
     }
 }
 
-/// The error of a file with this description.
+/// The error of a file with this description, in line 1.
 fn unknown(path: &Path, found: &str) -> Error {
     Error::data(path, 1, format!("found {found}, allowed: {}", readable_files()))
 }
 
-/// The files that are read, for messages.
+/// The kinds of files that are read, as text for messages.
 fn readable_files() -> String {
     let programs: Vec<&str> =
         Format::ALL.iter().filter(|f| **f != Format::Csv).map(|f| f.program()).collect();
@@ -72,7 +75,7 @@ fn readable_files() -> String {
     )
 }
 
-/// Description of a binary file.
+/// The description of a binary file by its first bytes; none of a text.
 fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
@@ -87,7 +90,7 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// Description of a text that is no table with a header.
+/// The description of a text that is no table with a header; none of a table.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');
@@ -123,7 +126,7 @@ fn text(bytes: &[u8]) -> Option<String> {
     None
 }
 
-/// Whether a header names accelerations.
+/// Whether the header of a text names accelerations: `ax`, `accel`, or a unit m/s^2.
 fn has_accelerations(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
@@ -135,7 +138,7 @@ fn has_accelerations(bytes: &[u8]) -> bool {
     })
 }
 
-/// The beginning of a line, for messages.
+/// The first 40 characters of a line, for messages.
 fn shown(line: &str) -> String {
     line.trim().chars().take(40).collect()
 }

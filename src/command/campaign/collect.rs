@@ -1,4 +1,7 @@
-//! `rodfit campaign collect`: the results of all fits as lines of JSON, as a table, and as a page.
+//! `rodfit campaign collect`: gathers the stored results of all fits of a campaign in one place.
+//!
+//! Input is the folder of the campaign's plan. Output are one line of JSON per fit (`--out`), one row per fit (`--csv`), a page
+//! that compares the fits (`--report`), and a printed status. The exit code is 3 while any fit has no result.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, terminal};
@@ -8,10 +11,11 @@ use rodfit::page::comparison_page;
 use rodfit::{Code, Error};
 use std::path::Path;
 
-/// File of the page that compares fits.
+/// Name of the HTML file, in the folder of `--report`, that compares several fits.
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
-/// The results of a plan. Damaged lines are warned of; the torn last line of a killed process is not.
+/// Reads the stored results of all tasks of a plan. Each damaged line gives a warning, except the incomplete last line that a
+/// killed process leaves.
 pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
     let collected = Collected::new(plan)?;
     for damage in collected.damaged.iter().filter(|damage| !damage.is_torn()) {
@@ -20,7 +24,8 @@ pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
     Ok(collected)
 }
 
-/// Writes the results to the files `out` and `csv` and to the folder `report`. Exit code 3 while results are missing.
+/// Writes the results of the campaign in `folder`: JSON lines to the file `out`, a CSV table to the file `csv`, and a
+/// comparison page into the folder `report`; each is omitted if `None`. Returns exit code 3 while results are missing.
 pub(super) fn collect(
     folder: &Path,
     out: Option<&Path>,
@@ -37,6 +42,7 @@ pub(super) fn collect(
     let collected = collected_results(&plan)?;
     let status = Status::new(&collected);
     // Lines are written one by one, without a second copy of all results in memory.
+    // An output that fails does not prevent the others: all outcomes are gathered and reported at the end.
     let lines = lines.map_or(Ok(()), |output| {
         let mut writer = outputs.begin(output)?;
         let written = collected.write_lines(&mut writer);
@@ -54,6 +60,7 @@ pub(super) fn collect(
         }),
         outputs.print(&status.summary().with_subject(folder.display())),
     ];
+    // Missing results are reported although the files are written: a script may collect early.
     let open = status.open_tasks();
     if open > 0 {
         let text = format_args!("error: {open} of {} fits have no result yet", status.tasks);
@@ -62,14 +69,15 @@ pub(super) fn collect(
     Ok(conclude(if open == 0 { 0 } else { 3 }, written))
 }
 
-/// The address of the page of a fit in a folder, if the file exists.
+/// The address of the page of a fit, `NAME/fit.html`, relative to the folder of the comparison page. None if the file does
+/// not exist, or if the name is a path or hidden.
 fn fit_page_address(fit: &FitSummary, folder: &Path) -> Option<String> {
     let is_name = Path::new(&fit.name).components().count() == 1 && !fit.name.starts_with('.');
     let page = format!("{}/fit.html", fit.name);
     (is_name && folder.join(&page).is_file()).then_some(page)
 }
 
-/// The name of a folder without its path.
+/// The last component of the absolute path of a folder; empty for the root.
 fn folder_name(folder: &Path) -> String {
     let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
     whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())

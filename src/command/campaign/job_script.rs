@@ -1,10 +1,15 @@
-//! `rodfit campaign sbatch`: the script of a Slurm job array.
+//! `rodfit campaign sbatch`: generates the shell script of a Slurm job array for a campaign; nothing is submitted.
+//!
+//! Each job of the array runs one shard of the plan with `rodfit campaign run`, which reads the shard's index from the
+//! environment of Slurm. Jobs are requeued after a failure of a machine, and get the signal TERM one minute before their time
+//! limit, so that finished results are kept.
 
 use rodfit::Error;
 use std::path::Path;
 
-/// The script of a job array whose jobs are the shards of the plan in a folder. A job that is ended early, at its time
-/// limit or with its machine, leaves the rest to the next submission.
+/// The script of a job array with `shards` jobs of `threads` processors and the time limit `time` (notation of Slurm), which
+/// run the plan in `folder`. Fits that an ended job leaves open are computed by the next submission. Errors: a time with other
+/// characters than digits, `:` and `-`; a folder that does not exist.
 pub(super) fn job_script(
     folder: &Path,
     time: &str,

@@ -1,4 +1,8 @@
-//! `rodfit campaign`: many fits on one or several machines, planned, run and collected.
+//! `rodfit campaign`: many fits on one or several machines, by the subcommands plan, run, status, collect and sbatch.
+//!
+//! `plan` expands a campaign file (TOML) into a list of fits in a folder. `run` computes those without a stored result, or one
+//! shard of them; several processes may run on a shared folder. `status` prints the progress, `collect` gathers the results,
+//! and `sbatch` prints a Slurm script. Exit codes: 3 while results are missing (`status`, `collect`), 2 for changed input files.
 
 mod collect;
 mod job_script;
@@ -19,11 +23,12 @@ use std::time::Duration;
 
 pub use collect::COMPARISON_PAGE;
 
-/// Most errors of a kind that are printed; the others are counted.
+/// Most errors of one kind that are printed; the remaining ones are only counted, so that thousands do not flood the terminal.
 const MAX_PRINTED: usize = 5;
-/// Time that fits get to stop after TERM or Ctrl-C. Then the process ends without them: finished results are stored.
+/// Time that fits get to stop after TERM or Ctrl-C. After that the process ends with fits unfinished: finished results are
+/// stored. Schedulers kill a process some seconds after TERM.
 const STOP_TIME: Duration = Duration::from_secs(3);
-/// Most jobs of a job script by default.
+/// Most jobs of a job script without `--shards`; with fewer fits than this, there is one job per fit.
 const DEFAULT_SHARDS: u64 = 100;
 
 // Subcommands of `rodfit campaign`: a doc comment here would replace the description in its help.
@@ -101,7 +106,8 @@ pub struct ShardOptions {
 }
 
 impl ShardOptions {
-    /// The shard of `--shard`, or that of the scheduler's job array; none outside a job array.
+    /// The shard of `--shard`, or that of the scheduler's job array; none outside a job array. `--shards` outside a job array
+    /// is an error, because no environment variable gives the index.
     fn shard(&self) -> Result<Option<Shard>, Error> {
         if self.shard.is_some() {
             return Ok(self.shard);
@@ -120,7 +126,7 @@ impl ShardOptions {
     }
 }
 
-/// Runs a subcommand of `rodfit campaign`.
+/// Runs a subcommand of `rodfit campaign` and returns its exit code.
 pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error> {
     match command {
         CampaignCommand::Plan { campaign, out } => plan(campaign, out, global),
@@ -143,7 +149,8 @@ pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error
     }
 }
 
-/// Plans a campaign. Fits that cannot be solved are named; a fit above a limit is an error.
+/// Expands the campaign file `campaign` into the plan in the folder `out` and prints its status. Fits that would be rejected
+/// give warnings and remain in the plan; a fit above a limit of memory, time or disk is an error.
 fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error> {
     // Costs of single fits are not announced while thousands are planned.
     let silent = GlobalOptions { quiet: true, ..global };
@@ -164,8 +171,8 @@ fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error>
     Ok(0)
 }
 
-/// Runs the tasks of a shard without a result. Exit code 3 if a fit failed by a fault of the program, else that of the
-/// tasks whose files changed.
+/// Computes the fits of a shard (all fits if none) that have no result, on up to `threads` threads, and prints a summary.
+/// Returns exit code 3 if a fit panicked, else the largest code of tasks whose files changed since the plan, else 0.
 fn run_tasks(
     folder: &Path,
     shard: Option<Shard>,
@@ -190,6 +197,7 @@ fn run_tasks(
     });
     bar.finish_and_clear();
     let run = run?;
+    // A panic is a fault of the program: each one is printed, without an upper limit on their number.
     for task in &run.panicked {
         let fit = task.fit.display();
         terminal::print_note(format_args!(
@@ -208,7 +216,8 @@ fn run_tasks(
     Ok(if run.panicked.is_empty() { changed } else { 3 })
 }
 
-/// The result of a run as text for a terminal.
+/// The result of a run as text: fits with a result, fits of this run and how many of them are usable (exit code 0), and fits
+/// of earlier runs. The status counts as doubtful while results are missing.
 fn summary(run: &RunSummary) -> Summary {
     let usable = run.codes.iter().filter(|code| **code == 0).count();
     let status = match run.open_tasks() {
@@ -221,7 +230,7 @@ fn summary(run: &RunSummary) -> Summary {
         .fact("Earlier runs", format!("{} fits", run.before))
 }
 
-/// Writes and prints the progress. Exit code 3 while results are missing.
+/// Writes (JSON) and prints the progress of the campaign in `folder`. Returns exit code 3 while results are missing, else 0.
 fn status(folder: &Path, json: &JsonOption, global: GlobalOptions) -> Result<u8, Error> {
     let plan = Plan::open_results(folder)?;
     let outputs = Outputs::with_json(json, &[], global)?;

@@ -1,10 +1,14 @@
-//! `rodfit fit --extend`: refits with the omitted effects that may explain the residuals.
+//! `rodfit fit --extend`: refits with one omitted effect added, for each effect that may explain the residuals.
+//!
+//! The score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one effect to the
+//! original fit file. Among the refits that improve on the first, the one with the best grade wins, then the smallest RMS
+//! residual; the others are reported as alternatives.
 
 use crate::command::terminal;
 use rodfit::Error;
 use rodfit::fit::{FitFile, FitReport};
 
-/// A fit with one more effect that is better than the first.
+/// A refit with one additional effect that improves on the first fit: its fit file, the effect's name, and its report.
 struct BetterFit {
     file: FitFile,
     /// Name of the effect.
@@ -12,8 +16,9 @@ struct BetterFit {
     report: FitReport,
 }
 
-/// Fits with each effect that may explain the residuals of the `first` fit, one at a time. Sets `file` to that of the
-/// best fit and returns its report, or the first report if no fit is better.
+/// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file` to that
+/// of the best refit and returns its report with the alternatives; returns the first report if no refit is better. An
+/// interruption ends the search with the refits so far.
 pub fn extended_fit(
     file: &mut FitFile,
     first: FitReport,
@@ -39,6 +44,7 @@ pub fn extended_fit(
             failed.push(format!("{} ({why})", candidate.term));
         }
     }
+    // Rejected candidates are printed, so that the user can exclude them.
     for term in &failed {
         terminal::print_note(format_args!("tested without improvement: {term}"));
     }

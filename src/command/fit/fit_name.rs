@@ -1,10 +1,13 @@
-//! Names of several fits, which are appended to the names of their outputs.
+//! Names for several fits of one command, and the paths of their outputs.
+//!
+//! A fit is named after its file, with as many parent folders in front as make the name unique (`a-fit`, `b-fit` for
+//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`).
 
 use rodfit::Error;
 use std::path::{Component, Path, PathBuf};
 
-/// The name of each of several fits: that of its file, with as many of its folders as make it unique. A single fit has
-/// no name.
+/// The name of each fit file: its stem, preceded by as many parent folders (joined by `-`) as make it unique. `None` for a
+/// single fit. A file that is given twice is an error.
 pub(super) fn fit_names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> {
     if fits.len() < 2 {
         return Ok(vec![None; fits.len()]);
@@ -27,7 +30,7 @@ pub(super) fn fit_names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> 
     (0..fits.len()).map(unique_name).collect()
 }
 
-/// The name of a fit file without its extension, and the names of its folders, the innermost first.
+/// The stem of a fit file, followed by the names of its folders, the innermost first.
 fn name_parts(fit: &Path) -> Vec<String> {
     let whole = std::path::absolute(fit).unwrap_or_else(|_| fit.into());
     let stem = whole.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -39,7 +42,8 @@ fn name_parts(fit: &Path) -> Vec<String> {
     std::iter::once(stem).chain(folders).collect()
 }
 
-/// The path of an output that belongs to one of several fits or experiments: `fitted-NAME.toml` for `fitted.toml`.
+/// A path with a name appended to its stem: `fitted-NAME.toml` for `fitted.toml`. Characters of `name` that file systems
+/// reject become `_`; `extension` is without its dot.
 pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBuf {
     // Characters that file systems reject.
     let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
@@ -48,8 +52,8 @@ pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBu
     path.with_file_name(format!("{stem}-{name}.{extension}"))
 }
 
-/// The path of an option's output for the fit with a name, if it is one of several. Several fits cannot share standard
-/// output.
+/// The path of the file that an `option` names, for the fit with a `name` if it is one of several; unchanged for a single fit,
+/// `None` without a path. Several fits cannot share standard output (`-`): an error. Files of `--save` are TOML.
 pub(super) fn output_path(
     path: Option<&Path>,
     name: Option<&str>,

@@ -1,4 +1,8 @@
-//! One fit of `rodfit fit`: a fit file, its outputs and its solution.
+//! One fit of `rodfit fit`: reads a fit file, solves it and writes its outputs.
+//!
+//! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along the rod
+//! (`[[field]]`), and single parameters. Each writes its report as JSON and page, prints a summary, and writes the scenes with
+//! fitted values (`--save`). The result is an exit code with a line for the overview of several fits.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;
@@ -14,18 +18,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The first line of a scene with values of an interrupted fit.
+/// Comment in the first line of a scene file with the best values of an interrupted fit.
 const INTERRUPTED_HEADER: &str =
     "# interrupted: the best values when the fit was stopped, not a result\n";
 
-/// The end of a run: its exit code, the result on one line, and its summary for a comparison.
+/// The outcome of a fit: its exit code, the result on one line (grade first), and its summary for the comparison page (only of
+/// fits of single parameters).
 pub(super) struct SolvedFit {
     pub code: u8,
     pub line: String,
     pub summary: Option<FitSummary>,
 }
 
-/// A fit with the destinations of its results.
+/// A fit that is read but not yet solved, with the destinations of its results.
 pub(super) struct FitRun {
     pub path: PathBuf,
     /// Name of the fit among several.
@@ -39,7 +44,8 @@ pub(super) struct FitRun {
 }
 
 impl FitRun {
-    /// Reads a fit file and adds the outputs of the options, with the name of the fit if it is one of several.
+    /// Reads the fit file at `path`, rejects meshes above the limits, applies the options (`--known`, `--monte-carlo`,
+    /// `--derivatives`), and adds the outputs. With a `name`, which a fit among several has, their paths contain it.
     pub fn new(
         path: &Path,
         name: Option<String>,
@@ -65,15 +71,15 @@ impl FitRun {
         Ok(Self { path, name, file, outputs, global, saved_scenes, extends })
     }
 
-    /// The files that the fit reads.
+    /// Paths of all files that the fit reads: the fit file, its scenes and its data. Outputs must differ from them.
     pub fn inputs(&self) -> Vec<PathBuf> {
         let mut inputs = self.file.files();
         inputs.push(self.path.clone());
         inputs
     }
 
-    /// Computes the result and writes it: predictions of validation data only, a fit of distributed parameters, or a fit
-    /// of single parameters.
+    /// Solves a fit of single parameters with a spinner that shows the stage and the number of simulations. `plots` keeps the
+    /// data of the page's plots; `stop` interrupts the fit, which then has a report of the best values so far.
     pub fn solve(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         if self.file.is_validation_only() {
             self.predict(stop)
@@ -84,8 +90,8 @@ impl FitRun {
         }
     }
 
-    /// Fits single parameters, extends the model if requested, and writes the report, the page and the scenes; the exit code is 3
-    /// without success.
+    /// Fits single parameters, extends the model with `--extend`, and writes the report, the page and the scenes. The exit code
+    /// is 3 if the fit did not succeed.
     fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
@@ -96,6 +102,7 @@ impl FitRun {
         if report.interrupted {
             self.outputs.set_interrupted();
         }
+        // The scenes are written before the report; an output that fails does not prevent the others.
         let title = self.path.display().to_string();
         let saved = self
             .write_scenes(|experiment| Ok(report.parameters_of(experiment)), report.interrupted);
@@ -111,7 +118,8 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary })
     }
 
-    /// Compares the scenes with measurements that are all validation data.
+    /// Predicts measurements that are all validation data and writes the errors. Options of a fit (`--extend`, `--save`,
+    /// `--known`) are rejected.
     fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let excluded = [
             ("--extend", self.extends),
@@ -127,7 +135,8 @@ impl FitRun {
         Ok(SolvedFit { code, line: report.in_a_line(), summary: None })
     }
 
-    /// Estimates parameters that vary along the rod.
+    /// Estimates parameters that vary along the rod and writes report, page and scenes. `--extend` is rejected. The exit code
+    /// is 3 if no minimum was reached.
     fn solve_field(self, fit: &FieldFit) -> Result<SolvedFit, Error> {
         if self.extends {
             let allowed =
@@ -153,7 +162,8 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary: None })
     }
 
-    /// Writes the scenes with the fitted values of their experiments.
+    /// Writes a scene file (TOML) with the fitted `values` of each experiment's parameters; scenes of an interrupted fit begin
+    /// with [`INTERRUPTED_HEADER`]. Returns the outcome of each file.
     fn write_scenes(
         &self,
         values: impl Fn(&Experiment) -> Result<Vec<(Parameter, f64)>, Error>,

@@ -1,4 +1,8 @@
-//! `rodfit fit`: identifies parameters from measurements, of one fit file or of several in order.
+//! `rodfit fit`: identifies parameters from measurements, for one fit file or several in order.
+//!
+//! All fit files are read and all output paths checked before the first fit begins. Each fit writes its report, page and
+//! fitted scene. Several fits also get a printed overview and a comparison page, and a fit that fails does not stop the
+//! others. The exit code is the largest of all: 2 invalid input, 3 not computed, not converged or not identifiable.
 
 mod extend;
 mod fit_name;
@@ -48,13 +52,14 @@ pub struct FitOptions {
     derivatives: DerivativesOption,
 }
 
-/// A fit of several in the final table: its file, and its result on one line, the grade first.
+/// A row of the overview of several fits: path of the fit file, and its result on one line, the grade first.
 struct OverviewLine {
     file: String,
     result: String,
 }
 
-/// Runs the fits. Of several, one that fails does not stop the others; the exit code is the largest of all.
+/// Reads, checks and solves all fits, and writes their outputs. Returns the largest exit code of all fits; the error of a single
+/// fit is returned as it is.
 pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     // All files are read and all outputs checked before the first fit begins.
     let mut runs: Vec<FitRun> = Vec::new();
@@ -118,7 +123,7 @@ pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(conclude(code, [page]))
 }
 
-/// The grades and estimates of several fits, with the files of the fits.
+/// The overview of several fits as a table: fit file, grade, and estimates. Two spaces separate grade and estimates in a line.
 fn overview(lines: &[OverviewLine]) -> Summary {
     let columns = |line: &OverviewLine| {
         let (grade, estimates) = line.result.split_once("  ").unwrap_or((&line.result, ""));

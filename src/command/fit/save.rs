@@ -1,4 +1,7 @@
-//! `rodfit fit --save`: scenes with the fitted values.
+//! `rodfit fit --save`: the scene files (TOML) with fitted values.
+//!
+//! Experiments with the same scene and the same fitted parameters that differ in their recordings only share one file. With
+//! several groups of experiments, the path of the option gets the name of the scene file or of the experiment.
 
 use crate::command::fit::fit_name::path_with_name;
 use crate::command::output::{Output, Outputs};
@@ -6,14 +9,14 @@ use rodfit::fit::FitFile;
 use rodfit::{Error, Parameter, Problem, Unknown};
 use std::path::Path;
 
-/// A fitted scene to write.
+/// A scene file to write: the experiment whose fitted values it gets, and its destination.
 pub(super) struct SavedScene {
     /// Index of the experiment with the scene: the first of those that differ in their recordings only.
     pub experiment: usize,
     pub output: Option<Output>,
 }
 
-/// The scene of a problem with other values, as TOML with absolute paths.
+/// The scene of a problem with other `values` of its parameters, as TOML (UTF-8 bytes) with absolute paths of its data files.
 pub(super) fn scene_text(
     problem: &Problem,
     values: Vec<(Parameter, f64)>,
@@ -23,7 +26,8 @@ pub(super) fn scene_text(
     Ok(scene.to_toml()?.into_bytes())
 }
 
-/// Adds an output for every fitted scene. Experiments that differ in their recordings only share one.
+/// Adds an output at `path` for every group of experiments with the same fitted scene, and returns the list. A single group
+/// uses `path` itself; of several, each name is appended. Several groups on standard output (`-`) are an error.
 pub(super) fn add_saved_scenes(
     path: &Path,
     file: &FitFile,
@@ -39,6 +43,7 @@ pub(super) fn add_saved_scenes(
         return Err(Error::invalid("--save", found, allowed));
     }
     let add = |group: &Vec<usize>| {
+        // Names: none for a single group of several experiments, the experiment's for a group of one, else the scene's.
         let name = match (group.len(), groups.len()) {
             (2.., 1) => String::new(),
             (1, _) => file.experiments[group[0]].name.clone(),
@@ -56,7 +61,7 @@ pub(super) fn add_saved_scenes(
     Ok(groups.iter().map(add).collect())
 }
 
-/// Indices of the experiments that share a fitted scene: same scene, same parameters, other recordings.
+/// Groups of indices of experiments that share a fitted scene: the same scene but for the recording, and the same parameters.
 fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
     let all = &file.experiments;
     let share_scene = |i: usize, j: usize| {
@@ -79,7 +84,8 @@ fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The name of the scene file of a group, or that of its first experiment if another group has the same scene file.
+/// The stem of the scene file of a group; the name of its first experiment if another group has the same stem or the scene has
+/// no file.
 fn group_name(file: &FitFile, group: &[usize], groups: &[Vec<usize>]) -> String {
     let stem = |group: &[usize]| {
         let path = file.experiments[group[0]].problem.scene().path.clone()?;

@@ -1,23 +1,27 @@
-//! Dimensions and density of the user's rod in the scene of a template.
+//! Options of `rodfit init` for the user's rod: cross-section, length and density, written into the scene of a template.
+//!
+//! The scene text is edited line by line: a given measure replaces the template's value, and the comment that marks the value
+//! as an example (`# measure`) is changed. Measures without an option keep the template's value and its mark, so that
+//! the program can list the values still to be filled in. Sizes of different sections cannot be combined.
 
 use clap::ValueEnum;
 use rodfit::Error;
 
-/// The length in the templates.
+/// Text of the length in the templates, m, which `--length` replaces.
 const LENGTH: &str = "length = 0.5";
-/// Start of the line of the density in the templates.
+/// Start of the line with the density in the templates, kg/m^3.
 const DENSITY: &str = "density = ";
-/// Start of the line of the cross-section in the templates.
+/// Start of the line with the cross-section in the templates.
 const SECTION: &str = "section = {";
-/// Start of the comment of values in the templates that are examples.
+/// Start of the comment that marks a value of a template as an example to be measured by the user.
 const EXAMPLE: &str = "# measure";
-/// Width of a rectangle by default, that of a plastic ruler, m.
+/// Width of a rectangle without `--width`, that of a plastic ruler, m.
 const WIDTH: f64 = 0.02;
-/// Height of a rectangle by default, m.
+/// Height of a rectangle without `--height`, m.
 const HEIGHT: f64 = 0.002;
-/// Radius of a circle or a tube by default, that of a drinking straw, m.
+/// Radius of a circle, or outer radius of a tube, without `--radius`: that of a drinking straw, m.
 const RADIUS: f64 = 0.005;
-/// Wall thickness of a tube by default, m.
+/// Wall thickness of a tube without `--thickness`, m.
 const THICKNESS: f64 = 0.0005;
 
 /// Options for the rod of the user.
@@ -57,20 +61,21 @@ enum SectionKind {
     Tube,
 }
 
-/// The option of a size, with its value, m or kg/m^3.
+/// A size option: its name, as `--length`, and its value if given, m (density: kg/m^3).
 struct SizeOption {
     name: &'static str,
     value: Option<f64>,
 }
 
 impl Measures {
-    /// The scene of a template with the given measures; with `is_planar` the rod bends in the x-y plane.
+    /// The text of a template's scene with the given measures in place of its values. `is_planar`: the rod bends in the x-y
+    /// plane, which a rectangle needs. Invalid combinations are errors.
     pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
         Ok(scene.lines().map(|line| self.line(line) + "\n").collect())
     }
 
-    /// A line of the scene with the given measure in it, if it has one.
+    /// A line of the scene with the given length, density or section in it; unchanged if it has no such value, or none is given.
     fn line(&self, line: &str) -> String {
         if let (Some(length), true) = (self.length, line.contains(LENGTH)) {
             return measured(&line.replacen(LENGTH, &format!("length = {length:?}"), 1));
@@ -85,7 +90,7 @@ impl Measures {
         line.into()
     }
 
-    /// The given kind of section, or that of the given sizes.
+    /// The section of `--section`, else the one that the given sizes imply; none without both.
     fn kind(&self) -> Option<SectionKind> {
         // Width and height are those of a rectangle, a thickness that of a tube; a radius alone is that of a circle.
         let of_sizes = [
@@ -97,7 +102,8 @@ impl Measures {
         self.section.or(given.map(|(_, kind)| kind))
     }
 
-    /// The line of the cross-section. Its comment still marks an example unless all sizes are given.
+    /// The line of the cross-section with the given sizes, and defaults for the others. Its comment still marks an example unless
+    /// all sizes are given.
     fn section_line(&self, kind: SectionKind, line: &str) -> String {
         let size = |given: Option<f64>, default: f64| given.unwrap_or(default);
         let radius = size(self.radius, RADIUS);
@@ -123,7 +129,7 @@ impl Measures {
         if is_given { measured(&new) } else { new }
     }
 
-    /// Rejects sizes that are not positive, or that belong to another section, and a rectangle in space.
+    /// Rejects sizes that are not finite and positive, sizes of another section, and a rectangle for a rod in space.
     fn check(&self, is_planar: bool) -> Result<(), Error> {
         let option = |name, value| SizeOption { name, value };
         let options = [
@@ -134,6 +140,7 @@ impl Measures {
             option("--height", self.height),
             option("--density", self.density),
         ];
+        // Sizes of another section would be ignored silently.
         let excluded: &[&str] = match self.kind() {
             Some(SectionKind::Rectangle) => &["--radius", "--thickness"],
             Some(SectionKind::Tube) => &["--width", "--height"],
@@ -155,12 +162,12 @@ impl Measures {
     }
 }
 
-/// The comment at the end of a line.
+/// The part of a line from its first `#`; empty without one.
 fn comment(line: &str) -> &str {
     line.find('#').map_or("", |start| &line[start..])
 }
 
-/// A line whose comment does not call its value an example any more.
+/// A line without the mark [`EXAMPLE`] in its comment; the rest of the comment is kept.
 fn measured(line: &str) -> String {
     match line.split_once(EXAMPLE) {
         Some((text, rest)) => format!("{text}#{}", rest.trim_start_matches([':', ','])),

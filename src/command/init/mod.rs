@@ -1,4 +1,8 @@
-//! `rodfit init`: a scene, a fit and data as a template.
+//! `rodfit init`: writes a template of an experiment, a scene file (TOML), a fit file (TOML) and data, into a folder.
+//!
+//! The data are synthetic (a simulation with noise), or the recording of the user (`--from`), whose frame rate, units and
+//! lengths are then written into the files. Existing files are kept unless `--overwrite` is given. The printed summary lists
+//! the values to be filled in and the next command.
 
 mod cable;
 mod measures;
@@ -49,7 +53,7 @@ enum Template {
     Cable,
 }
 
-/// The texts of a template, with places in braces for the data.
+/// The texts of a template; places in braces, such as `{end}`, are filled when the data are known.
 struct TemplateTexts {
     template: Template,
     /// Name of the template and stem of its files.
@@ -60,7 +64,7 @@ struct TemplateTexts {
     fit: &'static str,
 }
 
-/// A file to write.
+/// A file to write: its name in the output folder, and its content.
 struct NewFile {
     name: String,
     text: String,
@@ -74,7 +78,7 @@ impl NewFile {
 }
 
 impl TemplateTexts {
-    /// The texts of a template with the dimensions of the options.
+    /// The scene and fit texts of a template, with the dimensions of `measures`. Errors: invalid dimensions.
     fn new(template: Template, measures: &Measures) -> Result<Self, Error> {
         let (name, scene, fit) = match template {
             Template::Cantilever => {
@@ -99,7 +103,7 @@ impl TemplateTexts {
         Ok(Self { template, name, scene: measures.apply(scene, is_planar)?, fit })
     }
 
-    /// The scene file and the fit file with these texts.
+    /// The scene file `NAME.toml` and the fit file `NAME-fit.toml` of the template, with these contents.
     fn files(&self, scene: impl Into<String>, fit: impl Into<String>) -> Vec<NewFile> {
         vec![
             NewFile::new(format!("{}.toml", self.name), scene),
@@ -108,7 +112,8 @@ impl TemplateTexts {
     }
 }
 
-/// Writes the files of a template, and prints the next step.
+/// Writes the files of a template, and prints their names, the values to fill in and the next command. An existing file is an
+/// error without `--overwrite`. Returns exit code 0, or that of a file that cannot be written.
 pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
     let texts = TemplateTexts::new(options.template, &options.measures)?;
     let files = match &options.from {
@@ -149,7 +154,7 @@ pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(conclude(0, written))
 }
 
-/// A text as a TOML string.
+/// A text as a quoted and escaped TOML string.
 fn toml_string(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }

@@ -1,4 +1,8 @@
-//! Files of a template with the recorded data of the user.
+//! `rodfit init --from`: the scene and fit file of a template for a recording of the user.
+//!
+//! The file is read once, so that one that cannot be used is an error at this stage. The templates cantilever and helix get
+//! the end time and the keys of the tip's observation; droop gets the path of the shape; cable gets lengths, time step and
+//! gripper motion from the markers. The template frequencies has no data file.
 
 use crate::command::init::cable::{MIN_MARKERS, cable_scene};
 use crate::command::init::{InitOptions, NewFile, Template, TemplateTexts, toml_string};
@@ -7,7 +11,8 @@ use rodfit::scene::Track;
 use rodfit::{Error, Observation};
 use std::path::Path;
 
-/// Scene and fit of a template for a data file, which is read once: a file that cannot be read is an error.
+/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. A file that cannot be read
+/// is an error. The simulated time ends with the last sample, rounded up to 1e-3 s.
 pub(super) fn recorded_files(
     texts: &TemplateTexts,
     file: &Path,
@@ -18,6 +23,7 @@ pub(super) fn recorded_files(
     let path = path_from(&options.out, file)?;
     match template {
         Template::Cantilever | Template::Helix => {
+            // The inspection determines the keys that the file needs, and the samples the end of the simulation.
             let inspection = Inspection::of(file, &recording)?;
             let observed = Observation::read_as(file, &inspection.recording)?;
             let end = observed.samples.last().map_or(0.0, |sample| sample.time);
@@ -39,7 +45,8 @@ pub(super) fn recorded_files(
     }
 }
 
-/// Scene and fit of a cable whose ends move as the outermost markers of a recording.
+/// Scene and fit of a cable whose ends move as the outermost markers of the recording `file`; `path` is its path as a TOML
+/// string. Fewer than [`MIN_MARKERS`] markers are an error.
 fn recorded_cable(
     texts: &TemplateTexts,
     file: &Path,
@@ -50,6 +57,7 @@ fn recorded_cable(
     // Grippers that rest at first are a part of the motion: the time does not begin at its onset.
     let time_zero = Some(inspection.clock[0]);
     let recording = Recording { marker: None, likelihood: None, time_zero, ..inspection.recording };
+    // All markers are read; the scene gets only those keys that the file itself does not determine.
     let track = Track::read_as(file, &recording, &[])?;
     let mut keys = String::new();
     let zero = recording.time_zero.filter(|zero| *zero != 0.0);
@@ -72,7 +80,8 @@ fn recorded_cable(
     Ok(texts.files(scene, fit.replace("{sigma}", sigma)))
 }
 
-/// The path of a file as a TOML string in the files of another folder.
+/// The path of `file` as a TOML string, as files in `folder` refer to it: unchanged if the folder is the current one or the path
+/// is absolute, else absolute.
 fn path_from(folder: &Path, file: &Path) -> Result<String, Error> {
     let path = match folder == Path::new(".") || file.is_absolute() {
         true => file.to_path_buf(),

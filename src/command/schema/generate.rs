@@ -1,4 +1,7 @@
-//! Schemas generated from the types and their documentation, and compared with the files that the program prints.
+//! Tests of the schemas in `src/command/schema`: they are generated from the types and their documentation (schemars, draft 07)
+//! and compared with the files that the program prints. Every description must be present and stand alone.
+//!
+//! With the environment variable `RODFIT_WRITE_SCHEMAS` the test writes the files instead.
 
 use super::SchemaKind;
 use clap::ValueEnum;
@@ -15,12 +18,13 @@ use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value};
 
-/// Environment variable that makes the test write the files instead of comparing them.
+/// Environment variable with which the test writes the files instead of comparing them.
 const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
 
-/// The schema of a kind, from its type.
+/// The schema of a kind of file or result, generated from its type.
 fn generated(of: SchemaKind) -> Schema {
     match of {
+        // Input files have schemas of deserialization, results (`true`) those of serialization.
         SchemaKind::Scene => schema::<Scene>(false, "Scene of rodfit"),
         SchemaKind::Structure => schema::<StructureScene>(false, "Structure of rodfit"),
         SchemaKind::StructureSimulation => {
@@ -49,7 +53,7 @@ fn generated(of: SchemaKind) -> Schema {
     }
 }
 
-/// A kind with its generated schema.
+/// A kind with its generated schema (JSON).
 struct Generated {
     of: SchemaKind,
     schema: Value,
@@ -75,7 +79,7 @@ fn name(of: SchemaKind) -> String {
     of.to_possible_value().expect("none is hidden").get_name().to_string()
 }
 
-/// Writes the files. Definitions that several schemas have go into the shared one.
+/// Writes all schema files. Definitions that several schemas share go into `shared.json`; `true` replaces them.
 fn write(mut all: Vec<Generated>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
     let file = |name: &str, value: &Value| {
@@ -102,7 +106,7 @@ fn write(mut all: Vec<Generated>) {
     file("shared", &Value::Object(shared));
 }
 
-/// The schema of a type, as it is written or as it is read, in the draft that most editors support.
+/// The schema (draft 07, which most editors support) of a type, as it is serialized if `written`, else as it is read.
 fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     let settings = SchemaSettings::draft07();
     let settings = if written { settings.for_serialize() } else { settings };
@@ -112,7 +116,7 @@ fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     schema
 }
 
-/// Removes links from descriptions, and nulls from schemas of TOML, which has none.
+/// A transformation that removes links from descriptions, and nulls from schemas of TOML, which has none.
 struct Plain {
     /// Whether nulls are kept.
     nulls: bool,
@@ -122,6 +126,7 @@ impl Transform for Plain {
     fn transform(&mut self, schema: &mut Schema) {
         transform_subschemas(self, schema);
         let Some(object) = schema.as_object_mut() else { return };
+        // A constant tag, as `kind = "circle"`, has no documentation of its own.
         if let Some(Value::Object(properties)) = object.get_mut("properties") {
             for property in properties.values_mut().filter_map(Value::as_object_mut) {
                 if let Some(Value::String(tag)) = property.get("const")
@@ -154,7 +159,7 @@ impl Transform for Plain {
     }
 }
 
-/// A documentation up to its first example, on one line and without links.
+/// A documentation up to its first example, on one line, with links replaced by their text.
 fn plain(words: &str) -> String {
     let words = words.split("```").next().unwrap_or_default();
     let words: Vec<&str> = words.split_whitespace().collect();
@@ -186,7 +191,8 @@ fn links_in_documentation_become_text() {
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
 }
 
-/// Paths of the properties and definitions of a schema whose description is missing or refers to its neighbors.
+/// Adds to `found` the paths of the properties and definitions of a schema whose description is missing or refers to its
+/// neighbors.
 fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
     let starts =
         ["The same", "Of ", "On ", "Likewise", "Its ", "It ", "As many", "Those ", "In the same"];

@@ -1,5 +1,8 @@
-//! Stored states of a run for its reverse sweep: all of them where memory suffices, otherwise simulations at checkpoints,
-//! from which the states between are recomputed (Griewank and Walther, *Evaluating Derivatives*, chapter 12).
+//! Stored states of a run for its reverse sweep, within a given memory.
+//!
+//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints. The states between two
+//! checkpoints are recomputed when the sweep reaches them, on a second level if needed (Griewank and Walther,
+//! *Evaluating Derivatives*, chapter 12). The sweep visits each state with the linearized step that led to it.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -16,6 +19,7 @@ pub struct Checkpoints<R: Rod<f64>> {
     states: Vec<State<f64, R::Frames>>,
     /// The ends of all steps, s.
     times: Vec<f64>,
+    /// Capacity of the memory.
     room: Capacity,
     /// Steps from one checkpoint to the next.
     stretch: usize,
@@ -28,7 +32,7 @@ pub type StepVisitor<'a, R> = dyn FnMut(
     ) -> Result<(), Error>
     + 'a;
 
-/// Numbers of states and of simulations that the memory holds.
+/// Numbers of states and of simulations that fit into the memory.
 #[derive(Clone, Copy, Debug)]
 struct Capacity {
     states: usize,
@@ -36,7 +40,7 @@ struct Capacity {
 }
 
 impl Capacity {
-    /// The capacity of so many `bytes`: 4/7 for states, 3/7 for simulations, each at least 2.
+    /// The capacity of so many `bytes` for this simulation: 4/7 for states, 3/7 for simulations, each at least 2.
     fn of<R: Rod<f64>>(simulation: &Simulation<f64, R>, bytes: usize) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
@@ -52,7 +56,7 @@ impl Capacity {
         Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
     }
 
-    /// Number of steps between checkpoints of a run of so many steps.
+    /// The number of steps between checkpoints of a run of so many steps; all of them if their states fit.
     fn stretch(&self, steps: usize) -> usize {
         match steps <= self.states {
             true => steps.max(1),
@@ -62,7 +66,8 @@ impl Capacity {
 }
 
 impl<R: Rod<f64>> Checkpoints<R> {
-    /// The first checkpoint of a run of about so many steps, with so many bytes in all.
+    /// Storage for a run of about so many `steps`, with so many `bytes` in all. It begins with the simulation in its
+    /// initial state; all states are stored if they fit, else checkpoints.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Capacity::of(simulation, bytes);
         // All states where they fit; otherwise they are recomputed from checkpoints.
@@ -74,7 +79,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Self { starts: vec![(0, simulation.clone())], states, times: Vec::new(), room, stretch }
     }
 
-    /// Stores the state after a step.
+    /// Stores the state after an accepted step, or a checkpoint after every `stretch` steps.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) {
         // The times are stored in any case: recomputed steps end at the same times.
         self.times.push(simulation.state().time);
@@ -137,8 +142,8 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Ok(())
     }
 
-    /// Visits the states of a range of steps backwards, recomputed from the simulation at its start, with further
-    /// checkpoints inside where the range is long.
+    /// Visits the states of a range of steps backwards, recomputed from the `simulation` at its start, with further
+    /// checkpoints inside if the range is long.
     fn reverse_over(
         &self,
         mut simulation: Simulation<f64, R>,
@@ -174,7 +179,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
     }
 }
 
-/// Visits states with the steps that led to them, from the last to the first.
+/// Visits `states` with the steps that led to them, from the last to the second; `linear` linearizes the steps.
 fn visit_backwards<R: Rod<f64>>(
     states: &[State<f64, R::Frames>],
     linear: &mut Simulation<f64, R>,

@@ -1,5 +1,5 @@
-//! Derivatives of a misfit by lists of natural curvatures and twists along the rod, each entry of which changes a few
-//! joints only.
+//! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes the
+//! laws of a few joints only.
 //!
 //! One rod with a derivative along all entries contains the derivative of every joint's law by the value at the joint.
 //! The derivative of the misfit by that value is distributed to the entries with their interpolation weights. A rod for
@@ -24,7 +24,7 @@ pub enum NaturalStrains {
 }
 
 impl NaturalStrains {
-    /// The list that contains a parameter, and its index there.
+    /// The list that contains a parameter, and its index there; `None` for parameters outside of these lists.
     fn of(parameter: Parameter) -> Option<(Self, usize)> {
         let (list, place) = parameter.path().strip_prefix("rod.natural_")?.split_once('.')?;
         match (list, place.split_once('.')) {
@@ -36,7 +36,8 @@ impl NaturalStrains {
         }
     }
 
-    /// The entries of the list from which the value at an inner node is interpolated, with their weights.
+    /// The entries of the list from which the value at an inner node is interpolated, with their weights. `places` are
+    /// the arc lengths of the nodes.
     fn shares(self, scene: &Scene, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
         let rod = &scene.rod;
         match self {
@@ -69,7 +70,7 @@ pub struct ListEntryParameter {
     pub index: usize,
 }
 
-/// The parameters of a gradient.
+/// The parameters of a gradient, divided into entries of lists and others.
 #[derive(Debug, Default)]
 pub struct RequestedParameters {
     /// All parameters, in the order of the gradient.
@@ -81,7 +82,7 @@ pub struct RequestedParameters {
 }
 
 impl RequestedParameters {
-    /// The parameters, sorted.
+    /// Divides the `parameters` and checks each.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, or that its model cannot vary.
@@ -113,7 +114,8 @@ impl RequestedParameters {
         Ok(requested)
     }
 
-    /// Moves the entries of lists to the other parameters, where the initial state depends on them in other ways.
+    /// Moves the entries of lists to the other parameters. Needed if the initial state depends on them other than
+    /// through the laws of joints.
     pub fn separate_lists(&mut self) {
         for ListEntryParameter { index, .. } in self.listed.drain(..) {
             self.single.push(UnlistedParameter { index, parameter: self.all[index] });
@@ -121,7 +123,8 @@ impl RequestedParameters {
     }
 }
 
-/// Writes the derivatives by the entries of lists.
+/// Overwrites the entries of `gradient` for list parameters with their derivatives, from those by the laws of all
+/// joints.
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &Laws,

@@ -29,7 +29,8 @@ use crate::scene::{Parameter, Point, Scheme};
 use num_dual::Dual64;
 use std::collections::HashMap;
 
-/// Memory of the stored states of a run, bytes.
+/// Default memory for the stored states of a run, bytes. More memory avoids that steps are repeated in the reverse
+/// sweep.
 const ROOM: usize = 56 << 20;
 
 /// A run with stored states, for adjoint derivatives.
@@ -105,8 +106,8 @@ impl Reversible {
         Self::run_within(problem, tracked, steps, ROOM)
     }
 
-    /// The same with about so many bytes for the states. If they take more, the gradient costs another run, and with very
-    /// few bytes two.
+    /// [`run`](Self::run) with about so many `bytes` for the states. If they take more, the gradient costs another run,
+    /// and with very few bytes two.
     ///
     /// # Errors
     /// Those of [`run`](Self::run).
@@ -137,7 +138,8 @@ impl Reversible {
         Ok(Self { problem: problem.clone(), trajectory, checkpoints, steps, bytes })
     }
 
-    /// The run whose derivatives by these parameters are computed, where it is another one.
+    /// The run with a trace of viscosity, from which derivatives by a damping time of zero are computed; `None` if no
+    /// parameter needs it.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         // Damping times of zero: derivatives are those of a run with a trace of viscosity.
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
@@ -155,14 +157,14 @@ impl Reversible {
         &self.trajectory
     }
 
-    /// No slopes, for the slopes of a misfit to be added.
+    /// Zero derivatives of a misfit by all recorded motions of this run, to which those of a misfit are added.
     pub fn slopes(&self) -> TrajectorySlopes<'_> {
         let motions = vec![[[0.0; 3]; 2]; self.trajectory.record().motions().len()];
         TrajectorySlopes { trajectory: &self.trajectory, problem: &self.problem, motions }
     }
 
-    /// The derivatives of a misfit with these slopes by each of the parameters, in the unit of the misfit over that of the
-    /// parameter.
+    /// The derivatives of a misfit with these slopes by each of the parameters, in the unit of the misfit over that of
+    /// the parameter.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have; [`Error::SingularTangent`] where a step has no
@@ -193,10 +195,10 @@ impl Reversible {
 }
 
 impl Reversible {
-    /// The derivatives of the places, m, and velocities, m/s, of the tracked nodes along a direction in the space of
-    /// parameters, record after record, at the cost of a part of a run however many they are. The direction has every
-    /// parameter's component in its unit. Summed with slopes they make the same as [`gradient`](Self::gradient) with
-    /// the direction.
+    /// The derivatives of the positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space
+    /// of parameters, record after record. The direction has every parameter's component in its unit. Cost: a part of a
+    /// run, for any number of parameters. The sum of the products with slopes is that of [`gradient`](Self::gradient)
+    /// with the direction.
     ///
     /// # Errors
     /// Those of [`gradient`](Self::gradient).
@@ -220,7 +222,7 @@ impl Reversible {
     }
 }
 
-/// The derivatives of the recorded motion along a direction.
+/// The derivatives of the recorded motion along a `direction`: one forward sensitivity over the stored states.
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -254,7 +256,7 @@ where
     Ok(motions)
 }
 
-/// The derivatives of a misfit by the places and velocities of the tracked nodes at every record.
+/// The derivatives of a misfit by the positions and velocities of the tracked nodes at every record.
 #[derive(Clone, Debug)]
 pub struct TrajectorySlopes<'a> {
     problem: &'a Problem,
@@ -264,8 +266,9 @@ pub struct TrajectorySlopes<'a> {
 }
 
 impl TrajectorySlopes<'_> {
-    /// Adds the derivative of the misfit by the place of a point at a time, in world axes, unit of the misfit over m.
-    /// Between steps places are interpolated from places and velocities, as [`Trajectory::at`] does.
+    /// Adds `slope`, the derivative of the misfit by the position of a point at a time, in world axes, unit of the
+    /// misfit over m. Between steps positions are interpolated from positions and velocities, as [`Trajectory::at`]
+    /// does.
     ///
     /// # Errors
     /// Those of [`Trajectory::at`].
@@ -281,8 +284,8 @@ impl TrajectorySlopes<'_> {
         Ok(())
     }
 
-    /// Adds the derivatives by the place of a tracked node after `k` steps, unit of the misfit over m, and by its velocity,
-    /// over m/s, in world axes: of [`Trajectory::node`] and [`Trajectory::velocity`].
+    /// Adds `slopes`: the derivatives by [position](Trajectory::node), unit of the misfit over m, and
+    /// [velocity](Trajectory::velocity), over m/s, of a tracked node after `k` steps, in world axes.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that was not tracked, and for a step that was not recorded.
@@ -300,7 +303,8 @@ impl TrajectorySlopes<'_> {
     }
 }
 
-/// Simulates a run and stores checkpoints of it.
+/// Simulates `steps` steps of a problem, records them in `trajectory`, and returns the stored states or checkpoints,
+/// within so many `bytes`.
 fn checkpoints<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -326,7 +330,8 @@ where
     Ok(checkpoints.expect("a run shows its start"))
 }
 
-/// The derivatives of a misfit by the parameters, from those by the recorded motion.
+/// The derivatives of a misfit by the `requested` parameters, from those by the recorded motion, `slopes`. Reverse
+/// sweep over all steps: at each record its slopes are added, then the transposed step is applied.
 fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -371,7 +376,8 @@ where
     start::gradient(discretized, by_start, requested)
 }
 
-/// Adds the derivatives by place and velocity of a node to those by the unknowns and their velocities.
+/// Adds the derivatives `slope` by position and velocity of a node, in world axes, to those by unknowns and velocities,
+/// `to`.
 fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 2]) {
     for (slope, to) in slope.iter().zip(to) {
         let own = model.components(*slope);
@@ -380,7 +386,7 @@ fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 
     }
 }
 
-/// The number of reference frames of a rod.
+/// The number of reference frames of a rod: one per edge in space, none in the plane.
 fn frame_count<M: Model>(_: &M, rod: &M::Rod<f64>) -> usize
 where
     M::Rod<f64>: Transposed,

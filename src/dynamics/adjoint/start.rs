@@ -1,4 +1,9 @@
-//! The gradient of a misfit by parameters, from its derivatives by the initial state and by the numbers of the simulation.
+//! The last stage of the adjoint: the gradient of a misfit by parameters, at the start of the run.
+//!
+//! Input: derivatives of the misfit by the initial state and by the numbers of the simulation, from the reverse sweep
+//! ([`ByStart`]). One simulation over dual numbers per parameter has the derivatives of these by the parameter; the sum
+//! of the products is the gradient. For lists of natural strains one product serves all entries, through the laws of
+//! the joints.
 
 use crate::dynamics::adjoint::lists::{
     RequestedParameters, UnlistedParameter, add_natural_strains,
@@ -20,13 +25,18 @@ pub struct ByStart<'a, M: Model>
 where
     M::Rod<f64>: Transposed,
 {
+    /// The simulation in its initial state.
     pub start: &'a Simulation<f64, M::Rod<f64>>,
+    /// By the initial state.
     pub state: StateRates<1>,
+    /// By laws, masses, damping and drag.
     pub parameters: ParameterSlopes,
+    /// By parameters that move supports.
     pub supports: MovingSupports<M::Rod<f64>>,
 }
 
-/// The gradient by the requested parameters.
+/// The gradient of the misfit by the requested parameters, in their order: derivatives by initial state and numbers of
+/// the simulation times those of state and numbers by each parameter, plus the parts by moving supports.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,
@@ -61,7 +71,7 @@ where
 }
 
 /// The derivatives by the laws of joints, with those through the initial state: through the initial forces and, for an
-/// initial equilibrium, through its places. None for initial states that depend on the laws in other ways.
+/// initial equilibrium, through its positions. `None` for initial states that depend on the laws in other ways.
 fn laws<M: Model>(
     discretized: &Discretized<'_, M>,
     ByStart { start, state: by_state, parameters, .. }: &ByStart<'_, M>,

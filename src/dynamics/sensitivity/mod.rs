@@ -85,7 +85,7 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
         dual
     }
 
-    /// Advances the derivatives over the step by [`StepMap::apply`].
+    /// Advances the derivatives from the start of a linearized step to its end, by [`StepMap::apply`].
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         StepMap::new(step).apply(&self.parameters, &mut self.state, &mut self.room)
     }

@@ -31,7 +31,7 @@ struct Application<'a, R: Sensitive, const G: usize> {
 impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
     type Output = Result<(), Error>;
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Applies the map to the derivatives, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.map.apply_inlined(self.parameters, self.state, self.room)
@@ -245,8 +245,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds to `room.direct` and `room.right` the parts by masses, mass damping and the scheme's parameter, if any of
-    /// them changes.
+    /// Adds to the derivatives of forces, `room.direct`, and right-hand sides, `room.right`, the parts by masses, mass
+    /// damping and the scheme's parameter. Skipped where these have no derivatives.
     fn add_numbers<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,

@@ -61,7 +61,8 @@ fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]
 }
 
-/// [`dot`] without the last term where the scheme has no accelerations, `A`.
+/// `factors . [change, velocity, acceleration]` of one unknown, without the last term if the scheme has no
+/// accelerations (`A` false).
 #[inline(always)]
 fn combined<const A: bool>(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     let sum = step_motion[0] * factors[0] + step_motion[1] * factors[1];

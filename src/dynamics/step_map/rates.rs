@@ -152,6 +152,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
     pub fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameter = |simulation: &DualSimulation<R>| Some(simulation.newton()?.parameter());
         let parameters: [Dual64; G] = all(simulations.map(parameter))?;
+        // Derivatives of laws and loads, of masses, and of damping and scheme.
         let rods = simulations.map(|simulation| simulation.rod().clone());
         let mut laws = R::Rates::default();
         R::set_rates(&rods, &mut laws);
@@ -176,6 +177,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
                 .filter_map(|(lane, drag)| Some(LaneDrag { lane, drag: drag?.clone() }))
                 .filter(|own| !own.drag.is_none())
                 .collect(),
+            // Present only if all simulations have such a motion.
             boundary_motion: all(motion),
             rods,
         })

@@ -42,7 +42,7 @@ impl<R: Transposed> MovingSupports<R> {
         Self { prescribed, angles, moved: Vec::new(), still }
     }
 
-    /// Whether the motion of supports depends on numbers of the scene.
+    /// Whether the motion of supports depends on numbers of the scene, so that parameters may move them.
     pub fn have_numbers(&self) -> bool {
         !self.prescribed.is_empty()
     }

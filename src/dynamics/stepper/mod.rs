@@ -1,23 +1,29 @@
-//! Time integration schemes, and the steppers that carry out their steps.
+//! Time integration schemes: a `Stepper` advances the state of a rod from the start of a step to its end.
 //!
-//! | scheme | order | a step takes | keeps | for |
+//! Input: equations of motion, size of the step, state at its start. Output: state at its end, or an error.
+//!
+//! | scheme | order | work per step | conserves | for errors or cases |
 //! |---|---|---|---|---|
-//! | [Newmark-beta](crate::dynamics::coefficients), 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not for good | a per cent, Kelvin-Voigt damping |
-//! | [generalised-alpha](crate::dynamics::coefficients#generalised-alpha), 0.5 | 2 | the same | energy roughly, and nothing that is too fast for the step | rods that hardly stretch, stiff damping, recorded ends |
-//! | [average vector field](crate::dynamics::coefficients#average-vector-field) | 2 | the same, of four stages | energy exactly | long runs at large steps |
-//! | [rodas4](rosenbrock) | 4 | 1 factorisation, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
-//! | [verlet](splitting) | 2 | 1 gradient | momenta, phase volume; it runs backwards | 1e-6 |
-//! | [pefrl](splitting) | 4 | 4 gradients | likewise | 1e-8 |
+//! | [Newmark-beta], 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not in long runs | 1 %, Kelvin-Voigt damping |
+//! | [generalised-alpha], 0.5 | 2 | 2 to 4 Newton iterations | slow modes | stiff rods and damping, recorded ends |
+//! | [average vector field] | 2 | 2 to 4 of four stages | energy exactly | long runs at large steps |
+//! | [rodas4](rosenbrock) | 4 | 1 factorization, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
+//! | [verlet](splitting) | 2 | 1 gradient | momenta, phase volume; reversible | 1e-6 of the length |
+//! | [pefrl](splitting) | 4 | 4 gradients | momenta, phase volume; reversible | 1e-8 of the length |
 //!
-//! The last two are explicit: their steps must stay below [a limit of
-//! stability](crate::Discretized::largest_step), 36 us and 54 us on the paper's cantilever, that goes
-//! with the square of an edge. `rodfit study` finds the cheapest scheme, step and mesh for a scene;
-//! `cargo run --release --example work_precision` compares them on one mesh.
+//! [Newmark-beta]: crate::dynamics::coefficients
+//! [generalised-alpha]: crate::dynamics::coefficients#generalised-alpha
+//! [average vector field]: crate::dynamics::coefficients#average-vector-field
 //!
-//! # Tried and dropped
+//! The last two are explicit. Their steps must stay below [a limit of stability](crate::Discretized::largest_step),
+//! proportional to the square of the edge length: 36 us and 54 us on the paper's cantilever. `rodfit study` finds the
+//! least expensive scheme, step and mesh for a scene; `cargo run --release --example work_precision` compares them on
+//! one mesh.
 //!
-//! On the same kernels and meshes (50 segments, 1 s, largest tip error over length, ms in one run)
-//! these were nowhere ahead of the schemes above by more than the noise:
+//! # Tested and not included
+//!
+//! On the same kernels and meshes (50 segments, 1 s) no scheme below was better than those above by more than the
+//! scatter of the times. Columns: largest tip error over length, and ms in one run.
 //!
 //! | scheme | cantilever: error, ms | helix: error, ms |
 //! |---|---|---|
@@ -39,16 +45,15 @@
 //! | Blanes and Moan's six stages | 2.2e-9, 50 | 1.9e-8, 184 |
 //! | Verlet, bending at every second kick only | 3.5e-6 for 0.75 of the gradients | |
 //!
-//! Multirate kicks gain nothing on these meshes because bending is half as stiff as stretching
-//! there, and resonate from the third step on; on finer ones bending is the stiffer of the two.
-//! A factor of two between schemes of fourth order is one halving of the step, 16 in the error:
-//! PEFRL, ROS4 at the same error and those of more stages lie on one line or behind it.
+//! Multirate kicks gain nothing on these meshes, because bending is half as stiff as stretching there, and they
+//! resonate from the third step on. On finer meshes bending is the stiffer of the two. A factor of two in cost between
+//! schemes of fourth order is one halving of the step, or 16 in the error: PEFRL, ROS4 at the same error and schemes of
+//! more stages cost the same or more.
 //!
-//! The sudden release excites vibrations that no large step resolves: here every implicit scheme
-//! falls short of its order, which it has on smooth motion
-//! (`cargo test --release --test physics order_in_the_step -- --nocapture`). In space an implicit
-//! step measures the angles from the frames at its start, which adds an error of first order as
-//! small as the edges' rotational inertia: below 1e-9 m on the helix at 1 ms.
+//! The sudden release excites vibrations that no large step resolves. Here every implicit scheme has less than its
+//! order, which it has on smooth motion (`cargo test --release --test physics order_in_the_step -- --nocapture`). In
+//! space an implicit step measures angles from the frames at its start. That adds an error of first order, as small as
+//! the rotational inertia of the edges: below 1e-9 m on the helix at 1 ms.
 
 mod newton;
 pub mod rosenbrock;
@@ -67,16 +72,17 @@ use crate::scene::Scheme;
 /// The stepper of a scheme, with its work arrays.
 #[derive(Clone, Debug)]
 pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
-    /// Solves the step's equations by Newton's method.
+    /// Solves the equations of an implicit step by Newton's method.
     Newton(Box<Newton<D, R>>),
-    /// Explicit.
+    /// Explicit: Verlet or PEFRL.
     Splitting(Splitting<D>),
-    /// Linearly implicit.
+    /// Linearly implicit: rodas4.
     Rosenbrock(Box<Rosenbrock<D, R>>),
 }
 
 impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
-    /// The stepper of a scheme for a rod that starts in `state`.
+    /// The stepper of the scheme in `settings` for a rod that starts in `state`; the Newton solver initializes the
+    /// internal variables there.
     pub fn new(
         settings: StepperSettings<D>,
         system: &System<D, R>,
@@ -92,7 +98,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Newton's method, if it solves the steps.
+    /// The Newton solver, if the scheme has one.
     pub fn newton(&self) -> Option<&Newton<D, R>> {
         match self {
             Self::Newton(newton) => Some(newton),
@@ -100,14 +106,15 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Keeps tangents and factors for [linearizations](crate::dynamics::Linearization) of later steps.
+    /// Requests tangents and factors for [linearizations](crate::dynamics::Linearization) of later steps. Only the
+    /// Newton solver has them.
     pub fn keep_tangent(&mut self) {
         if let Self::Newton(newton) = self {
             newton.keep_tangent();
         }
     }
 
-    /// Writes the forces that the next step takes as those of its start.
+    /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         match self {
             Self::Newton(newton) => newton.find_forces(system, state),
@@ -118,14 +125,14 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Writes the accelerations at the start, for schemes that use them.
+    /// Overwrites the accelerations at the start, m/s^2, for schemes that use them.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);
         }
     }
 
-    /// Sets the accelerations at the start, and the forces there that cause them.
+    /// Sets the accelerations at the start to `a`, and the forces there that cause them.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,
@@ -137,8 +144,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Writes the unknowns that follow `before` into `state`; [`finish`](Self::finish) completes it. The content of `state`
-    /// has no meaning before the call, and after an error.
+    /// Overwrites `state` with the unknowns that follow `before` after the step; [`finish`](Self::finish) completes it.
+    /// The content of `state` has no meaning before the call, and after an error.
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -166,7 +173,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Completes the state after an accepted step.
+    /// Completes the state after an accepted step: velocities and internal variables, whole turns of moments, count of
+    /// steps.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,25 +1,26 @@
-//! RODAS: a Rosenbrock scheme of order 4 with six stages, L-stable and stiffly accurate (Hairer and
-//! Wanner, *Solving Ordinary Differential Equations II*, section VI.3 and the code of that name).
+//! RODAS: a Rosenbrock scheme of order 4 with six stages, L-stable and stiffly accurate.
 //!
-//! Each stage solves a linear system with the tangent at the start of the step. For `q' = v`,
-//! `M v' = -n(q) - c M v` the rates eliminate themselves: with `u` and `w` the increments of a stage in
-//! `q` and `v`, `a = gamma h`, and `r`, `s` its right-hand sides,
+//! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, section VI.3 and the code of that name.
+//! Each stage solves a linear system with the tangent `K` at the start of the step. For `q' = v`,
+//! `M v' = -n(q) - c M v` the rates can be eliminated. With `u` and `w` the increments of a stage in `q` and `v`,
+//! `a = gamma h`, and `r`, `s` its right-hand sides:
 //!
 //! ```text
 //! u/a - w = r                                     (M (1 + c a) + a^2 K) u =
 //! (1/a + c) M w + K u = s                 =>       a^2 s + a (1 + c a) M r
 //! ```
 //!
-//! so that a step takes one tangent, one factorisation, five more gradients and six solves.
+//! A step takes one tangent, one factorization, five more gradients and six solves. Output: unknowns and velocities at
+//! its end.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::rod::{FactorsOf, Rod, State};
 
-/// Number of stages of rodas4.
+/// Number of stages.
 const STAGES: usize = 6;
-/// Diagonal coefficient of rodas4.
+/// Diagonal coefficient `gamma`.
 const GAMMA: f64 = 0.25;
 /// Weights of earlier stages in the place of the forces of a stage; the last row is the end of the step.
 const PLACE: [&[f64]; STAGES + 1] = [
@@ -50,21 +51,27 @@ const RATE: [&[f64]; STAGES] = [
     ],
 ];
 
-/// The work arrays of a step.
+/// The stepper of rodas4: its work arrays, allocated once.
 #[derive(Clone, Debug)]
 pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
+    /// Gradient at a stage, N.
     gradient: Vec<D>,
+    /// Tangent at the start of the step, N/m.
     tangent: R::Tangent,
+    /// Factors of the matrix of all stages.
     factors: FactorsOf<R, D>,
-    /// The increments of the stages in `q` and in `v`.
+    /// The increments of the stages in `q`, m.
     u: [Vec<D>; STAGES],
+    /// The increments of the stages in `v`, m/s.
     w: [Vec<D>; STAGES],
+    /// Unknowns at a stage, m.
     q: Vec<D>,
+    /// Velocities at a stage, m/s.
     v: Vec<D>,
 }
 
 impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
-    /// The work arrays for a rod.
+    /// The stepper with work arrays for a rod.
     pub(crate) fn new(rod: &R) -> Self {
         let (n, tangent) = (rod.mass().len(), rod.zero_tangent());
         let zero = || vec![D::from(0.0); n];
@@ -79,8 +86,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Advances `state` over a step of rodas4: one factorization of `M (1 + a damping) + a^2 K` with `a = gamma h`, and six solves
-    /// with it.
+    /// Advances `state` over a step: one factorization of `M (1 + a damping) + a^2 K` with `a = gamma h`, and six
+    /// solves with it.
     ///
     /// # Errors
     /// [`Singular`] if that matrix is.
@@ -117,7 +124,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         Ok(())
     }
 
-    /// Sets `q` and `v` to those of the state plus parts of the stages.
+    /// Sets `q` and `v` to those of the state plus the increments of the stages times their `parts`.
     fn move_to<F>(&mut self, parts: &[f64], state: &State<D, F>) {
         for (to, from, stages) in
             [(&mut self.q, &state.q, &self.u), (&mut self.v, &state.v, &self.w)]
@@ -131,7 +138,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Solves for the increments of `stage`, from the gradient and the velocities there.
+    /// Solves for the increments `u` and `w` of `stage`, from gradient and velocities there. `damped` is `1 + a c` with
+    /// the mass damping `c`.
     fn solve(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);

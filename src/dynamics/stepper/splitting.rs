@@ -1,8 +1,9 @@
-//! Explicit symplectic schemes: kicks, in which the forces act and nothing moves, and drifts, in
-//! which the rod moves on freely, in turn.
+//! Explicit symplectic splitting schemes, Verlet and PEFRL: kicks and drifts in turn.
 //!
-//! In space the frames move along with every drift: its edges turn along great circles, and so the
-//! transport is exact.
+//! A kick changes velocities by the forces at fixed positions, `dv/dt = -gradient/m - c v`, exactly with the mass
+//! damping `c`. A drift moves positions with constant velocities. Verlet has one drift (order 2), PEFRL five (order 4;
+//! Omelyan, Mryglod and Folk 2002). Stable only below a largest step. In space the frames move with every drift: edges
+//! turn along great circles, so that the transport is exact.
 
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::phi_function::phi1;
@@ -10,15 +11,16 @@ use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
 
-/// The composition of a step.
+/// The fractions of the step in the kicks and drifts of a scheme.
 #[derive(Debug)]
 struct Composition {
-    /// One more than drifts. A last kick of zero spares the forces there.
+    /// Fractions of the kicks, one more than drifts. A last kick of zero needs no forces.
     kicks: &'static [f64],
+    /// Fractions of the drifts.
     drifts: &'static [f64],
 }
 
-/// Stormer and Verlet's, in the velocity form.
+/// Stormer-Verlet in the velocity form.
 const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
 
 /// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
@@ -33,14 +35,15 @@ const PEFRL: Composition = {
     }
 };
 
-/// A composition for a rod of known masses.
+/// A splitting scheme for a rod with the given masses.
 #[derive(Clone, Debug)]
 pub struct Splitting<D> {
     composition: &'static Composition,
+    /// 1/mass of every degree of freedom, 1/kg.
     inverse_mass: Vec<D>,
 }
 
-/// The composition of a splitting scheme; none for other schemes.
+/// The composition of a splitting scheme; `None` for other schemes.
 fn composition(scheme: Scheme) -> Option<&'static Composition> {
     match scheme {
         Scheme::Verlet => Some(&VERLET),
@@ -50,13 +53,14 @@ fn composition(scheme: Scheme) -> Option<&'static Composition> {
 }
 
 impl<D: Scalar> Splitting<D> {
-    /// The splitting of a scheme, if it is one, for a rod of these masses, kg (kg m^2 for angles).
+    /// The splitting of `scheme` for a rod of these masses, kg (kg m^2 for angles); `None` for other schemes.
     pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
         let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
         composition(scheme).map(|composition| Self { composition, inverse_mass: inverse_mass() })
     }
 
-    /// Makes a step. `state.unbalanced` is the gradient at `state.q` before and after, for schemes that use it there.
+    /// Advances `state` over a step. `state.unbalanced` is the gradient at `state.q` before and after, for schemes with
+    /// a kick at the start.
     pub(crate) fn step<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
@@ -82,7 +86,8 @@ impl<D: Scalar> Splitting<D> {
         }
     }
 
-    /// `dv/dt = -gradient/mass - c v`, with the mass damping `c`, for a part of the step, exactly.
+    /// Advances the velocities by `dv/dt = -gradient/mass - c v`, with the mass damping `c`, over `weight` times the
+    /// step, exactly.
     #[inline]
     fn kick<R, F>(&self, weight: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
         let (h, free) = (weight * step.h, step.system.free.clone());

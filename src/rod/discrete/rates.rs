@@ -69,6 +69,7 @@ pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: u
 impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Default
     for Rates<L, N, S, G>
 {
+    /// No derivatives: empty lists.
     fn default() -> Self {
         Self {
             elastic: false,
@@ -184,6 +185,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             rate.offset[0] -= shorter;
             stretch.push(rate);
         }
+        // Relative changes of the rest lengths, used where the strain is given instead of the unknowns.
         rest.clear();
         rest.extend(first.stretch.iter().enumerate().map(|(i, law)| {
             lanes(duals, |rod| rod.stretch[i].rest_length.eps) * law.rest_length.re.recip()
@@ -197,6 +199,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             (0..first.load.len())
                 .map(|i| std::array::from_fn(|c| lanes(duals, |rod| rod.load[i].force[c].eps))),
         );
+        // Friction springs are present in all dual rods or in none.
         let own = all(duals.each_ref().map(|rod| Some(&*rod.sliders.as_ref()?.sliders)));
         *sliders = own.map(SliderRates::from_duals);
         *elastic =
@@ -254,7 +257,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         joints.fill(Lanes::ZERO);
     }
 
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    /// Adds to `out` the derivatives of the strains that follow from those of the unknowns, `q`, and of the reference
+    /// frames: `B dq`.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         &self,

@@ -1,4 +1,8 @@
-//! Gradient and tangent of a planar rod by nodes or by edges, from the derivatives of its energy by edges.
+//! Assembly of gradient and tangent of a planar rod from the derivatives of its energy by edges, in SIMD lanes.
+//!
+//! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
+//! differences of edge derivatives. [`PlanarNodes`] writes gradient and band matrix by nodes, [`PlanarEdges`] a band
+//! matrix by edges.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -7,7 +11,7 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::columns::{NodeColumns, NodeEntries, loads};
 use crate::rod::layout::{EdgeSink, NodeSink, Plane};
 
-/// Half-bandwidth of the planar tangent.
+/// Half-bandwidth of the planar tangent: a bend couples six successive unknowns.
 pub const HALF_BANDWIDTH: usize = 5;
 
 /// Derivatives of the energies of an edge's stretching and of both its joints by the edge's vector.
@@ -20,7 +24,7 @@ pub struct ByEdge<D> {
 }
 
 impl<D: Scalar> ByEdge<D> {
-    /// The derivatives with a gradient and a Hessian (xx, yx, yy) added.
+    /// The derivatives with a gradient, N, and second derivatives `xx, yx, yy`, N/m, added.
     pub(super) fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
         let ([gx, gy], [xx, yx, yy]) = (self.gradient, self.vector);
         Self {
@@ -30,18 +34,19 @@ impl<D: Scalar> ByEdge<D> {
     }
 }
 
-/// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
+/// A consumer of edge derivatives that writes gradient and tangent by nodes, column after column.
 pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
     level: V::Level,
     load: &'a [DeadLoad<D, 2>],
     nodes: NodeColumns<'a, D, 2, HALF_BANDWIDTH>,
-    /// The derivatives by the edges before, and those between the next edges (rows) and them (columns).
+    /// Derivatives by the edges of the previous block.
     before: ByEdge<V>,
+    /// Derivatives between the next edges (rows) and those of the previous block (columns).
     between: [[V; 2]; 2],
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
-    /// The consumer that writes gradient and tangent by nodes, before the first edge.
+    /// The consumer before the first edge. `load` are the dead loads on all nodes.
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -57,7 +62,8 @@ impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
-    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    /// Writes the nodes at the start of the edges from index `first` on: `own` derivatives by these edges, `after`
+    /// those between the next edges (rows) and these (columns).
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -83,7 +89,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
-    /// Writes the last node.
+    /// Writes gradient and tangent of the last node, where only the last edge ends.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -97,7 +103,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
     }
 }
 
-/// Adds the second derivatives by edges.
+/// A consumer that adds second derivatives by edges to a band matrix.
 pub(super) struct PlanarEdges<'a, D> {
     pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     /// The last edge.
@@ -105,7 +111,8 @@ pub(super) struct PlanarEdges<'a, D> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarEdges<'_, D> {
-    /// The derivatives by the edges from `first` on, and those between the next edges (rows) and these (columns).
+    /// Adds the second derivatives `own` by the edges from index `first` on, and `after` between the next edges and
+    /// these.
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

@@ -1,9 +1,12 @@
-//! Edges of a planar rod, and the geometry of the rod: strains, and their derivatives.
+//! Geometry of a planar rod: length, direction and strain of edges, curvature of joints.
+//!
+//! [`PlanarEdge`] has edges in SIMD lanes during a sweep. [`Geometry`] keeps the results in plain numbers, for the
+//! products with derivatives along parameters.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::rod::frames::RodGeometry;
 
-/// Lengths, m, and directions of edges in SIMD lanes.
+/// Squared length, m^2, length, m, its inverse, and direction of edges in SIMD lanes.
 #[derive(Clone, Copy)]
 pub(super) struct PlanarEdge<D> {
     pub squared: D,
@@ -15,7 +18,7 @@ pub(super) struct PlanarEdge<D> {
 }
 
 impl<D: Scalar> PlanarEdge<D> {
-    /// Length, tangent, and normal over the length, of the edge between two nodes, m.
+    /// The edge between two nodes with the coordinates `[x0, y0, x1, y1]`, m.
     #[inline(always)]
     pub fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
         let e = [*x1 - *x0, *y1 - *y0];
@@ -49,7 +52,7 @@ fn pair_after<S, V: SimdScalar<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
     [own[0].after(later[0]), own[1].after(later[1])]
 }
 
-/// Direction and strain of an edge, in plain numbers.
+/// Unit tangent, derivative of the angle, and strain of an edge, in plain numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PlanarEdgeGeometry {
     pub tangent: [f64; 2],
@@ -62,23 +65,23 @@ pub(super) struct PlanarEdgeGeometry {
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     pub(super) edges: Vec<PlanarEdgeGeometry>,
-    /// Curvature, and its derivative by the angle.
+    /// Of each joint: curvature `2 tan(phi/2)`, and its derivative by the turning angle `phi`.
     pub(super) joints: Vec<[f64; 2]>,
 }
 
 impl RodGeometry for Geometry {
-    /// Allocates room for so many edges.
+    /// Sets the lists to so many edges, and one joint fewer.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, PlanarEdgeGeometry::default());
         self.joints.resize(edges - 1, [0.0; 2]);
     }
 
-    /// The strains of the edges.
+    /// The axial strains of the edges.
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
         self.edges.iter().map(|edge| edge.strain)
     }
 
-    /// The strains of the joints, one joint after the other.
+    /// The curvatures `2 tan(phi/2)` of the joints.
     fn joint_strains(&self) -> impl Iterator<Item = f64> {
         self.joints.iter().map(|[curvature, _]| *curvature)
     }

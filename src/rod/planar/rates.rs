@@ -1,4 +1,7 @@
-//! Derivatives of the forces and strains of a planar rod along parameters.
+//! Derivatives of forces and strains of a planar rod along `G` parameters, from the geometry of the rod.
+//!
+//! `pull` turns derivatives of axial forces and moments into those of node forces, `B^T dsigma`. `add_strain_rates`
+//! turns derivatives of the unknowns into those of strains, `B dq`.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot};
@@ -8,8 +11,8 @@ use crate::rod::layout::Plane;
 use crate::rod::planar::geometry::{Geometry, PlanarEdgeGeometry};
 
 impl RateLayout<2, 1> for Plane {
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the
-    /// strain of an edge, of the stresses, by those of a joint, and of the loads.
+    /// Overwrites `out` with the derivatives of the gradient, N: from those of the axial forces, `axial(edge, strain)`,
+    /// of the moments, `stress(joint, curvature)`, and of the loads, `load(node)`.
     #[inline(always)]
     fn pull<const G: usize>(
         geometry: &Geometry,
@@ -27,6 +30,7 @@ impl RateLayout<2, 1> for Plane {
             }
             carried = force;
         };
+        // One pass along the rod: a node takes the forces of its two edges, an edge the moments of its two joints.
         let mut before = Lanes::ZERO;
         let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
             let PlanarEdgeGeometry { tangent: [t0, t1], normal: [n0, n1], strain } =
@@ -44,7 +48,7 @@ impl RateLayout<2, 1> for Plane {
         node(i + 1, [Lanes::ZERO; 2]);
     }
 
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 2>],

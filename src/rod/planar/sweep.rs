@@ -1,4 +1,8 @@
-//! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient and derivatives by edges.
+//! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient, and derivatives by edges.
+//!
+//! Per edge: axial force `EA eps`, and shear force as the difference of the moments at its ends over its length. Per
+//! joint: curvature `2 tan(phi/2)` and moment. First and second derivatives by edge vectors go to a consumer, which
+//! stores them by nodes or by edges.
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
@@ -10,12 +14,15 @@ use crate::rod::planar::edges::ByEdge;
 use crate::rod::planar::geometry::{Geometry, PlanarEdge, PlanarEdgeGeometry};
 
 /// Edges in SIMD lanes, the edges after them, and the curvatures of the joints between. The joint after the last edge
-/// is straight; lanes beyond have no meaning.
+/// is straight; results of lanes beyond are not used.
 pub struct PlanarEdgePairs<V> {
-    /// The number of the first edge.
+    /// The index of the first edge.
     first: usize,
+    /// The edges.
     e: PlanarEdge<V>,
+    /// The edges after them.
     f: PlanarEdge<V>,
+    /// The curvatures of the joints between.
     curvature: V,
 }
 
@@ -25,7 +32,7 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Plane, 2, 1>;
 /// A planar rod at its unknowns.
 pub(super) type At<'a, D> = layout::At<'a, D, Plane, 2, 1>;
 
-/// The edges of a rod at `q`, block after block.
+/// The iterator over the edges of a rod at the unknowns `q`, one block of SIMD lanes at a time.
 pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
@@ -36,7 +43,7 @@ pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
-    /// The elastic laws of the joints after the edges from `first` on.
+    /// The elastic laws of the joints after the edges from index `first` on; without stiffness beyond the last joint.
     #[inline(always)]
     fn bends(&self, first: usize) -> PlanarBend<V> {
         let mut room = None;
@@ -44,7 +51,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
         PlanarBend::side_by_side(self.level, all)
     }
 
-    /// Moments of the joints and their derivatives by the turning angles, N m.
+    /// Moments of the joints of a block and their derivatives by the turning angles, N m, with the active friction
+    /// springs.
     #[inline(always)]
     fn turning_response(
         &self,
@@ -62,13 +70,13 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
 {
     type Block = PlanarEdgePairs<V>;
 
-    /// Before the first block.
+    /// The iterator over the edges of the rod `at` its unknowns, before its first block.
     #[inline(always)]
     fn new(At { elements, q, .. }: At<'a, D>, level: V::Level) -> Self {
         Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
     }
 
-    /// The next block.
+    /// The next block; `None` after the last edge.
     #[inline(always)]
     fn next(&mut self) -> Option<PlanarEdgePairs<V>> {
         let (first, e) = (self.first, self.edge);
@@ -84,12 +92,13 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         Some(PlanarEdgePairs { first, e, f, curvature })
     }
 
-    /// The number of its first edge.
+    /// The index of the first edge of a block.
     fn first(block: &PlanarEdgePairs<V>) -> usize {
         block.first
     }
 
-    /// Curvatures as [`PlanarBend::strain`] computes them, to the last digit.
+    /// Strains of the edges of a block and curvatures of the joints after them. The curvatures are those of
+    /// [`PlanarBend::strain`], to the last digit.
     #[inline(always)]
     fn strains(&self, PlanarEdgePairs { first, e, .. }: &PlanarEdgePairs<V>) -> (V, [V; 1]) {
         let mut room = None;
@@ -99,7 +108,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         (self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length), [joint])
     }
 
-    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
+    /// Energies of stretching, bending and twisting (zero) of the elements of a block, J, without those of friction
+    /// springs.
     #[inline(always)]
     fn energies(&self, PlanarEdgePairs { first, e, curvature, .. }: &PlanarEdgePairs<V>) -> [V; 3] {
         let bend = self.bends(*first).energy_at(*curvature);
@@ -108,7 +118,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         [stretch, bend, stretch.like(0.0)]
     }
 
-    /// Writes its geometry.
+    /// Writes tangents, normals, strains, curvatures and their slopes of a block to `geometry`.
     #[inline(always)]
     fn measure(
         &self,
@@ -133,8 +143,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         }
     }
 
-    /// An edge of the tangent `t` and the normal `n` over its length `l` turns by `n.dx`, and `n` by
-    /// `-(t n' + n t') dx/l`.
+    /// Passes first and second derivatives by all edges to the consumer `to`, and overwrites `geometry` if there is
+    /// one. An edge has the tangent `t` and the normal `n` over its length `l`. A change `dx` turns it by `n.dx`, and
+    /// `n` changes by `-(t n' + n t') dx/l`.
     #[inline(always)]
     fn derive(
         mut self,
@@ -149,11 +160,13 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
             }
             let [moment, stiffness] = self.turning_response(&pairs);
             let PlanarEdgePairs { first, e, f, .. } = pairs;
+            // Derivatives between an edge and the next, through the joint: -k n_f n_e'.
             let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
             let after = [
                 [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
                 [-(s[1] * e.normal[0]), -(s[1] * e.normal[1])],
             ];
+            // The joint before an edge is in the previous lane, or was the last one of the previous block.
             let torque = moment.before(moments) - moment;
             let both = stiffness.before(stiffnesses) + stiffness;
             let [force, along] =
@@ -166,7 +179,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
     }
 }
 
-/// The edges from `first` on.
+/// The edges from index `first` on at the unknowns `q`, one per SIMD lane.
 #[inline(always)]
 fn edges_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
@@ -210,7 +223,7 @@ fn by_edge<V: Scalar>(
     }
 }
 
-/// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
+/// Overwrites the gradient alone, N, by the hand-derived formulas. An edge carries its axial force, and the difference
 /// of the moments at its ends over its length as shear force. The gradient at a node is the difference of the forces of
 /// its two edges, less its load.
 pub(super) struct PlanarGradient<'a, D: Nestable> {
@@ -221,7 +234,7 @@ pub(super) struct PlanarGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Overwrites the gradient, edge by edge, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;

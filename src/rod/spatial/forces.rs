@@ -1,4 +1,7 @@
-//! The gradient of a spatial rod, at given frames or with frames that move along, in SIMD lanes.
+//! The gradient of a spatial rod, N and N m, in SIMD lanes: at given frames, or with frames that move along.
+//!
+//! Stresses of the joints and axial forces become derivatives by edge vectors and angles. The gradient at a node is the
+//! difference of the forces of its two edges, less its load.
 
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
@@ -11,24 +14,26 @@ use crate::rod::layout::EdgeBlocks;
 use crate::rod::spatial::moving::{MovedEdgePairs, MovingFrames};
 use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks, SpatialEdgePairs, joints};
 
-/// Writes the gradient by nodes from derivatives by edges, block after block.
+/// A writer of the gradient by nodes from derivatives by edges, block after block.
 struct GradientWriter<'a, D, V> {
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],
-    /// Derivatives of the joints before the next edges, and forces of the edges before, N.
+    /// Derivatives of the previous block's joints by their second edges.
     open: [V; 3],
+    /// Forces of the previous block's edges, N.
     carried: [V; 3],
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
-    /// The writer of the gradient by nodes, before the first edge.
+    /// The writer before the first edge. `load` are the dead loads on all nodes.
     #[inline(always)]
     fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
         Self { load, gradient, open: [zero; 3], carried: [zero; 3] }
     }
 
-    /// Adds the edges from `first` on with the derivatives of the joints after them and their axial forces, N.
+    /// Writes the gradient of the nodes at the start of the edges `e` from index `first` on. `pull` are the derivatives
+    /// of the joints after them, `axial` their axial forces, N.
     #[inline(always)]
     fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &JointGradient<V>, axial: V) {
         // The joint before each edge is that of the previous lane.
@@ -44,7 +49,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
         (self.open, self.carried) = (pull.f, [x, y, z]);
     }
 
-    /// Writes the last node.
+    /// Writes the gradient of the last node: the force of the last edge less the node's load, N.
     #[inline(always)]
     fn end(self) {
         let edges = self.load.len() - 1;
@@ -53,7 +58,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
     }
 }
 
-/// Writes the gradient by the hand-derived formulas.
+/// Overwrites the gradient at given frames, by the hand-derived formulas.
 pub(super) struct Gradient<'a, D: Nestable> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
@@ -62,7 +67,7 @@ pub(super) struct Gradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Overwrites the gradient at the given frames, edge by edge, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
@@ -78,7 +83,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     }
 }
 
-/// Moves the frames with their edges, and writes the gradient there.
+/// Moves the frames to the edges at `q` and overwrites the gradient there.
 pub(super) struct MovedGradient<'a, D: Nestable> {
     pub elements: Elements<'a, D>,
     pub q: &'a [D],
@@ -89,7 +94,7 @@ pub(super) struct MovedGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Moves the frames and overwrites the gradient, block by block, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);

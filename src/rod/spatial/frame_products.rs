@@ -1,10 +1,13 @@
-//! The geometry of a spatial rod, and its products with derivatives of the frames.
+//! Products of the geometry of a spatial rod with derivatives of its reference frames, forward and transposed.
 //!
-//! The director of an edge follows the tangent `t` from its reference `t_ref` by parallel transport,
-//! and turns by `g.dx` when the edge of length `l` changes by `dx` (see [`bend_twist`](crate::energy::bend_twist)).
-//! Transport back and forth is the same way, so it turns by `l g.dt_ref` when the reference changes. An edge's frame
-//! has therefore one number for each parameter besides the change of its tangent: how fast its
-//! directors turn about it.
+//! The director of an edge follows the tangent `t` from its reference `t_ref` by parallel transport. It turns by `g.dx`
+//! when the edge of length `l` changes by `dx` (see [`bend_twist`](crate::energy::bend_twist)). Transport from `t` to
+//! `t_ref` is the inverse, so that it turns by `l g.dt_ref` when the reference changes. Besides the change of its
+//! tangent the derivative of an edge's frame is therefore one number for each parameter: the turn of its directors
+//! about the tangent.
+//!
+//! Output: derivatives of the gradient (N) along those of the frames, derivatives of the frames after a step, and the
+//! transposes of both for the adjoint.
 
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
 use crate::numerics::simd::with_simd_if_wide;
@@ -16,13 +19,13 @@ use crate::rod::layout::{Layout, Space};
 use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
 use crate::rod::spatial::rates::edge;
 
-/// `a x b` of a vector of numbers and one of lanes.
+/// The cross product `a x b` of a vector of plain numbers and a vector of lanes.
 #[inline(always)]
 fn lanes_cross<const G: usize>(a: &Vector<f64>, b: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
     [b[2] * a[1] - b[1] * a[2], b[0] * a[2] - b[2] * a[0], b[1] * a[0] - b[0] * a[1]]
 }
 
-/// Adds the derivatives of the gradient along those of the frames.
+/// The arguments of [`add_frame_rates`](RodGeometry::add_frame_rates), as work for a vector unit.
 struct FrameChange<'a, T, const G: usize> {
     frames: &'a [FrameRate<G>],
     geometry: &'a Geometry,
@@ -34,7 +37,8 @@ struct FrameChange<'a, T, const G: usize> {
 impl<T: Tangent<f64>, const G: usize> pulp::NullaryFnOnce for FrameChange<'_, T, G> {
     type Output = ();
 
-    /// The directors turn as by a change of the angle, and the turn depends on the edge vector.
+    /// Adds the derivatives of the gradient: the directors turn as by a change of the angle, and the turn depends on
+    /// the edge vector.
     #[inline(always)]
     fn call(self) {
         let Self { frames, geometry, gradient, tangent, out } = self;
@@ -57,7 +61,7 @@ impl<T: Tangent<f64>, const G: usize> pulp::NullaryFnOnce for FrameChange<'_, T,
     }
 }
 
-/// Adds derivatives of a number by the turn and the tangent of a frame.
+/// Adds derivatives of a number by the turn and the tangent of a frame to `frame`.
 fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
     frame.turn.0[0] += turn;
     for (to, from) in frame.tangent.iter_mut().zip(tangent) {
@@ -66,24 +70,24 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
 }
 
 impl RodGeometry for Geometry {
-    /// Allocates room for so many edges.
+    /// Sets the lists to so many edges, and one joint fewer.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, SpatialEdgeGeometry::default());
         self.joints.resize(edges - 1, SpatialJointGeometry::default());
     }
 
-    /// The strains of the edges.
+    /// The axial strains of the edges.
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
         self.edges.iter().map(|edge| edge.strain)
     }
 
-    /// The strains of the joints, one joint after the other.
+    /// Two curvatures and the twist of each joint, one joint after the other.
     fn joint_strains(&self) -> impl Iterator<Item = f64> {
         self.joints.iter().flat_map(|joint| joint.strains)
     }
 
-    /// Adds the derivatives of the gradient along those of the frames, at fixed unknowns, where gradient and tangent
-    /// are those given.
+    /// Adds to `out` the derivatives of the gradient, N, along those of the frames at fixed unknowns. `gradient` and
+    /// `tangent` are those at this geometry.
     fn add_frame_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -94,7 +98,8 @@ impl RodGeometry for Geometry {
         with_simd_if_wide::<_, G>(FrameChange { frames, geometry: self, gradient, tangent, out });
     }
 
-    /// Moves the derivatives of the frames to this geometry, where the unknowns have the derivatives `q`.
+    /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.
+    /// `q` are the derivatives of the unknowns there.
     #[inline(always)]
     fn move_frame_rates<const G: usize>(&self, frames: &mut [FrameRate<G>], q: &[[f64; G]]) {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {
@@ -108,7 +113,7 @@ impl RodGeometry for Geometry {
         }
     }
 
-    /// Adds the derivatives of a number by the frames that follow from those by the angles of the edges.
+    /// Adds to `frames` the derivatives of a number by the frames that follow from those by the `angles` of the edges.
     fn turn_frames(&self, angles: &[f64], frames: &mut [FrameRate<1>]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let turn = angles[STRIDE * j + 3];

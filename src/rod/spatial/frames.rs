@@ -1,4 +1,8 @@
 //! Reference frames of a rod in space: moves to other unknowns, and the angles measured from them.
+//!
+//! An angle `theta` of an edge turns the reference director, transported to the present tangent, to the material
+//! director. Functions here convert angles from one set of frames to another, remove twist, and turn an edge to a given
+//! director.
 
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::numerics::scalar::Nestable;
@@ -15,27 +19,28 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
         Self { edges, twist }
     }
 
-    /// The frames of all edges; none in the plane.
+    /// The reference frames of all edges.
     fn edge_frames(&self) -> &[EdgeFrame<D>] {
         &self.edges
     }
 
-    /// The reference twists of all joints, rad; none in the plane.
+    /// The reference twists of all joints, rad.
     fn twists(&self) -> &[D] {
         &self.twist
     }
 
-    /// The frames of all edges and the twists of all joints, to be written.
+    /// The frames of all edges and the twists of all joints, mutable.
     fn parts_mut(&mut self) -> (&mut [EdgeFrame<D>], &mut [D]) {
         (&mut self.edges, &mut self.twist)
     }
 
-    /// Moves the frames to the unknowns `q`, without changing any energy there.
+    /// Moves the frames to the edges at `q` by parallel transport; no energy there changes.
     fn move_to(&mut self, q: &[D]) {
         D::run_sweep(Rebase { q, frames: self });
     }
 
-    /// Converts the angles of `q` from these frames to the frames `to`.
+    /// Converts the angles of `q`, measured from these frames, to angles from the frames `to`. The directors stay, and
+    /// whole turns are chosen so that the twist of every joint stays.
     fn convert_angles(&self, q: &mut [D], to: &Self) {
         let count = self.edges.len();
         let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(Space::edge(q, j))).collect();
@@ -64,20 +69,20 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
         }
     }
 
-    /// The first material director of an edge, if edges have one.
+    /// The first material director of edge `j` at `q`.
     fn director(&self, q: &[D], j: usize) -> Option<[D; 3]> {
         Some(self.edges[j].material(unit(Space::edge(q, j)), q[STRIDE * j + 3])[0])
     }
 
-    /// Turns all edges but the first about themselves until no joint is twisted.
+    /// Sets the angles in `q` so that no joint is twisted; the angle of the first edge stays.
     fn untwist(&self, q: &mut [D]) {
         for (j, twist) in self.twist.iter().enumerate() {
             q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;
         }
     }
 
-    /// Turns an edge so that its first material director is `director`, on the turn nearest to `turn` beyond its
-    /// angle in `q`.
+    /// Sets the angle of edge `j` in `q` so that its first material director is `director`. Of the possible angles,
+    /// whole turns apart, the one nearest to the present angle plus `turn`, rad, is taken.
     fn align(&self, q: &mut [D], j: usize, director: [D; 3], turn: f64) {
         let [d1, d2] = self.edges[j].material(unit(Space::edge(q, j)), D::from(0.0));
         let angle = dot(director, d2).atan2(dot(director, d1));

@@ -1,4 +1,8 @@
-//! The geometry of a spatial rod: strains of its edges and joints, and their derivatives.
+//! The geometry of a spatial rod in plain numbers: lengths, directors and strains of edges and joints, with
+//! derivatives.
+//!
+//! Written by a sweep at the solution of a step; the products with derivatives along parameters and with derivatives of
+//! frames use it.
 
 use crate::numerics::vector::Vector;
 
@@ -15,14 +19,16 @@ pub(super) struct SpatialEdgeGeometry {
     pub(super) turn: [f64; 2],
     /// The turn of the directors per change of the edge vector, 1/m.
     pub(super) follow: Vector<f64>,
-    /// 1/(1 + t.t_ref).
+    /// `1/(1 + t.t_ref)`: the factor of parallel transport from the reference tangent `t_ref` to the tangent `t`.
     pub(super) by_chi: f64,
 }
 
 /// The strains of a joint, and their derivatives (columns) by the rotations `p`, `q` and `h` of both edges (rows).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SpatialJointGeometry {
+    /// Two curvatures and the twist.
     pub(super) strains: [f64; 3],
+    /// Derivatives of these strains by the motions `p`, `q` and `h` of the first and the second edge.
     pub(super) by: [[[f64; 3]; 3]; 2],
 }
 

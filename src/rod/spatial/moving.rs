@@ -1,4 +1,8 @@
 //! Parallel transport of the reference frames of a rod to its edges at other unknowns, in SIMD lanes.
+//!
+//! Each frame is rotated by the smallest rotation from its old tangent to the new one. The reference twist of each
+//! joint changes by the angle that this transport adds. Directors, twists and energies at the new unknowns stay the
+//! same.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{DirectedEdge, EdgeState};
@@ -7,7 +11,7 @@ use crate::numerics::vector::{Vector, dot, scale};
 use crate::rod::blocks::block;
 use crate::rod::spatial::sweep::{frames_at, vectors_at};
 
-/// Edges whose frames have moved with them.
+/// Edges in SIMD lanes whose frames have moved with them.
 #[derive(Clone, Copy)]
 pub(super) struct MovedEdges<V> {
     squared: V,
@@ -20,7 +24,7 @@ pub(super) struct MovedEdges<V> {
 }
 
 impl<V: Scalar> MovedEdges<V> {
-    /// The edges with their present frames as references.
+    /// The edges as a joint element needs them, with their moved frames as references.
     #[inline(always)]
     pub fn state(&self) -> EdgeState<V> {
         let Self { squared, length, inverse_length, angle, frame, .. } = self;
@@ -45,17 +49,19 @@ impl<V: Scalar> MovedEdges<V> {
     }
 }
 
-/// Edges in SIMD lanes, the edges after them, and the twists of the joints between, rad. Lanes after the last edge have
-/// no meaning.
+/// Edges in SIMD lanes, the edges after them, and the twists of the joints between, rad. Lanes after the last edge are
+/// not used.
 pub(super) struct MovedEdgePairs<V> {
-    /// The number of the first edge.
+    /// The index of the first edge.
     pub first: usize,
+    /// The edges.
     pub e: MovedEdges<V>,
+    /// The edges after them.
     pub f: MovedEdges<V>,
     pub twist: V,
 }
 
-/// Moves the frames of a rod to `q`, without changing any energy there: neither directors nor twists jump.
+/// Moves the frames of a rod to the unknowns `q` block by block, without changing any energy there.
 pub(super) struct MovingFrames<'a, D, V: SimdScalar<D>> {
     q: &'a [D],
     frames: &'a mut [EdgeFrame<D>],
@@ -67,7 +73,7 @@ pub(super) struct MovingFrames<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
-    /// Frames that are moved to the unknowns `q` block by block, with the first block moved.
+    /// Moves the first block of `frames` to the unknowns `q`, and returns the iterator over all blocks.
     #[inline(always)]
     pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
         let edges = move_edges(q, &mut frames.edges, level, 0);
@@ -75,7 +81,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
         Self { q, frames, twist, level, first: 0, edges }
     }
 
-    /// Moves the frames of the next block.
+    /// Moves the frames of the next block and returns its edges and twists; `None` after the last edge.
     #[inline(always)]
     pub fn next(&mut self) -> Option<MovedEdgePairs<V>> {
         let (first, e) = (self.first, self.edges);
@@ -99,7 +105,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
     }
 }
 
-/// Moves the frames of edges from `first` on.
+/// Moves the frames of one block of edges from index `first` on to their present tangents, and returns the edges.
 #[inline(always)]
 fn move_edges<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
@@ -121,7 +127,7 @@ fn move_edges<D: Nestable, V: SimdScalar<D>>(
     MovedEdges { squared, length, inverse_length, angle, frame, from: before.tangent }
 }
 
-/// Moves all frames without a gradient.
+/// Moves all frames to the unknowns `q`, without a gradient.
 pub(super) struct Rebase<'a, D> {
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,
@@ -130,7 +136,7 @@ pub(super) struct Rebase<'a, D> {
 impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
     type Output = ();
 
-    /// Runs the computation with the numbers `V`.
+    /// Moves all frames, block by block, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);

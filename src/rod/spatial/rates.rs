@@ -1,4 +1,7 @@
-//! Derivatives of the forces and strains of a spatial rod along parameters.
+//! Derivatives of forces and strains of a spatial rod along `G` parameters, from the geometry of the rod.
+//!
+//! `pull` turns derivatives of axial forces, bending and twisting moments into those of node forces and edge torques,
+//! `B^T dsigma`. `add_strain_rates` turns derivatives of unknowns and frames into those of strains, `B dq`.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
@@ -8,7 +11,7 @@ use crate::rod::frames::FrameRate;
 use crate::rod::layout::Space;
 use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
 
-/// The vector of edge `j`.
+/// The vector of edge `j`, m, from `G` lists of unknowns in SIMD lanes.
 #[inline(always)]
 pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
     let own: &[[f64; G]; 7] =
@@ -18,8 +21,8 @@ pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
 }
 
 impl RateLayout<3, 3> for Space {
-    /// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the
-    /// strain of an edge, of the stresses, by those of a joint, and of the loads.
+    /// Overwrites `out` with the derivatives of the gradient, N and N m: from those of the axial forces,
+    /// `axial(edge, strain)`, of the joint stresses, `stress(joint, strains)`, and of the loads, `load(node)`.
     #[inline(always)]
     fn pull<const G: usize>(
         Geometry { edges, joints }: &Geometry,
@@ -35,11 +38,13 @@ impl RateLayout<3, 3> for Space {
             let along = |c: usize| force * tangent[c] + p * m1[c] + q * m2[c];
             [along(0), along(1), along(2)]
         };
+        // One pass along the rod: a node takes the forces of its two edges, an edge the stresses of its two joints.
         let (mut carried, mut open) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
         for (i, SpatialJointGeometry { strains, by: [by_e, by_f] }) in joints.iter().enumerate() {
             let w = stress(i, strains);
             let pull =
                 |[p, q, h]: &[[f64; 3]; 3]| [lanes_dot(p, &w), lanes_dot(q, &w), lanes_dot(h, &w)];
+            // The joint's stresses act on the edge before it now, and on the edge after it in the next pass.
             let [p, q, h] = pull(by_e);
             let by = [open[0] + p, open[1] + q, open[2] + h];
             let (force, load) = (by_edge(i, by), load(i));
@@ -61,7 +66,8 @@ impl RateLayout<3, 3> for Space {
         out[STRIDE * i + 3] = open[2].0;
     }
 
-    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns and those
+    /// of the frames.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 3>],
@@ -76,6 +82,7 @@ impl RateLayout<3, 3> for Space {
             let SpatialEdgeGeometry { length, tangent, across, turn, follow, .. } = measured;
             let e = edge(q, j);
             edges[j] += lanes_dot(tangent, &e) * stretch[j].rest_length.recip();
+            // Rotations of the edge towards its directors, and its turn about the tangent with that of the frame.
             let (a, b) = (lanes_dot(&across[0], &e), lanes_dot(&across[1], &e));
             let turned = frame.turn + lanes_dot(follow, &frame.tangent) * *length;
             let own = [a, b, Lanes(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1]];

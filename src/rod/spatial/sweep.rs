@@ -1,4 +1,8 @@
-//! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies and derivatives by edges.
+//! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies, geometry, and derivatives by edges.
+//!
+//! Each block has as many edges as SIMD lanes, their reference frames and angles, and the joints after them. Strains:
+//! axial strain of edges, two curvatures and twist of joints. First and second derivatives by edge vectors and angles
+//! go to a consumer, which stores them by nodes or by edges.
 
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
@@ -17,7 +21,7 @@ pub(super) type Elements<'a, D> = layout::Elements<'a, D, Space, 3, 3>;
 /// A spatial rod at its unknowns, with its frames.
 pub(super) type At<'a, D> = layout::At<'a, D, Space, 3, 3>;
 
-/// Edges in SIMD lanes, with their angles, rad, and their reference frames.
+/// Edges in SIMD lanes: lengths and directors, angles, rad, and reference frames.
 #[derive(Clone, Copy)]
 struct Edges<V> {
     state: EdgeState<V>,
@@ -26,17 +30,21 @@ struct Edges<V> {
 }
 
 /// Edges in SIMD lanes, the edges after them, and the joints between. The joint after the last edge has neither
-/// stiffness nor stress; lanes beyond have no meaning.
+/// stiffness nor stress; results of lanes beyond are not used.
 pub struct SpatialEdgePairs<V> {
-    /// The number of the first edge.
+    /// The index of the first edge.
     pub(super) first: usize,
+    /// The edges.
     pub(super) e: EdgeState<V>,
+    /// The edges after them.
     pub(super) f: EdgeState<V>,
+    /// The elastic laws of the joints between.
     pub(super) law: JointLaw<V>,
+    /// Strains of these joints, with intermediate results for the derivatives.
     pub(super) bent: Joint<V>,
 }
 
-/// The edges of a rod at `q`, block after block.
+/// The iterator over the edges of a rod at the unknowns `q`, one block of SIMD lanes at a time.
 pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     elements: Elements<'a, D>,
     q: &'a [D],
@@ -49,7 +57,7 @@ pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
-    /// Stiffnesses and stresses of joints.
+    /// Stiffnesses and stresses, N m, of the joints of a block, with the active friction springs.
     #[inline(always)]
     pub fn response(
         &self,
@@ -64,7 +72,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
 {
     type Block = SpatialEdgePairs<V>;
 
-    /// Before the first block.
+    /// The iterator over the edges of the rod `at` its unknowns and frames, before its first block.
     #[inline(always)]
     fn new(At { elements, q, frames }: At<'a, D>, level: V::Level) -> Self {
         let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
@@ -72,7 +80,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         Self { elements, q, frames, twist, level, first: 0, edges }
     }
 
-    /// The next block.
+    /// The next block; `None` after the last edge.
     #[inline(always)]
     fn next(&mut self) -> Option<SpatialEdgePairs<V>> {
         let (first, edges) = (self.first, self.edges);
@@ -97,12 +105,12 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         Some(SpatialEdgePairs { first, e, f, law, bent })
     }
 
-    /// The number of its first edge.
+    /// The index of the first edge of a block.
     fn first(block: &SpatialEdgePairs<V>) -> usize {
         block.first
     }
 
-    /// The strains of its edges and joints.
+    /// Axial strains of the edges of a block, and curvatures and twists of the joints after them.
     #[inline(always)]
     fn strains(
         &self,
@@ -114,7 +122,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         )
     }
 
-    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
+    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of friction springs.
     #[inline(always)]
     fn energies(
         &self,
@@ -128,7 +136,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         ]
     }
 
-    /// Writes its geometry.
+    /// Writes lengths, directors, strains and their derivatives of a block to `geometry`, in plain numbers.
     #[inline(always)]
     fn measure(
         &self,
@@ -177,7 +185,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         }
     }
 
-    /// Passes all derivatives by the hand-derived formulas to a consumer, and writes the geometry if there is one.
+    /// Passes first and second derivatives by all edges, by the hand-derived formulas, to the consumer `to`, and
+    /// overwrites `geometry` if there is one.
     #[inline(always)]
     fn derive(
         mut self,
@@ -209,7 +218,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
     }
 }
 
-/// The joints after the edges from `first` on.
+/// The elastic laws of the joints after the edges from index `first` on; without stiffness beyond the last joint.
 #[inline(always)]
 pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
     all: &[JointLaw<D>],
@@ -220,7 +229,7 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
     JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
 }
 
-/// The vectors of edges from `first` on, and their angles.
+/// The vectors, m, and angles, rad, of the edges from index `first` on at the unknowns `q`.
 #[inline(always)]
 pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
@@ -242,7 +251,7 @@ pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
     (sub(end, start), V::gather(level, |lane| q[STRIDE * lane + 3]))
 }
 
-/// The frames of edges from `first` on.
+/// The reference frames of the edges from index `first` on; that of the last edge beyond it.
 #[inline(always)]
 pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
     frames: &[EdgeFrame<D>],
@@ -254,7 +263,7 @@ pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
     EdgeFrame::side_by_side(level, block::<D, V, _>(frames, first, beyond, &mut room))
 }
 
-/// The edges from `first` on.
+/// The edges from index `first` on at the unknowns `q`, one per SIMD lane.
 #[inline(always)]
 fn edges_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],

@@ -1,4 +1,5 @@
-//! Derivatives by the parameters of own energies, and by those of the rod beside them.
+//! Derivatives by the parameters of user-defined energies, and by those of the rod: sensitivities against dual numbers and
+//! differences.
 
 use crate::own_energy::energies::Everything;
 use crate::own_energy::scenes::{helix, in_scheme, named, schemes, straight, with_both};
@@ -27,10 +28,12 @@ macro_rules! end_of_run {
     }};
 }
 
+/// Largest absolute component.
 fn largest(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
+/// Largest absolute difference of two vectors.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())
 }
@@ -59,7 +62,9 @@ fn check_first(name: &str, scene: &Scene, parameters: &[&str]) {
             (0..3).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect();
         let of_difference = difference(slope, &by_difference) / size;
         println!("{name}, {parameter}: {size:.1e} {off:.1e} {of_difference:.1e}");
+        // Sensitivities and dual numbers are both exact: rounding errors of the run.
         assert!(size > 0.0 && off < 1e-9, "{name}, {parameter}: {slope:?} {whole:?}");
+        // Five-point differences: truncation and rounding errors.
         assert!(of_difference < 1e-6, "{name}, {parameter}: {slope:?} {by_difference:?}");
     }
 }
@@ -127,6 +132,7 @@ fn second_derivatives() {
                     (0..3).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect();
                 let off = difference(&both, &by_difference) / largest(&both);
                 println!("{name}, {one}, {two}: {:.1e} {off:.1e}", largest(&both));
+                // Five-point differences of exact first derivatives.
                 assert!(off < 1e-6, "{name}, {one}, {two}: {both:?} {by_difference:?}");
             }
         }
@@ -167,6 +173,7 @@ fn derivatives_at_rest() {
             let by_difference: Vec<f64> = (0..3).map(difference_of).collect();
             let off = difference(&slope, &by_difference) / largest(&slope);
             println!("{name}, {parameter}: {off:.1e}");
+            // Five-point differences of exact equilibria.
             assert!(off < 1e-6, "{name}, {parameter}: {slope:?} {by_difference:?}");
             for (found, i) in natural_frequencies.iter().zip([3, 4]) {
                 let off = (found.derivatives[0] - difference_of(i)).abs();

@@ -1,4 +1,4 @@
-//! Energies as a user writes them.
+//! User-defined energies for the tests of this folder: magnet, foundation, bending, stretching, floor.
 
 use rodfit::Scalar;
 use rodfit::energy::{By, Curvatures, Directors, OwnEnergy, Place, Slopes};
@@ -206,8 +206,8 @@ impl OwnEnergy<1, 1> for Floor {
     }
 }
 
-/// A pull on the second director and on the place between two others: everything an energy can
-/// depend on, with derivatives by hand, of which the last may be wrong.
+/// An energy of the second director and of a position between two nodes: all kinds of arguments that an energy can have. Its
+/// derivatives are derived by hand; with `wrong` other than zero the last of them is wrong.
 pub struct Everything {
     pub wrong: f64,
 }

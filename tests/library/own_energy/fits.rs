@@ -1,4 +1,4 @@
-//! Identification.
+//! Identification of parameters of user-defined energies, and their discretization error.
 
 use crate::own_energy::energies::{Foundation, Magnet};
 use crate::own_energy::scenes::{helix, named, straight};
@@ -43,6 +43,7 @@ fn magnetic_moment_is_identified() {
                 let Some(estimate) = report.estimate(parameter) else { continue };
                 let error = estimate.value.unwrap() / truth - 1.0;
                 println!("{name}, {parameter}: {error:.1e}");
+                // Exact data: within the tolerance of the search.
                 assert!(error.abs() < 1e-7, "{name}: {report}");
             }
             assert!(report.is_success(), "{report}");
@@ -50,7 +51,7 @@ fn magnetic_moment_is_identified() {
     }
 }
 
-/// Other meshes have the springs where they were: the error they leave is about what it is.
+/// Refined meshes keep the interval of the springs; the estimated error of the mesh agrees with the true one.
 #[test]
 fn discretization_error_of_user_defined_energy_is_estimated() {
     let springs = |segments: usize| {
@@ -72,5 +73,6 @@ fn discretization_error_of_user_defined_energy_is_estimated() {
     let value = report.estimate(k).unwrap().value.unwrap();
     println!("{value} {error:?}");
     let (relative, off) = (error.mesh.unwrap(), (value / 20.0 - 1.0).abs());
+    // The data are simulated with 20 N/m^2; the estimated error is right to within a factor of two.
     assert!(off < 2.0 * relative && relative < 0.2, "{value} {error:?}");
 }

@@ -1,4 +1,4 @@
-//! Energies of one's own, attached to rods through the public API.
+//! Tests of user-defined energies, attached to rods by the public interface.
 
 mod derivatives;
 mod energies;

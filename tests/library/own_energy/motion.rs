@@ -1,4 +1,4 @@
-//! Motion by all schemes.
+//! Motion of rods with user-defined energies by all schemes: both kinds of derivatives agree, and energy is conserved.
 
 use crate::own_energy::energies::{Bending, Everything, Floor, Stretching};
 use crate::own_energy::scenes::{RADIUS, helix, in_scheme, schemes, straight, with_both};
@@ -44,6 +44,7 @@ fn dual_numbers_and_hand_derived_formulas_agree() {
         let problem = scene.problem().unwrap();
         let off = apart(&run(&problem), &run(&problem.with_derivatives(Derivatives::Dual)));
         println!("{scheme:?}: {off:.1e}");
+        // Both derivatives are exact: rounding errors over the run.
         assert!(off < 1e-12, "{scheme:?}: {off:e}");
     }
 }
@@ -72,13 +73,14 @@ fn energy_with_user_defined_energy_is_conserved() {
             let own =
                 energies.iter().fold(0.0_f64, |most, e| most.max((e.own - energies[0].own).abs()));
             println!("{name} {scheme:?}: {:.1e}, own {:.1e}", drift / kinetic, own / kinetic);
+            // The limit depends on the scheme (see `allowed`); the user-defined energy has a visible part of the exchange.
             assert!(drift < allowed * kinetic && own > 0.05 * kinetic, "{name} {scheme:?}");
         }
     }
 }
 
-/// A floor that the rod falls on has no third derivative where it is touched: the quadrature of the
-/// average vector field is not exact there, and the run goes on all the same.
+/// A floor has no third derivative at contact, where the quadrature of the average vector field is not exact. Runs of all
+/// schemes continue nevertheless.
 #[test]
 fn contact_with_a_floor_does_not_stop_any_scheme() {
     for scheme in schemes() {
@@ -92,6 +94,7 @@ fn contact_with_a_floor_does_not_stop_any_scheme() {
         let end = trajectory.times().len() - 1;
         let lowest = (0..=end).fold(0.0_f64, |low, k| low.min(trajectory.tip(k)[1]));
         println!("{scheme:?}: {lowest}, {:?}", trajectory.work());
+        // The floor is at -0.01 m; its stiffness lets the rod penetrate by less than 0.01 m.
         assert!((-0.02..-0.01).contains(&lowest), "{scheme:?}: {lowest}");
     }
 }
@@ -131,6 +134,7 @@ fn planar_and_spatial_models_of_user_defined_energy_agree() {
             let space = scene.problem().unwrap();
             let off = apart(&run(&plane), &run(&space));
             println!("{direction:?}: {off:.1e}");
+            // Rounding errors that grow along the run.
             assert!(off < 1e-11, "{direction:?} {section:?}: {off:e}");
         }
     }
@@ -156,6 +160,7 @@ fn second_bending_energy_doubles_the_stiffness() {
         scene.loads.gravity = if name == "plane" { [0.0, -9.8, 0.0] } else { [1.0, 2.0, -9.0] };
         let youngs = scene.material.youngs_modulus;
         let moments = scene.rod.section.moments();
+        // The section of the planar scene is the circle of this area.
         assert!(name == "space" || (moments.area - area).abs() < 1e-15);
         let [i1, i2] = moments.second_moments;
         let gj = youngs / (2.0 * 1.4) * moments.torsion_constant;
@@ -169,6 +174,7 @@ fn second_bending_energy_doubles_the_stiffness() {
         assert_eq!(both.model().0 == "planar", name == "plane");
         let off = apart(&run(&double), &run(&both));
         println!("{name}: {off:.1e}");
+        // Two equal energies add to twice the stiffness: rounding errors that grow along the run.
         assert!(off < 1e-9, "{name}: {off:e}");
     }
 }
@@ -189,6 +195,7 @@ fn stability_limit_of_explicit_schemes_includes_user_defined_energy() {
         let springs = crate::own_energy::energies::Foundation { by_hand: false };
         let with = largest(&scene.with_energy("springs", At::Whole, springs, [k, 0.0]));
         println!("{scheme:?}: {alone:e} {with:e}");
+        // Springs that double the squared highest frequency reduce the largest step by sqrt(2).
         assert!((alone / with - 2f64.sqrt()).abs() < 1e-3, "{alone} {with}");
     }
 }

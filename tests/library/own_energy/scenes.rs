@@ -1,4 +1,4 @@
-//! Scenes to attach them to.
+//! Scenes for the tests of user-defined energies.
 
 use crate::own_energy::energies::{Foundation, Magnet};
 use rodfit::Parameter;
@@ -7,6 +7,7 @@ use rodfit::scene::*;
 
 pub const RADIUS: f64 = 2e-3;
 
+/// A polymer rod under gravity (1200 kg/m^3, 20 MPa), simulated for 0.05 s in steps of 1 ms.
 pub fn scene(shape: Shape, segments: usize) -> Scene {
     let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 2e7) };
     let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
@@ -15,10 +16,12 @@ pub fn scene(shape: Shape, segments: usize) -> Scene {
     scene
 }
 
+/// A horizontal straight rod of 0.3 m.
 pub fn straight(segments: usize) -> Scene {
     scene(Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] }, segments)
 }
 
+/// A left-handed helix of 0.3 m with downward axis.
 pub fn helix(segments: usize) -> Scene {
     let axis = [0.0, 0.0, -1.0];
     let (radius, pitch, handedness) = (0.02, 0.05, Handedness::Left);
@@ -37,12 +40,13 @@ pub fn with_both(scene: Scene, by_hand: bool, field: [f64; 3]) -> Scene {
     )
 }
 
+/// The schemes of the tests: two implicit, one linearly implicit and two explicit.
 pub fn schemes() -> [Scheme; 5] {
     use Scheme::*;
     [NewmarkBeta, AverageVectorField, Rodas4, Verlet, Pefrl]
 }
 
-/// In a scheme, with a step that it takes.
+/// The scene with this scheme and a step at which the scheme is stable.
 pub fn in_scheme(mut scene: Scene, scheme: Scheme) -> Scene {
     let explicit = matches!(scheme, Scheme::Verlet | Scheme::Pefrl);
     let step = if explicit { 2e-5 } else { 1e-3 };

@@ -1,4 +1,4 @@
-//! Files, checks, names, and what is refused.
+//! Files, names and checks of user-defined energies, and errors of invalid ones.
 
 use crate::own_energy::energies::{Bending, Everything, Floor, Foundation, Magnet};
 use crate::own_energy::scenes::{helix, named, straight, with_both};
@@ -9,10 +9,12 @@ use rodfit::numerics::vector::{cross, unit};
 use rodfit::scene::{Dimension, Scene, Shape};
 use rodfit::{Error, Parameter};
 
+/// The text of an error; panics for a success.
 fn message<T>(result: Result<T, Error>) -> String {
     result.map(|_| ()).unwrap_err().to_string()
 }
 
+/// A straight rod with a magnet of 2 mA m^2 at its end in a field, T.
 fn with_magnet(field: [f64; 3]) -> Scene {
     straight(8).with_energy("magnet", At::End, Magnet { field, by_hand: true }, [2e-3])
 }
@@ -40,7 +42,7 @@ fn parameters_of_user_defined_energies_have_names() {
     assert!(refused.contains("energy.magnet.moment"), "{refused}");
 }
 
-/// A file names the energies and their numbers, and is no scene without their code.
+/// A scene file with a user-defined energy contains only its name and numbers; without its code it is rejected.
 #[test]
 fn file_with_energy_without_code_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
@@ -56,6 +58,7 @@ fn file_with_energy_without_code_is_rejected() {
         scene.give_energy("springs", Foundation { by_hand: true })
     })
     .unwrap();
+    // The numbers of the file.
     assert_eq!(named("energy.magnet.moment").of(&loaded), Some(3e-3));
     assert_eq!(loaded.energies[1].at(), At::Interval(0.1, 0.22));
     let tip = |scene: &Scene| scene.problem().unwrap().equilibrium().unwrap().tip;
@@ -163,8 +166,8 @@ fn check_finds_wrong_derivative() {
     assert!(!report.derivatives_agree() && worst.element.starts_with("all at"), "{report}");
 }
 
-/// A round rod has its directors anywhere: what bends otherwise to either leaves the plane, whatever
-/// it says.
+/// A round rod has directors of any orientation. A bending energy that differs between the two directors leaves the plane; the
+/// check reports it although the energy is declared planar.
 #[test]
 fn check_finds_force_out_of_the_plane() {
     let mut scene = straight(8);

@@ -1,6 +1,8 @@
-//! CSV of DeepLabCut. Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the
-//! columns. The first columns have the number of the frame or the name of its image. Positions are in pixels with y down;
-//! triangulated ones are in the unit of the calibration.
+//! Reader of CSV files of DeepLabCut.
+//!
+//! Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the columns. The first
+//! columns have the number of the frame or the name of its image, whose increasing group of digits is the frame number.
+//! Positions are in pixels with y down; triangulated ones (with z) are in the unit of the calibration.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -9,7 +11,7 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads an export of DeepLabCut.
+/// Reads the bytes of a file of DeepLabCut; `path` is for messages. Markers of several animals are named `animal:part`.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::DeepLabCut, bytes, b',')?;
     let header: Vec<&FieldLine> = lines.list.iter().take(4).collect();
@@ -58,6 +60,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         .skip_while(|l| l.number <= coords.number)
         .filter(|l| !l.is_empty())
         .collect();
+    // The frame number is found by all names, as one name may have several groups of digits.
     let names: Vec<&str> = rows.iter().map(|line| line.field(first.saturating_sub(1))).collect();
     let position = counting_group(&names);
     let rows = rows.into_iter();
@@ -81,8 +84,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     Ok(lines.file(clock, lengths, table))
 }
 
-/// The number of a frame, or that in the name of its image, `img0012_cam1.png`: the group of digits with this index from
-/// the end.
+/// The frame number in a cell: the cell itself, or the group of digits with the index `group` from the end in the name of an
+/// image, `img0012_cam1.png`. None without digits.
 fn frame(name: &str, group: usize) -> Option<f64> {
     if let Ok(number) = name.parse::<f64>() {
         return (number.is_finite() && number >= 0.0).then_some(number);
@@ -96,7 +99,8 @@ fn digits(name: &str) -> impl Iterator<Item = &str> {
     stem.rsplit(|c: char| !c.is_ascii_digit()).filter(|digits| !digits.is_empty())
 }
 
-/// Index of the last group of digits that increases from name to name. Others are the number of a camera or a date.
+/// Index, from the end, of the last group of digits that increases from name to name; 0 if none does. Other groups are the
+/// number of a camera or a date.
 fn counting_group(names: &[&str]) -> usize {
     let groups = names.first().map_or(0, |name| digits(name).count());
     let number = |name: &str, group: usize| digits(name).nth(group)?.parse::<f64>().ok();

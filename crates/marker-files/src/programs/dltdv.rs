@@ -1,12 +1,12 @@
-//! Points of DLTdv: `pt1_cam1_X, pt1_cam1_Y` of each camera in pixels from 1, or `pt1_X, pt1_Y, pt1_Z` in the unit of the
-//! calibration. There is no clock: row k is frame k. Missing positions are NaN.
+//! Reader of CSV files of DLTdv: points `pt1_cam1_X, pt1_cam1_Y` of each camera in pixels, or `pt1_X, pt1_Y, pt1_Z` in the unit
+//! of the calibration, but not both. There is no clock: row k, counted from 1, is frame k. Missing positions are NaN.
 
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{Clock, ColumnKind, ColumnLayout, FieldLines, LengthUnit, MarkerFile};
 use std::path::Path;
 
-/// Reads an export of Dltdv.
+/// Reads the bytes of a file of DLTdv; `path` is for messages. A point of each camera is a marker of its own.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Dltdv, bytes, b',')?;
     let [names, rows @ ..] = &lines.list[..] else {

@@ -1,6 +1,8 @@
-//! Exports of Kinovea. A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header,
-//! or in seconds and the unit of the calibration. A text has the trajectories one below the other, each below its name in
-//! a comment or after a blank line.
+//! Reader of exports of Kinovea, of two kinds.
+//!
+//! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header, or in seconds and the
+//! unit of the calibration. A text has the trajectories one below the other, each below its name in a comment or after a
+//! blank line. Time codes, as `0:00:01`, are rejected.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -12,7 +14,7 @@ use crate::marker_file::{
 use crate::table::{LENGTHS, TIMES, delimiter, split_unit};
 use std::path::Path;
 
-/// Reads an export of Kinovea.
+/// Reads the bytes of a file of Kinovea; `path` is for messages. A file that begins with `#` is a text.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if bytes.starts_with(b"#") {
         return read_text(path, bytes);
@@ -91,13 +93,13 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     Ok(lines.file(clock, lengths, table))
 }
 
-/// The error of a time code.
+/// The error of a line with a time code in place of a number.
 fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
     let words = "allowed: a number. Choose seconds or milliseconds as the time marker of Kinovea";
     lines.error(line.number, format!("found the time `{}`, {words}", line.field(0)))
 }
 
-/// A text of lines `T X Y` in seconds and the unit of the calibration.
+/// Reads a text of lines `T X Y` in seconds and the unit of the calibration. Trajectories without a name are numbered from 1.
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A comma is a decimal point here.
     let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();

@@ -1,4 +1,5 @@
-//! One reader for every program; all return the same [`MarkerFile`].
+//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the program. [`open`]
+//! reads the bytes and determines the format, [`parse`] calls the reader of the format.
 
 mod deeplabcut;
 mod dltdv;

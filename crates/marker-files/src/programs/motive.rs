@@ -1,5 +1,8 @@
-//! CSV export of OptiTrack Motive. The first line has settings in pairs; five or six rows above the numbers describe the
-//! columns. Columns of rigid bodies and bones are skipped. Missing positions are empty.
+//! Reader of CSV exports of OptiTrack Motive.
+//!
+//! The first line has settings in pairs of name and value, among them the unit of length. Five or six rows above the numbers
+//! describe type, name and property of the columns. Positions of markers are read; columns of rigid bodies and bones are
+//! skipped. Times are in seconds, missing positions are empty.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -9,7 +12,7 @@ use crate::marker_file::{
 use crate::table::delimiter;
 use std::path::Path;
 
-/// Reads an export of Motive.
+/// Reads the bytes of a file of Motive; `path` is for messages. A file without markers is an error.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Motive, bytes, delimiter(bytes))?;
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {
@@ -37,6 +40,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "Millimeters, Centimeters or Meters",
         );
     };
+    // The number of rows above `Frame` depends on the version of Motive: they are found by their names.
     let Some(header) = lines.list.iter().position(|l| l.field(0) == "Frame") else {
         return lines.rejected(
             settings.number,
@@ -44,6 +48,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "such a row above the numbers",
         );
     };
+    // The last row above `Frame` has the properties (Position, Rotation); blank rows stand between.
     let above: Vec<&FieldLine> = lines.list[1..header].iter().filter(|l| !l.is_empty()).collect();
     let row = |name: &str| above.iter().find(|l| l.field(1) == name);
     let names = &lines.list[header];
@@ -62,6 +67,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "`Time (Seconds)`",
         );
     }
+    // Only positions of markers: rigid bodies and bones have the same names of columns.
     let mut layout = ColumnLayout::new(&lines, names.number);
     for column in 2..names.len() {
         let of = (types.field(column), properties.field(column));

@@ -1,4 +1,8 @@
-//! Tables with a clock and columns `xA, yA, zA` or `A_x, A_y, A_z` of every marker A, or x, y and z of one without a name.
+//! Reader of plain tables of markers (CSV).
+//!
+//! The table has a clock (`t`, `time` or `frame`) and columns `xA, yA, zA` or `A_x, A_y, A_z` of every marker A, or x, y and z of
+//! a single marker without a name. Units are those of the header, else s and m; positions are in pixels if all columns
+//! are.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -8,13 +12,14 @@ use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Reads a table of markers, in SI units or those of the header; in pixels if all columns are.
+/// Reads the bytes of a table; `path` is for messages. A file that is no table has an error with a description of its kind.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let table = Table::of(path, bytes)?;
     of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
 }
 
-/// The markers of a table.
+/// The markers of a table, with positions in m or pixels. Errors, with the line: no clock, an unknown column, two columns of one
+/// coordinate, a marker without x or y, times that do not increase.
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
@@ -56,6 +61,7 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             names.push((marker.to_string(), written.unwrap_or_default()));
         }
     }
+    // The clock must be present in every row and increase.
     let mut frames: Vec<FrameReading> = Vec::with_capacity(table.rows.len());
     for row in &table.rows {
         let blank = || table.error(row.line, "found a blank time, allowed: a number");
@@ -70,6 +76,7 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     if frames.is_empty() {
         return Err(table.error(1, "found no row below the header, allowed: at least one"));
     }
+    // A mixture of pixels and lengths has no common unit: the factor of each column then rejects pixels.
     let pixels = |i: usize| is_clock(i) || table.columns[i].1.as_deref() == Some("px");
     let pixels = table.columns.len() > 1 && (0..table.columns.len()).all(pixels);
     let mut markers = Vec::with_capacity(names.len());
@@ -108,16 +115,17 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     Ok(MarkerFile { path: path.into(), format: Format::Csv, clock, lengths, frames, markers })
 }
 
-/// Names of the axes.
+/// Names of the axes, in columns.
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
-/// Axis and marker of a column `xA`.
+/// Index of the axis and name of the marker of a column `xA`; none if the name does not begin with an axis.
 fn axis_before(name: &str) -> Option<(usize, &str)> {
     let axis = AXES.iter().position(|axis| name.starts_with(*axis))?;
     Some((axis, &name[1..]))
 }
 
-/// Axis and marker of a column `A_x`, `A.x` or `A x`.
+/// Index of the axis and name of the marker of a column `A_x`, `A.x` or `A x`; none without an axis at the end or without a
+/// name.
 fn axis_behind(name: &str) -> Option<(usize, &str)> {
     let axis = AXES.iter().position(|axis| name.ends_with(*axis))?;
     let marker = &name[..name.len() - 1];

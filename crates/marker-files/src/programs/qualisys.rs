@@ -1,6 +1,8 @@
-//! TSV export of Qualisys Track Manager: keys with values, among them the names of the markers, then x, y and z of each in
-//! mm. The frame number and the time may precede them, and the names of the columns may be above. Missing positions are
-//! empty, or 0 in all three coordinates.
+//! Reader of TSV exports of Qualisys Track Manager.
+//!
+//! Keys with values come first, among them `FREQUENCY` and `MARKER_NAMES`, then x, y and z of each marker in mm. The frame number
+//! and the time may precede them, and the names of the columns may be above. Missing positions are empty, or 0 in all
+//! three coordinates.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -9,7 +11,7 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads an export of Qualisys.
+/// Reads the bytes of a file of Qualisys; `path` is for messages. Frames without a number are counted from 1.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Qualisys, bytes, b'\t')?;
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");
@@ -68,12 +70,14 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             layout.add(before + 3 * k + axis, name, ColumnKind::Axis(axis))?;
         }
     }
+    // A frame number, if there is one, is the first column.
     let frame = |k: usize, line: &FieldLine| match before {
         0 => Ok((k + 1) as f64),
         _ => lines.required_number(line, 0, "Frame"),
     };
     let rows = rows.iter();
     let mut table = layout.read(columns, rows, frame)?;
+    // Three zeros mark a missing position.
     for position in table.markers.iter_mut().flat_map(|m| &mut m.positions) {
         if *position == [Some(0.0); 3] {
             *position = [None; 3];

@@ -1,5 +1,5 @@
-//! Analysis of SLEAP in CSV: a line for every animal in every frame, with x, y and score of every node, in pixels with y
-//! down. Markers of several tracks are named `track:node`.
+//! Reader of the analysis of SLEAP in CSV: a line for every animal in every frame, with x, y and score of every node, in
+//! pixels with y down. Markers are named after the node; of several tracks, `track:node`.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use std::path::Path;
 /// Columns that do not belong to a node.
 const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
 
-/// Reads an export of Sleap.
+/// Reads the bytes of a file of SLEAP; `path` is for messages. The score of a node is the likelihood of its position.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Sleap, bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {
@@ -59,9 +59,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if nodes.is_empty() {
         return lines.rejected(header.number, "no node", "NODE.x and NODE.y of at least one node");
     }
+    // Nodes of several animals need the track in their names.
     let several = rows.iter().any(|line| line.field(track) != rows[0].field(track));
     let mut detections = Detections::default();
     for line in rows.iter().filter(|line| !line.is_empty()) {
+        // A row with a missing field would shift all coordinates behind it.
         if line.len() != header.len() {
             let found = format!("{} fields", line.len());
             return lines.rejected(

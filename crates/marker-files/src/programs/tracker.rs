@@ -1,5 +1,7 @@
-//! Data export of Tracker: the names of the tracks, each above the first of its columns, then the names of the columns,
-//! beginning with `t`. The columns of a track may be in several groups. Lengths are in the unit of the calibration.
+//! Reader of data exports of Tracker.
+//!
+//! The first line has the names of the tracks, each above the first of its columns; the second has the names of the columns,
+//! beginning with `t` in s. The columns of a track may be in several groups. Lengths are in the unit of the calibration.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -8,8 +10,9 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads an export of Tracker.
+/// Reads the bytes of a file of Tracker; `path` is for messages. Columns other than x, y and z are skipped.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
+    // The first line may be a single name without a separator: the second one shows it.
     let text = bytes.split(|b| *b == b'\n').filter(|line| !line.trim_ascii().is_empty()).nth(1);
     let delimiter = text.unwrap_or_default().iter().find(|b| b",;\t".contains(b)).unwrap_or(&b'\t');
     let lines = FieldLines::new(path, Format::Tracker, bytes, *delimiter)?;
@@ -28,6 +31,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "the time `t`. Switch it on in the exported table",
         );
     }
+    // The name of a single track stands in the first column.
     let single = called.fields().skip(1).all(str::is_empty).then(|| called.field(0));
     let mut layout = ColumnLayout::new(&lines, names.number);
     let mut track = single.unwrap_or("");

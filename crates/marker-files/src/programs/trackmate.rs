@@ -1,5 +1,7 @@
-//! Spots of TrackMate in CSV: a line for every spot with the number of its track, in any order. Longer and shorter names
-//! and the units are below the header. Spots without a track are left out. The y axis points down in any unit.
+//! Reader of the spots of TrackMate in CSV: a line for every spot with the number of its track, in any order.
+//!
+//! Longer and shorter names and the units are below the header. Each track is a marker; spots without a track are left
+//! out. The clock is the time if its unit is stated, else the frame number. The y axis points down in any unit.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -10,7 +12,7 @@ use crate::marker_file::{
 use crate::table::TIMES;
 use std::path::Path;
 
-/// Reads an export of TrackMate.
+/// Reads the bytes of a file of TrackMate; `path` is for messages. If z is 0 in all spots, it is missing in the result.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::TrackMate, bytes, b',')?;
     let Some((header, below)) = lines.list.split_first() else {
@@ -50,6 +52,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             }
         },
     };
+    // A time in a unit of frames is no time: the frame number is used, with the frame rate of the user.
     let (clock, column, name) = match (time, time.map(stated)) {
         (Some(time), Some(stated)) if !["", "frame", "frames"].contains(&stated) => {
             let short = stated.strip_suffix("ec").unwrap_or(stated);
@@ -65,6 +68,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         }
         _ => (Clock::Frames { first: 0.0, rate: None }, frame, "FRAME"),
     };
+    // Spots may be in any order, with several tracks per frame. All have z = 0 in a video.
     let mut detections = Detections::default();
     let mut flat = true;
     for line in below[named..].iter().filter(|line| !line.is_empty()) {

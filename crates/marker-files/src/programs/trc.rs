@@ -1,6 +1,7 @@
-//! TRC, the text format of Motion Analysis, also written by OpenSim, Pose2Sim and Mokka: keys and values in two lines,
-//! then `Frame#`, `Time` and the names of the markers, each above the first of its three columns, then `X1 Y1 Z1` and so
-//! on. Columns may be separated by commas. Missing positions are blank or NaN.
+//! Reader of TRC files, the text format of Motion Analysis, also written by OpenSim, Pose2Sim and Mokka.
+//!
+//! Keys and values are in two lines, then `Frame#`, `Time` and the names of the markers, each above the first of its three
+//! columns, then `X1 Y1 Z1` and so on. Columns may be separated by commas. Times are in s, missing positions are blank or NaN.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -10,10 +11,10 @@ use crate::marker_file::{
 use crate::table::delimiter;
 use std::path::Path;
 
-/// Number of columns before the first marker: the frame number and the time.
+/// Number of columns in front of the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
-/// Reads an export of the TRC format.
+/// Reads the bytes of a TRC file; `path` is for messages. The unit of length is that of the key `Units`.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
     let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);
@@ -33,6 +34,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "`Time`",
         );
     }
+    // The line of keys is directly above the line of values.
     let keys = lines.list[..header].iter().position(|l| l.fields().any(|f| f == "Units"));
     let stated = keys.and_then(|at| {
         let column = lines.list[at].fields().position(|field| field == "Units")?;

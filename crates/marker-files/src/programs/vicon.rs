@@ -1,6 +1,8 @@
-//! CSV export of Vicon Nexus. The section `Trajectories` has the markers. Below its name are the frames per second, the
-//! markers above the first of their columns, the names of the columns, and their units. Frames are numbered from 1.
-//! Missing positions are empty.
+//! Reader of CSV exports of Vicon Nexus.
+//!
+//! The section `Trajectories` has the markers; other sections are skipped. Below its name are the frames per second, the
+//! markers above the first of their columns, the names of the columns, and their units. Frames are numbered from 1. Missing
+//! positions are empty.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -9,11 +11,11 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Names of the sections.
+/// Names of the sections of an export, in the first cell of a line.
 const SECTIONS: [&str; 6] =
     ["Devices", "Model Outputs", "Joints", "Segments", "Events", "Trajectories"];
 
-/// Reads an export of Vicon.
+/// Reads the bytes of a file of Vicon Nexus; `path` is for messages. Columns of velocities and accelerations are skipped.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first lines have no separators.
     let separator = bytes.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',');
@@ -25,6 +27,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "this section. Export the file with `Trajectories` selected",
         );
     };
+    // Four lines describe the section: rate, markers, names and units of the columns.
     let section: Vec<&FieldLine> =
         lines.list[start + 1..].iter().filter(|l| !l.is_empty()).take(4).collect();
     let [rate, called, names, units] = section[..] else {
@@ -76,6 +79,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             "columns X, Y and Z of at least one marker",
         );
     };
+    // The rows end where another section begins.
     let below = lines.list[start + 1..].iter().skip_while(|l| l.number <= units.number);
     let rows = below.filter(|l| !l.is_empty()).take_while(|l| !SECTIONS.contains(&l.field(0)));
     let frame = |_, line: &FieldLine| lines.required_number(line, 0, "Frame");

@@ -1,14 +1,13 @@
-//! The initial acceleration of a rod from its places and velocities, filtered by the step size.
+//! The initial acceleration of a rod from its positions and velocities, filtered by the step size.
 //!
-//! Where places come from a measurement, forces there are mostly errors of places: of a rod that hardly stretches, a
-//! micrometre along an edge is many times its weight. An implicit step takes the resolved part of them only, and
-//! so does this: with the forces `n` and their derivatives `K` and `C`,
+//! Where positions come from a measurement, the forces there are mostly errors of positions. In a rod that hardly
+//! stretches, one micrometer along an edge is a force many times its weight. An implicit step takes only the resolved
+//! part of them. So does this system of a step of implicit Euler, with the forces `n` and their derivatives `K` and
+//! `C`:
 //!
 //! ```text
 //! (M + h C + h^2 K) a = -n
 //! ```
-//!
-//! the linear system of a step of implicit Euler.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
@@ -21,7 +20,7 @@ use crate::scene::{Scheme, StepTolerance};
 
 /// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of `h`, s, resolves them,
 /// and zero for all others. Strain rates are those of the finite `change` of all unknowns in two such steps: an edge of
-/// constant length has a velocity that would stretch it. Writes them to `state` where it has any.
+/// constant length has a velocity that would stretch it. They are stored in `state` if it has internal variables.
 pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,
@@ -36,6 +35,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
         let ways = internal.strain_rate.iter_mut().zip(&strain).zip(&internal.strain);
         ways.for_each(|((rate, s1), s0)| *rate = (*s1 - *s0) * (0.5 / h));
     }
+    // A solver of generalised-alpha without known accelerations: its first step is one of implicit Euler.
     let rates = state.internal.strain_rate.clone();
     let settings = StepperSettings {
         scheme: Scheme::GeneralisedAlpha,
@@ -69,7 +69,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Sets the accelerations at the start, and the forces there that cause them.
+    /// Sets the accelerations at the start to `a`, and the forces there to `-m a`. Averaging schemes have neither.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,

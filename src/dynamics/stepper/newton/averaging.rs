@@ -1,4 +1,8 @@
-//! Forces and tangents of averaging schemes: quadrature over the step.
+//! Forces and tangents of averaging schemes: the mean over the step by Gauss quadrature.
+//!
+//! Input: unknowns before the step and at the iterate. At each stage on the straight line between them gradient and
+//! tangent are evaluated, and summed with the weights of the quadrature. The viscous stress acts at the end of the step
+//! only.
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;
@@ -9,8 +13,8 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// The mean gradient over the straight line from the start of the step to its end, and the viscous
-    /// forces at the end.
+    /// Overwrites gradient and, if `with_tangent`, tangent of the solver: the mean gradient over the straight line from
+    /// the start of the step to the iterate `state`, plus the viscous forces at the end.
     pub(super) fn average(
         &mut self,
         step: &Step<'_, D, R>,

@@ -17,19 +17,19 @@
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 
-/// Cost of a correction with a new tangent, over that of a chord.
+/// Cost of a correction with a new tangent, over that of a chord (a correction with old factors).
 const TANGENT: f64 = 2.5;
-/// Largest ratio of a chord's error to that before it, at which chords go on.
+/// Largest ratio of a chord's error to that before it, at which chords are continued; above it a new tangent is formed.
 const SLOWEST: f64 = 0.3;
-/// Largest number of planned corrections.
+/// Largest number of corrections that the cost estimate counts.
 const MOST: usize = 8;
 
-/// `B` over `C`.
+/// `B` over `C`: ten times the factor 2 of a single direction (see above).
 const SPREAD: f64 = 20.0;
 
-/// Lower bound of the relative error of a correction, over the displacement of nodes by the length of an edge, and over
-/// the rotation of directors, rad. Nine in ten corrections of the shipped planar scene exceed the first, and of the helix
-/// the second.
+/// Lower bound of the relative error of a correction: over the displacement of nodes by the length of an edge, and over
+/// the rotation of directors, rad. Nine in ten corrections of the shipped planar scene exceed the first, and of the
+/// helix the second.
 const LEAST: [f64; 2] = [0.2, 0.1];
 
 /// Relative error of a correction under expected tensions, over that of the correction before.
@@ -57,7 +57,7 @@ pub enum NextIteration {
     Tangent,
 }
 
-/// A correction of Newton's method.
+/// A correction of Newton's method, as far as the error estimate needs it.
 #[derive(Clone, Copy, Debug)]
 struct NewtonCorrection {
     /// The larger of the displacement of nodes, and of the rotation of directors times the rod's length, m.
@@ -66,7 +66,7 @@ struct NewtonCorrection {
     is_fresh: bool,
 }
 
-/// The corrections of a step so far.
+/// The error estimate of a step's iteration from its corrections so far. The curvature `C` is kept from step to step.
 #[derive(Clone, Debug)]
 pub struct Convergence {
     /// Largest error, m.
@@ -98,13 +98,14 @@ impl Convergence {
         }
     }
 
-    /// Begins a step, with the curvature of the last one.
+    /// Begins a step: no correction yet, and the curvature of the last step.
     pub fn begin(&mut self) {
         self.last = None;
     }
 
-    /// The iteration after a correction, from the displacement of nodes, m, the rotation of directors times the rod's
-    /// length, m, and the origin of the tangent.
+    /// Records a correction and returns the next iteration: none if the estimated error is below the tolerance, else
+    /// the less expensive of chords and a new tangent. Input: displacement of nodes, m, rotation of directors times the
+    /// rod's length, m, and the origin of the tangent.
     pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: TangentOrigin) -> NextIteration {
         let fresh = formed != TangentOrigin::Previous;
         let size = moved.max(turned);
@@ -123,6 +124,7 @@ impl Convergence {
         }
         let observed = self.last.is_some();
         self.last = Some(NewtonCorrection { size, is_fresh: fresh });
+        // Relative error of a further chord: observed, or predicted by the distance of the tangent's place.
         let chord =
             slowness.max(SPREAD * (self.curvature * self.tangent_distance).max(self.tangent_bound));
         let own = (self.curvature * size).max(least);
@@ -136,6 +138,7 @@ impl Convergence {
         if size <= self.tolerance || (observed && left <= self.tolerance) {
             return NextIteration::Done;
         }
+        // Costs of the ways to the tolerance: chords only, or a new tangent with its own chords.
         let chords = self.corrections(left, chord);
         if formed == TangentOrigin::ExpectedTensions {
             return NextIteration::Tangent;
@@ -148,7 +151,8 @@ impl Convergence {
         }
     }
 
-    /// The number of corrections with the relative error `chord` that reduce an error `left`, m, to the tolerance.
+    /// The number of corrections, at most [`MOST`], with the relative error `chord` that reduce an error `left`, m, to
+    /// the tolerance.
     fn corrections(&self, mut left: f64, chord: f64) -> f64 {
         let mut corrections = 0;
         while left > self.tolerance && corrections < MOST {
@@ -159,8 +163,8 @@ impl Convergence {
     }
 }
 
-/// The largest displacement of a node, m, and the largest rotation of a director times `length`, m, of a correction of the
-/// unknowns from `first` on.
+/// Of a `correction` of the unknowns from index `first` on: the largest displacement of a node, m, and the largest
+/// rotation of a director times `length`, m.
 #[inline(always)]
 pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) -> [f64; 2] {
     // Four in SIMD lanes: every fourth unknown is an angle, or none is.

@@ -13,6 +13,7 @@ use crate::rod::{NodalDrag, State};
 /// The drag of a step.
 #[derive(Clone, Debug)]
 pub(super) struct DragForces<D, T> {
+    /// Unit tangents of the rod at all nodes.
     tangents: Vec<Vector<D>>,
     /// Expected places at the end of the step, m; then velocities, m/s.
     room: Vec<D>,
@@ -23,13 +24,13 @@ pub(super) struct DragForces<D, T> {
 }
 
 impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
-    /// No drag on a rod with `n` unknowns and a `matrix` for its tangent.
+    /// Work arrays without drag, for a rod with `n` unknowns; `matrix` is a matrix with the pattern of its tangent.
     pub fn new(n: usize, matrix: T) -> Self {
         let zero = vec![D::from(0.0); n];
         Self { tangents: Vec::new(), room: zero.clone(), total: zero, matrix }
     }
 
-    /// Begins a step.
+    /// Begins a step of size `h`, s: tangents of the rod at the predicted places `q0 + h v0`.
     pub fn begin<F>(&mut self, drag: &NodalDrag<D>, before: &State<D, F>, h: f64) {
         for (x, (q, v)) in self.room.iter_mut().zip(before.q.iter().zip(&before.v)) {
             *x = *q + *v * h;
@@ -37,7 +38,8 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         drag.tangents(&self.room, &mut self.tangents);
     }
 
-    /// Computes the forces of an iteration from its elastic gradient.
+    /// Computes the forces of an iterate `now`, N: the elastic `gradient` plus the drag at the velocities that follow
+    /// from the change since `before`.
     pub fn find<R, F>(
         &mut self,
         step: &Step<'_, D, R>,
@@ -55,13 +57,14 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         drag.add_forces(&self.tangents, &self.room, &mut self.total);
     }
 
-    /// Computes the matrix from the elastic tangent, at the last forces.
+    /// Computes `matrix` from the elastic `tangent` and that of the drag at the last forces. `slope` is the derivative
+    /// of the velocity by the unknown, 1/s.
     pub fn set_matrix(&mut self, drag: &NodalDrag<D>, slope: D, tangent: &T) {
         self.matrix.clone_from(tangent);
         drag.add_slopes(&self.tangents, &self.room, slope, &mut self.matrix);
     }
 
-    /// Adds the drag on a rod in a state to its forces.
+    /// Adds to `forces` the drag on a rod with the unknowns `q` and velocities `v`, N.
     pub fn add_now(&mut self, drag: &NodalDrag<D>, [q, v]: [&[D]; 2], forces: &mut [D]) {
         drag.tangents(q, &mut self.tangents);
         drag.add_forces(&self.tangents, v, forces);

@@ -1,10 +1,15 @@
-//! Newton's method for the [equations](crate::dynamics::coefficients) of an implicit step, with the exact banded tangent.
+//! Newton's method for the [equations](crate::dynamics::coefficients) of an implicit step, with the exact banded
+//! tangent.
 //!
-//! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the
-//! [estimated error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old
-//! one would take too many corrections. The residual at the solution is not evaluated: the forces there follow from the
+//! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the [estimated
+//! error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old one
+//! would take too many corrections. The residual at the solution is not evaluated: the forces there follow from the
 //! linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a rounding
 //! error.
+//!
+//! Output: unknowns, velocities, accelerations, forces and internal variables at the end of the step; on request the
+//! tangent and its factors at the solution, for derivatives. Failure is an error with residual and number of
+//! iterations.
 
 mod acceleration;
 mod averaging;
@@ -38,16 +43,18 @@ use std::ops::Range;
 use tensions::{TangentCount, Tensions};
 
 /// Corrections after which the residual is compared with its rounding level, before another tangent is formed: the
-/// tolerance may be below the rounding errors.
+/// tolerance may be below the rounding errors. A larger number costs useless tangents in that case.
 const CHECK_RESIDUAL_AFTER: usize = 2;
-/// The same number while corrections are larger than [`LARGE_CORRECTION`].
+/// The same number while corrections are larger than [`LARGE_CORRECTION`], which are not rounding errors.
 const CHECK_LARGE_RESIDUAL_AFTER: usize = 10;
-/// Size of a correction, over the length of the rod, from which on it is large.
+/// Size of a correction, over the length of the rod, from which on it is large: far above rounding errors of
+/// coordinates.
 const LARGE_CORRECTION: f64 = 1e-6;
 /// Largest number of corrections. Quadratic convergence takes 2 to 5; more than this means another root.
 const MAX_ITERATIONS: usize = 40;
 
-/// The solution of a step as work for a vector unit. A closure instead would be compiled without its instructions.
+/// The arguments of a step's solution as work for a vector unit. A closure instead would be compiled without its
+/// instructions.
 struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
     newton: &'a mut Newton<D, R>,
     step: &'a Step<'b, D, R>,
@@ -59,14 +66,14 @@ struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
 impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
     type Output = Result<(), Error>;
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Solves the step, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.newton.step_inlined(self.step, self.before, self.state, self.work)
     }
 }
 
-/// The accelerations at the start of a step, for schemes that use them.
+/// The accelerations of the unknowns in `range` at the start of a step; `None` for schemes that do not use them.
 #[inline(always)]
 fn accelerations<'a, D: Nestable>(
     coefficients: &StepCoefficients<D>,
@@ -76,15 +83,17 @@ fn accelerations<'a, D: Nestable>(
     coefficients.acceleration.as_ref().map(|_| &all[range])
 }
 
-/// The solver for the steps of a scheme and a rod, with its work arrays.
+/// The Newton solver for the steps of one scheme and one rod, with its work arrays.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     scheme: Scheme,
     /// The scheme's parameter.
     parameter: D,
-    /// Bound of the error, and the length of the rod, m, that it is a part of.
+    /// Tolerance of the error of a step.
     tolerance: StepTolerance,
+    /// The length of the rod, m, of which the tolerance is a fraction.
     length: f64,
+    /// The error estimate of the iteration.
     convergence: Convergence,
     predictor: Predictor<D>,
     /// Whether the tangent and its factors are formed again at the solution.
@@ -102,12 +111,17 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     drag_forces: Option<DragForces<D, R::Tangent>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
+    /// Elastic gradient less the loads, N.
     gradient: Vec<D>,
+    /// Tangent of the gradient by the unknowns at the end, N/m.
     tangent: R::Tangent,
     /// Factors of masses and tangent in the factored matrix.
     weights: [D; 2],
+    /// Factors of the step's matrix.
     factors: FactorsOf<R, D>,
+    /// Minus the residual, then the correction of the unknowns.
     correction: Vec<D>,
+    /// The predicted tensions of the edges.
     tensions: Tensions<D>,
     /// The rounding level of every residual, N s^2.
     rounding: Vec<f64>,
@@ -115,12 +129,13 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     stages: Vec<StageForces<D, R>>,
     /// The geometry at the end of the step, if its tangent is kept.
     end: R::Geometry,
-    /// Gradient and tangent of a viscous rod's forces that the next step takes as those of its start, likewise.
+    /// Gradient and tangent of the forces at the start of the next step, for a viscous rod with kept tangent.
     next: StartForces<D, R::Tangent>,
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// The solver for a rod with the initial `state`, in which it sets the internal variables.
+    /// The solver for a rod with the initial `state`, in which the internal variables are initialized: strains of that
+    /// state, springs without stretch.
     pub fn new(
         settings: StepperSettings<D>,
         system: &System<D, R>,
@@ -131,6 +146,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let (rod, averages) = (&system.rod, coefficients.averages());
         let is_viscous = system.damping.is_viscous();
         let slides = rod.sliding_strains() > 0;
+        // Stresses with a history need the strains of the first state; all rates and spring stretches begin at zero.
         if is_viscous || slides {
             let State { q, frames, internal, .. } = state;
             rod.strains(q, frames, &mut internal.strain);
@@ -139,10 +155,12 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             let relaxes = system.damping.maxwell.is_some();
             internal.relaxing.resize(if relaxes { internal.strain.len() } else { 0 }, D::from(0.0));
         }
+        // Averaging schemes take the viscous stress separately, from a rod of dashpots.
         let law = || if averages { rod.dashpots() } else { rod.clone() };
         let viscous = (is_viscous || slides).then(law);
         let slip_state = slides.then(SlipState::new);
         let (n, tangent) = (state.q.len(), rod.zero_tangent());
+        // Mean edge length, from the number of unknowns: 4 per node in space, 2 in the plane.
         let edges = (n.div_ceil(if R::HAS_FRAMES { 4 } else { 2 }) - 1) as f64;
         Self {
             scheme,
@@ -182,17 +200,17 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Whether the forces of a step are an average over it.
+    /// Whether the forces of a step are a mean over several stages.
     pub fn averages(&self) -> bool {
         StepCoefficients::new(self.scheme, self.parameter, false, 1.0).averages()
     }
 
-    /// The scheme's parameter.
+    /// The scheme's parameter: beta of Newmark-beta, the spectral radius of generalised-alpha.
     pub fn parameter(&self) -> D {
         self.parameter
     }
 
-    /// The linearization of the last step, from `before` to `after`; none if its tangent was not kept.
+    /// The linearization of the last step, from `before` to `after`; `None` if its tangent was not kept.
     pub fn linearization<'a>(
         &'a self,
         system: &'a System<D, R>,
@@ -225,12 +243,13 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         })
     }
 
-    /// The derivatives of all forces but mass damping by the unknowns at the end.
+    /// The derivatives of all forces except mass damping by the unknowns at the end, N/m.
     fn matrix(&self) -> &R::Tangent {
         self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix)
     }
 
-    /// Writes the unknowns that follow `before` into `state`.
+    /// Overwrites `state` with the unknowns and forces at the end of the step that begins in `before`. Velocities
+    /// follow in [`finish`](Self::finish).
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -244,7 +263,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// [`step`](Self::step), inlined.
+    /// [`step`](Self::step), inlined. If the iteration from extrapolated velocities fails, it is repeated from constant
+    /// velocities to the rounding level.
     #[inline(always)]
     fn step_inlined(
         &mut self,
@@ -271,7 +291,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         solved
     }
 
-    /// Sets coefficients, viscous stress and drag of a step.
+    /// Sets coefficients, viscous stress and drag tangents for a step that begins in `before`.
     fn begin(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         let knows_acceleration = !before.acceleration.is_empty();
         self.coefficients =
@@ -282,7 +302,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Sets the rod with the viscous stress at the end of the step.
+    /// Sets the laws of the viscous rod to the stress at the end of a step that begins in `before`: factors and shifts
+    /// by Kelvin-Voigt and Maxwell stress, and active friction springs. Nothing happens without a history.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
             let (damping, viscosity) = (&step.system.damping, &mut self.viscosity);
@@ -295,7 +316,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Evaluates the forces at the end of the step, and their tangent by the unknowns there if `with_tangent`.
+    /// Evaluates the forces at the end of the step, at the iterate `state`, and their tangent by the unknowns there if
+    /// `with_tangent`.
     fn evaluate(
         &mut self,
         step: &Step<'_, D, R>,
@@ -321,7 +343,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work.gradients += usize::from(!with_tangent);
     }
 
-    /// Adds drag to the evaluated forces and tangent, and uncouples prescribed unknowns.
+    /// Adds drag to the evaluated forces and tangent, and decouples prescribed unknowns. `states`: before and now.
     fn drag(
         &mut self,
         step: &Step<'_, D, R>,
@@ -341,7 +363,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Corrects until the estimated error is below the tolerance.
+    /// Corrects until the estimated error is below the tolerance, or the residual is at its rounding level. After at
+    /// most [`MAX_ITERATIONS`] corrections the step fails.
     #[inline(always)]
     fn solve_to_estimated_error(
         &mut self,
@@ -430,7 +453,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Computes tangent, factors and geometry at the solution.
+    /// Computes tangent, factors and geometry at the solution `state` of a step from `before`, for derivatives.
     fn linearize_at(
         &mut self,
         step: &Step<'_, D, R>,
@@ -447,7 +470,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         self.factor(step, work)
     }
 
-    /// Whether the last correction, of `size` in m, made no spring of internal friction begin to slip or stick.
+    /// Whether the last correction, of `size` in m, cannot have made a spring of internal friction begin to slip or
+    /// stick.
     fn slip_state_is_unchanged(
         &mut self,
         step: &Step<'_, D, R>,
@@ -484,7 +508,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         sizes::<D, R>(correction, free.start, self.length)
     }
 
-    /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
+    /// Factors the matrix of the step, `M (1 + h beta damping) + h^2 beta^2 K`, of the free unknowns.
     fn factor(&mut self, step: &Step<'_, D, R>, work: &mut Work) -> Result<(), Error> {
         work.factorizations += 1;
         let StepCoefficients { end, .. } = self.coefficients;
@@ -498,7 +522,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
     }
 
-    /// Writes minus the residual into `correction`.
+    /// Overwrites `correction` with minus the residual, and `now.unbalanced` with all forces at the end.
     #[inline(always)]
     fn residual(
         &mut self,
@@ -517,6 +541,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let correction = &mut self.correction[free.clone()];
         let mass_damping = step.system.damping.mass;
 
+        // All forces at the end: elastic gradient less loads, drag, and mass damping if there is any.
         n1.copy_from_slice(&forces[free.clone()]);
         let is_damped = mass_damping.value() != 0.0 || D::ORDER > 0;
         // Decided once for all unknowns.
@@ -540,7 +565,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
 
-    /// Velocities, strain rates and frames at the solution.
+    /// Completes an accepted step: velocities, accelerations, strain rates, internal variables, forces at the start of
+    /// the next step, and frames moved to the solution.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,4 +1,8 @@
-//! Predictor of a step: extrapolated velocities, from which Newton's iteration starts.
+//! Predictor of an implicit step: unknowns at its end from extrapolated velocities, from which Newton's iteration
+//! starts.
+//!
+//! Velocities at the starts of past steps are stored. Extrapolation is linear, or by a parabola for dissipative schemes
+//! with equal steps. Prescribed unknowns and supports are set to their values at the end of the step.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -6,13 +10,15 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
 use crate::scene::prescribed_motion::MotionTime;
 
-/// Largest relative difference of step sizes that are taken as equal.
+/// Largest relative difference of step sizes that are taken as equal, for the parabola: above rounding, below any
+/// intended change of the step.
 const EQUAL: f64 = 1e-6;
-/// Largest factor of the old velocity in the new one, [`StepCoefficients::old_velocity_factor`], at which unresolved motion decays fast
-/// enough for a parabola through three velocities.
+/// Largest factor of the old velocity in the new one, [`StepCoefficients::old_velocity_factor`], for a parabola through
+/// three velocities. Below it unresolved motion, which alternates in sign, decays by half in each step; a parabola
+/// would amplify it.
 const SMOOTH: f64 = 0.5;
 
-/// The velocities of all unknowns at a time.
+/// The velocities of all unknowns at one time.
 #[derive(Clone, Debug)]
 struct TimedVelocity<D> {
     /// Time, s.
@@ -30,12 +36,12 @@ pub struct Predictor<D> {
 }
 
 impl<D: Nestable> Predictor<D> {
-    /// Before the first step.
+    /// The predictor without stored velocities; the first step is predicted with constant velocity.
     pub fn new() -> Self {
         Self { earlier: Vec::new(), prescribed: Vec::new() }
     }
 
-    /// Stores the velocities at the start of an accepted step.
+    /// Stores time and velocities at the start of an accepted step; at most two are kept.
     pub fn store<F>(&mut self, before: &State<D, F>) {
         if self.earlier.len() < 2 {
             self.earlier.push(TimedVelocity { time: before.time, v: before.v.clone() });
@@ -47,8 +53,8 @@ impl<D: Nestable> Predictor<D> {
         v.copy_from_slice(&before.v);
     }
 
-    /// Writes the prediction into `state`, with the supports at the end of the step. Free unknowns move by
-    /// `h (beta v1 + (1 - beta) v0)`, with `v1` extrapolated linearly, or for dissipative schemes by a parabola through
+    /// Overwrites `state` with the prediction, with the supports at the end of the step. Free unknowns move by
+    /// `h (beta v1 + (1 - beta) v0)`. `v1` is extrapolated linearly, or for dissipative schemes by a parabola through
     /// three velocities. At beta = 1/2 unresolved motion changes its sign with every step, so that the last change of
     /// velocity is the best extrapolation. `steady` keeps velocities constant. Returns whether they were extrapolated.
     #[inline(always)]
@@ -106,7 +112,7 @@ impl<D: Nestable> Predictor<D> {
         true
     }
 
-    /// Writes the prediction `q0 + h v0`, with the supports at the end of the step.
+    /// Overwrites `state` with the prediction `q0 + h v0`, with the supports at the end of the step.
     #[inline(always)]
     pub fn predict_steadily<R: Rod<D>>(
         &self,

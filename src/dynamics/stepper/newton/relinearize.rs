@@ -1,4 +1,7 @@
-//! Linearization of a step from the states at both of its ends.
+//! Linearization of an earlier step from the states before and after it, without solving the step again.
+//!
+//! Tangent and factors are computed at the known solution. The adjoint and the asynchronous derivatives store states
+//! only, and linearize each step with this.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::newton::Newton;

@@ -1,4 +1,8 @@
-//! Newton's iteration until the residual is a rounding error.
+//! Newton's iteration until the residual is a rounding error: for averaging schemes, dual numbers and the tolerance
+//! `rounding`.
+//!
+//! The rounding level of a residual is [`ROUNDING`] times `eps` times the sum of the absolute values of its terms. The
+//! iteration ends when all residuals are below it, or after a correction below [`SMALLEST_STEP`] of the rod's length.
 
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::{Step, Work};
@@ -9,18 +13,18 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 use std::ops::Range;
 
-/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
-/// stored to `eps/2`, and forming strains from them costs a few roundings more.
+/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are stored to `eps/2`, and
+/// strains formed from them have a few rounding errors more.
 const ROUNDING: f64 = 8.0;
-/// To rounding, a Newton step below this part of the rod's length ends the iteration.
+/// A correction below this fraction of the rod's length ends the iteration: it is a rounding error of coordinates.
 const SMALLEST_STEP: f64 = 1e-12;
-/// After a Newton step below this part of the rod's length the next iterate is expected to be the
-/// solution, so its tangent is formed only when that turns out wrong.
+/// After a correction below this fraction of the rod's length the next iterate is expected to be the solution. Its
+/// tangent is formed only if it is not: convergence is quadratic.
 const LAST_STEP: f64 = 1e-8;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Corrects until the residual is rounding error or the correction vanishes; numbers that carry
-    /// derivatives get one more correction per order.
+    /// Corrects until the residual is a rounding error or the correction vanishes. Numbers that carry derivatives get
+    /// one more correction per order.
     pub(super) fn solve_to_rounding(
         &mut self,
         step: &Step<'_, D, R>,
@@ -87,7 +91,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         unreachable!("the last iteration returns")
     }
 
-    /// Rounding level of each residual.
+    /// Overwrites the rounding level of each residual, kg m, from the last tangent and the unknowns of `state`.
     pub(super) fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
         let matrix =
             self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix);
@@ -100,7 +104,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// The largest residual, its rounding level, and whether all are at theirs.
+    /// The largest residual of the unknowns in `free`, kg m, its rounding level, and whether all residuals are at or
+    /// below theirs.
     pub(super) fn largest_residual(&self, free: Range<usize>) -> (f64, f64, bool) {
         let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
         for (residual, rounding) in self.correction[free.clone()].iter().zip(&self.rounding[free]) {

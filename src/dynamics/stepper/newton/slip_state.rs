@@ -1,25 +1,31 @@
 //! Strains, and stretches of the springs of internal friction, at the end of a step.
+//!
+//! A friction spring stretches with the strain of its joint until its limit, and slips there. If a correction of
+//! Newton's method makes a spring begin to slip or stick, the error estimate does not hold. Therefore the distance to
+//! the limit is compared with the correction.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};
 
-/// Largest change of a strain by a correction of a node, divided by the correction over the length of an edge.
+/// Largest change of a strain by a correction of a node, divided by the correction over the length of an edge. A larger
+/// value forms more tangents near the slip limit; a smaller one may miss a spring that begins to slip.
 const MAX_STRAIN_CHANGE: f64 = 20.0;
 
 /// The strains at the end of a step, and the stretches of the springs of internal friction there.
 #[derive(Clone, Debug)]
 pub(super) struct SlipState<D> {
+    /// Strains at the current unknowns.
     pub strains: Vec<D>,
     /// Stretches of the springs without slip.
     z: Vec<D>,
     /// Stretches of the springs with slip.
     pub slid: Vec<D>,
-    /// Whether these are those at the current unknowns.
+    /// Whether strains and stretches are those at the current unknowns.
     pub is_current: bool,
 }
 
 impl<D: Nestable> SlipState<D> {
-    /// Before the first step.
+    /// Empty lists, before the first step.
     pub fn new() -> Self {
         Self { strains: Vec::new(), z: Vec::new(), slid: Vec::new(), is_current: false }
     }
@@ -39,14 +45,16 @@ impl<D: Nestable> SlipState<D> {
         self.is_current = true;
     }
 
-    /// Whether no spring began to slip or stick by the last correction of up to `size`, as a part of the rod's length.
+    /// Whether the last correction, of up to `size` over the rod's length, cannot have made a spring begin to slip or
+    /// stick.
     pub fn is_unchanged<R: Rod<D>>(&self, elastic: &R, size: f64) -> bool {
         let edges = (self.strains.len() - self.z.len()) as f64;
         elastic.distance_to_slipping(&self.z) > MAX_STRAIN_CHANGE * size * edges
     }
 }
 
-/// Writes the stretches without slip of `count` springs after a change to these strains.
+/// Overwrites `z` with the stretches, without slip, of `count` friction springs: those `before` plus the change of
+/// their strains.
 pub fn stretch_springs<D: Nestable>(
     count: usize,
     before: &InternalVariables<D>,

@@ -1,4 +1,8 @@
 //! Forces and accelerations at the start of a step, which follow from the state alone.
+//!
+//! Needed at the start of a run, after a change of velocities or supports, and after every step of a viscous rod.
+//! Without viscosity the forces at the end of the last step are used. Accelerations are those of the forces,
+//! `a = -n/m`.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;
@@ -11,7 +15,8 @@ use crate::rod::{InternalVariables, Rod, State};
 use crate::scene::Scheme;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Writes the forces that the next step takes as those of its start.
+    /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads,
+    /// viscous stress, mass damping and drag.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
@@ -34,7 +39,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Writes the forces of a viscous rod at the start of a step, without mass damping and drag.
+    /// Overwrites `forces` with those of a viscous rod at the start of a step, N, without mass damping and drag. With
+    /// kept tangents their gradient and tangent are stored.
     pub(super) fn find_viscous(
         &mut self,
         System { rod, derivatives, damping, .. }: &System<D, R>,
@@ -59,7 +65,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Writes the accelerations at the start, for schemes that use them.
+    /// Overwrites the accelerations of `state` with `-n/m`, m/s^2, for generalised-alpha only; prescribed unknowns have
+    /// zero.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if self.scheme != Scheme::GeneralisedAlpha {
             return;

@@ -15,18 +15,21 @@
 use crate::numerics::scalar::Nestable;
 use crate::rod::Rod;
 
-/// Largest number of usual tangents of a step that does not need predicted tensions, and of tangents under predicted
-/// tensions after which usual ones are tried again.
+/// Two numbers of tangents in a step: usual ones up to which predicted tensions are not needed, and those under
+/// predicted tensions up to which usual ones are tried again (see above).
 const ENOUGH: [usize; 2] = [3, 2];
-/// Largest number of tangents under predicted tensions.
+/// Largest number of tangents under predicted tensions in a step; with more the prediction does not help.
 const MOST: usize = 8;
-/// Largest displacement of nodes, over the length of an edge, for which the prediction holds.
+/// Largest displacement of nodes in a correction, over the length of an edge, for which the prediction to first order
+/// holds.
 const SMALL: f64 = 0.1;
 
-/// Predicted tensions of all edges, N, where they are used instead of those of the strains.
+/// Predicted tensions of all edges, N, and whether they replace those of the strains in the next tangent.
 #[derive(Clone, Debug)]
 pub(super) struct Tensions<D> {
+    /// The predicted tensions, N.
     expected: Vec<D>,
+    /// Whether the next tangent uses them.
     known: bool,
     /// Whether they were known at the beginning of the step.
     begun: bool,
@@ -36,7 +39,7 @@ pub(super) struct Tensions<D> {
     edge: f64,
 }
 
-/// The tangents of a step after one of its corrections.
+/// The number of tangents of a step after one of its corrections.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TangentCount {
     /// Number of tangents formed in the step.
@@ -51,18 +54,18 @@ impl<D: Nestable> Tensions<D> {
         Self { expected: Vec::new(), known: false, begun: false, usual: 0, edge }
     }
 
-    /// Begins a step.
+    /// Begins a step: records whether its first tangent uses predicted tensions.
     pub fn begin(&mut self) {
         self.begun = self.known;
     }
 
-    /// The predicted tensions of all edges, N, if they are used.
+    /// The predicted tensions of all edges, N; `None` if the usual tangent is used.
     pub fn expected(&self) -> Option<&[D]> {
         self.known.then_some(&self.expected)
     }
 
-    /// Predicts tensions after a correction that moved nodes by up to `moved`, m, to `q`, with the
-    /// tangents of the step so far.
+    /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` that moved
+    /// nodes by up to `moved`, m. If so, the tensions are predicted to first order in the correction.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
@@ -87,7 +90,7 @@ impl<D: Nestable> Tensions<D> {
         }
     }
 
-    /// Ends the use of predicted tensions until [`corrected`](Self::corrected) predicts others.
+    /// Ends the use of predicted tensions until [`corrected`](Self::corrected) decides for others.
     pub fn forget(&mut self) {
         self.known = false;
     }
