@@ -83,7 +83,8 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub stages: &'a [StageForces<D, R>],
     /// The rod at the end, measured from the frames at the start, if its numbers are plain.
     pub end: &'a R::Geometry,
-    /// The forces that the next step takes as those of its start; empty for rods without viscosity.
+    /// The forces that the next step takes as those of its start; empty for rods without viscosity, and where the
+    /// transposed derivative is not needed.
     pub next: &'a StartForces<D, R::Tangent>,
 }
 

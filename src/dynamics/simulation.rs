@@ -59,6 +59,13 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.stepper.keep_tangent();
     }
 
+    /// Keeps tangents and factors for the transposed derivatives of every later step, which also need the tangents of the
+    /// forces at the starts of steps.
+    pub(crate) fn keep_all_tangents(&mut self) {
+        self.stepper.keep_tangent();
+        self.stepper.keep_next_tangent();
+    }
+
     /// Adds the drag of a fluid, and computes the forces at the start again.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);

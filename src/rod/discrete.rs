@@ -10,7 +10,7 @@
 mod rates;
 mod transposed;
 
-pub use rates::RateLayout;
+pub use rates::{RateLayout, StressRate};
 
 use crate::energy::law::Spring;
 use crate::energy::{DeadLoad, Derivatives, Element, Law, Stretch};

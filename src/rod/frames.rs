@@ -148,15 +148,33 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
         out.extend(self.joint_strains());
     }
 
+    /// Writes the angles by which the directors turn with the derivatives of the frames, rad, to the unknowns that are
+    /// angles of edges. Adds the derivatives of the gradient along those of the frames at fixed unknowns but for the
+    /// products of these angles with the tangent. The gradient is that given.
+    fn add_frame_forces<const G: usize>(
+        &self,
+        _frames: &[FrameRate<G>],
+        _gradient: &[f64],
+        _angles: &mut [[f64; G]],
+        _out: &mut [[f64; G]],
+    ) {
+    }
+
     /// Adds to `out` the derivatives of the gradient, N, along those of the frames at fixed unknowns. `gradient` and
     /// `tangent` are those at this geometry.
     fn add_frame_rates<const G: usize>(
         &self,
-        _frames: &[FrameRate<G>],
-        _gradient: &[f64],
-        _tangent: &impl Tangent<f64>,
-        _out: &mut [[f64; G]],
+        frames: &[FrameRate<G>],
+        gradient: &[f64],
+        tangent: &impl Tangent<f64>,
+        out: &mut [[f64; G]],
     ) {
+        if frames.is_empty() {
+            return;
+        }
+        let mut angles = vec![[0.0; G]; out.len()];
+        self.add_frame_forces(frames, gradient, &mut angles, out);
+        tangent.add_product(&angles, out);
     }
 
     /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.

@@ -94,6 +94,18 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
+    /// Writes the derivatives, along those of laws, unknowns and frames, of the forces of the stresses `K s` of these
+    /// strains, without natural ones.
+    fn viscous_force_rate<const G: usize>(
+        &self,
+        rates: &Self::Rates<G>,
+        strains: &EffectiveStrains<G>,
+        frames: &[FrameRate<G>],
+        geometry: &Self::Geometry,
+        q: &[[f64; G]],
+        out: &mut [[f64; G]],
+    );
+
     /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives
     /// `stress` of the stresses. `changed` adds those of loads and user-defined energies.
     fn stressed_rate<const G: usize>(

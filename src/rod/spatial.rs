@@ -4,6 +4,7 @@
 //! an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]: edge vectors,
 //! strains, gradient, and the derivatives by num-dual against which the hand-derived formulas are checked.
 
+mod force_rates;
 mod forces;
 mod frame_products;
 mod frames;

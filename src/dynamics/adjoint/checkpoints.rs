@@ -106,7 +106,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
     pub fn reverse(&self, visit: &mut StepVisitor<'_, R>) -> Result<(), Error> {
         // One simulation linearizes all steps, from the states before and after each.
         let mut linear = self.start().clone();
-        linear.keep_tangent();
+        linear.keep_all_tangents();
         if !self.states.is_empty() {
             visit_backwards(&self.states, &mut linear, visit)?;
         } else {
@@ -126,7 +126,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
     /// Those of `visit`, and of a step.
     pub fn forward(&self, visit: &mut StepVisitor<'_, R>) -> Result<(), Error> {
         let mut linear = self.start().clone();
-        linear.keep_tangent();
+        linear.keep_all_tangents();
         visit(self.start().state(), None)?;
         for pair in self.states.windows(2) {
             let [before, after] = pair else { continue };

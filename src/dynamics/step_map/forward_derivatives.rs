@@ -6,7 +6,6 @@
 //! `StateRates` at the end, in place.
 
 use crate::dynamics::coefficients::END;
-use crate::dynamics::linearization::StartForces;
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};
 use crate::dynamics::step_map::workspace::Held;
 use crate::dynamics::step_map::{ParameterRates, StateRates, StepMap, StepWorkspace};
@@ -71,7 +70,15 @@ impl<R: Sensitive> StepMap<'_, R> {
             false => self.set_forces(parameters, state, has_history, room),
             true => self.set_average_forces(parameters, state, has_history, room),
         }
+        let drags = has_history && !self.averages && !parameters.drag.is_empty();
+        let undragged = drags.then(|| room.direct.clone());
         self.add_drag(parameters, state, &room.held, &mut room.drag, &mut room.direct);
+        if let Some(undragged) = undragged {
+            room.dragged.clone_from(&room.direct);
+            for (dragged, undragged) in room.dragged.iter_mut().zip(undragged) {
+                (0..G).for_each(|g| dragged[g] -= undragged[g]);
+            }
+        }
         // Right-hand side of the equations, their solution, and the state at the end.
         match state.acceleration.is_empty() {
             true => self.set_right::<G, false>(state, room),
@@ -138,7 +145,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         parameters: &ParameterRates<R, G>,
         state: &StateRates<G>,
         has_history: bool,
-        StepWorkspace { direct, held, history, .. }: &mut StepWorkspace<R, G>,
+        StepWorkspace { direct, held, history, turned, .. }: &mut StepWorkspace<R, G>,
     ) {
         let (step, elastic) = (self.step, parameters.changed_rods());
         let (q, frames) = (&step.after.q[..], &step.before.frames);
@@ -159,8 +166,16 @@ impl<R: Sensitive> StepMap<'_, R> {
             }
             false => R::gradient_rate(elastic, step.end, q, frames, step.derivatives, direct),
         }
-        // In space the frames at the start turn with parameters, and the forces with them.
-        step.end.add_frame_rates(&state.frames, step.gradient, step.tangent, direct);
+        // In space the frames at the start turn with parameters, and the forces with them. The directors turn as with
+        // the angles of the edges: those of free edges count in the solution.
+        step.end.add_frame_forces(&state.frames, step.gradient, turned, direct);
+        if R::HAS_FRAMES {
+            for i in self.fixed().filter(|i| R::is_angle(*i)) {
+                step.tangent.add_column(i, turned[i], direct);
+                turned[i] = [0.0; G];
+            }
+            step.prescribed.fill(turned, [0.0; G]);
+        }
         // Held unknowns are no unknowns of the equations: their columns go to the right-hand
         // side.
         for Held { i, q, .. } in held.iter().filter(|held| held.q != [0.0; G]) {
@@ -237,11 +252,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         // One unknown after the other, G parameters in SIMD lanes each: see the equations in
         // `nodal`.
         for i in 0..count {
-            for g in 0..G {
-                let a0 = if A { a[i][g] } else { 0.0 };
-                let start = [q[i][g], v[i][g], a0, n0[i][g], direct[i][g]];
-                [direct[i][g], right[i][g]] = nodal.residual::<A>(mass[i], start);
-            }
+            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
+            let start = [Lanes(q[i]), Lanes(v[i]), a0, Lanes(n0[i]), Lanes(direct[i])];
+            let [n, r] = nodal.residual::<A, G>(mass[i], start);
+            (direct[i], right[i]) = (n.0, r.0);
         }
     }
 
@@ -282,20 +296,37 @@ impl<R: Sensitive> StepMap<'_, R> {
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved to half of all digits.
     fn solve<const G: usize>(&self, room: &mut StepWorkspace<R, G>) -> Result<(), Error> {
-        let (step, StepWorkspace { right, solution, .. }) = (self.step, room);
+        let (step, StepWorkspace { right, solution, turned, .. }) = (self.step, room);
         // Prescribed unknowns follow a recording: their equations are q1 = recorded place.
         step.prescribed.fill(right, [0.0; G]);
         solution.copy_from_slice(right);
-        step.factors.solve_many(solution);
+        // With directors that turn by `turned` the equations are J q1 = r - end K turned. As J = m M + end K with the
+        // factor m of the masses, they are J (q1 + turned) = r + m M turned.
+        let turns = R::HAS_FRAMES && !self.averages;
+        if turns {
+            let (mass, factor) = (&step.rod.mass()[..solution.len()], step.weights[0]);
+            for i in 0..mass.len() {
+                for g in 0..G {
+                    solution[i][g] += factor * mass[i] * turned[i][g];
+                }
+            }
+        }
         // A positive definite matrix is always solved well: LDL^T without pivoting is backward
         // stable.
-        if step.factors.negative_pivots() == 0 {
-            return Ok(());
+        let right = (step.factors.negative_pivots() > 0).then(|| solution.clone());
+        step.factors.solve_many(solution);
+        if let Some(right) = right {
+            for g in 0..G {
+                let lane = |list: &[[f64; G]]| list.iter().map(|x| x[g]).collect::<Vec<f64>>();
+                step.check_solution(&lane(solution), &lane(&right))?;
+            }
         }
-        (0..G).try_for_each(|g| {
-            let lane = |list: &[[f64; G]]| list.iter().map(|x| x[g]).collect::<Vec<f64>>();
-            step.check_solution(&lane(solution), &lane(right))
-        })
+        if turns {
+            for (solution, turned) in solution.iter_mut().zip(&*turned) {
+                (0..G).for_each(|g| solution[g] -= turned[g]);
+            }
+        }
+        Ok(())
     }
 
     /// Overwrites unknowns, velocities, accelerations and forces of `state` with their derivatives at the end, from
@@ -315,16 +346,14 @@ impl<R: Sensitive> StepMap<'_, R> {
         let (direct, right) = (&room.direct[free.clone()][..count], &room.right[free.clone()]);
         let (right, solution) = (&right[..count], &room.solution[free][..count]);
         for i in 0..count {
-            for g in 0..G {
-                let a0 = if A { a[i][g] } else { 0.0 };
-                // Velocity, acceleration and force follow from q1 by the equations of the scheme.
-                let [v1, a1] = nodal.end::<A>([q[i][g], v[i][g], a0, solution[i][g]]);
-                let solved = [direct[i][g], right[i][g], solution[i][g]];
-                n1[i][g] = nodal.force(mass[i], solved);
-                (q[i][g], v[i][g]) = (solution[i][g], v1);
-                if A {
-                    a[i][g] = a1;
-                }
+            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
+            // Velocity, acceleration and force follow from q1 by the equations of the scheme.
+            let q1 = Lanes(solution[i]);
+            let [v1, a1] = nodal.end::<A, G>([Lanes(q[i]), Lanes(v[i]), a0, q1]);
+            n1[i] = nodal.force(mass[i], [Lanes(direct[i]), Lanes(right[i]), q1]).0;
+            (q[i], v[i]) = (solution[i], v1.0);
+            if A {
+                a[i] = a1.0;
             }
         }
     }
@@ -357,41 +386,49 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Overwrites `state.unbalanced` with the derivatives of the forces that the next step takes as those of its start,
-    /// N: stresses, loads, frames, unknowns and mass damping. Only for rods whose stress depends on earlier strains.
+    /// Writes the derivatives of the forces that the next step takes as those of its start: those at the end, and those of
+    /// the difference of the viscous stresses. An averaging scheme takes the viscous stress alone.
     #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
         state: &mut StateRates<G>,
-        StepWorkspace { direct, history, .. }: &mut StepWorkspace<R, G>,
+        StepWorkspace { direct, history, dragged, solution, .. }: &mut StepWorkspace<R, G>,
     ) {
-        let (step, StartForces { gradient, tangent }) = (self.step, self.step.next);
-        // An averaging scheme takes the viscous stress alone, without loads and natural strains.
-        let elastic = (!self.averages).then(|| parameters.changed_rods());
-        let (q, frames) = (&step.after.q[..], &step.before.frames);
-        R::stressed_rate(elastic, &history.stress, step.end, q, frames, step.derivatives, direct);
-        step.end.add_frame_rates(&state.frames, gradient, tangent, direct);
-        // The tangent with the elastic stiffness has the part by all unknowns.
-        tangent.add_product(&state.q, direct);
-        let free = step.free.clone();
-        state.unbalanced[free.clone()].copy_from_slice(&direct[free.clone()]);
+        let step = self.step;
         if self.averages {
-            return;
+            state.unbalanced.fill([0.0; G]);
+        } else if !parameters.drag.is_empty() {
+            self.subtract_drag(solution, dragged, direct, state);
         }
-        // Mass damping c M v at the end, by mass, damping and velocity.
-        let (by_damping, damping) = (parameters.numbers[MASS], step.damping.mass);
-        let mass = &step.rod.mass()[free.clone()];
-        let (count, v) = (mass.len(), &step.after.v[free.clone()][..mass.len()]);
-        let rates = &state.v[free.clone()][..count];
-        let forces = &mut state.unbalanced[free.clone()][..count];
-        let of_mass = parameters.mass.as_ref().map(|of_mass| &of_mass[free][..count]);
+        let (laws, strains) = (&parameters.laws, &history.effective);
+        step.rod.viscous_force_rate(laws, strains, &state.frames, step.end, &state.q, direct);
+        let forces = &mut state.unbalanced[step.free.clone()];
+        let count = forces.len();
+        let difference = &direct[step.free.clone()][..count];
         for i in 0..count {
-            let of_mass = of_mass.map_or([0.0; G], |of_mass| of_mass[i]);
             for g in 0..G {
-                let by_numbers = (by_damping.0[g] * mass[i] + of_mass[g] * damping) * v[i];
-                forces[i][g] += by_numbers + rates[i][g] * (damping * mass[i]);
+                forces[i][g] += difference[i][g];
             }
+        }
+    }
+
+    /// Subtracts the derivatives of the drag at the end of the step, which are those `dragged` at fixed free unknowns, from
+    /// the derivatives of the forces there.
+    fn subtract_drag<const G: usize>(
+        &self,
+        solution: &[[f64; G]],
+        dragged: &mut [[f64; G]],
+        room: &mut [[f64; G]],
+        state: &mut StateRates<G>,
+    ) {
+        // Drag is the part of the matrix of the step that its tangent has not.
+        let step = self.step;
+        step.matrix.add_product(solution, dragged);
+        room.fill([0.0; G]);
+        step.tangent.add_product(solution, room);
+        for (i, force) in state.unbalanced.iter_mut().enumerate() {
+            (0..G).for_each(|g| force[g] -= dragged[i][g] - room[i][g]);
         }
     }
 }

@@ -139,14 +139,30 @@ impl<R: Sensitive> StepMap<'_, R> {
         // The springs slip with the strain itself, the stress follows from its multiple f1 s1.
         room.strain.clone_from(&room.rest);
         self.slide(parameters, internal, room);
-        let form = self.form(HistoryMoment::End);
-        room.strain.iter_mut().for_each(|rate| *rate = *rate * form.all[0]);
-        self.set_stress(HistoryMoment::End, &form, parameters, internal, room);
+        self.set_end_strains(parameters, internal, room);
+        let HistoryWorkspace { slid, effective, slipping, stress, .. } = room;
+        stress.resize(internal.strain.len(), Lanes::ZERO);
+        // Springs of internal friction add g K z: the stretch counts as a strain with the factor
+        // g.
+        let strains = match &self.step.damping.friction {
+            None => &*effective,
+            Some(friction) => {
+                slipping.clone_from(effective);
+                let start = slipping.values.len() - slid.len();
+                for (i, (z, rate)) in self.step.after.internal.slid.iter().zip(&*slid).enumerate() {
+                    slipping.values[start + i] += friction.stiffness * z;
+                    slipping.rates[start + i] +=
+                        parameters.friction * *z + *rate * friction.stiffness;
+                }
+                slipping
+            }
+        };
+        self.step.rod.stress_rates(&parameters.laws, strains, stress);
     }
 
-    /// Replaces the derivatives of the internal variables in `state` by those at the end of the step, where those of
-    /// the unknowns are known. Writes to `room.stress` those of the stresses at the start of the next step. The part by
-    /// unknowns and frames at elastic stiffness is left out: the caller adds it through the tangent.
+    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
+    /// writes the effective strains that the next step takes as those of its start, less those at the end of this one,
+    /// with their derivatives. An averaging scheme has none at the end. Internal friction and natural strains are in both.
     #[inline(always)]
     pub fn advance_history<const G: usize>(
         &self,
@@ -169,15 +185,48 @@ impl<R: Sensitive> StepMap<'_, R> {
             then[i] = now[i];
         }
         internal.slid.copy_from_slice(&room.slid);
+        self.subtract_end_strains(parameters, internal, room);
+    }
 
-        // The tangent with the elastic stiffness has the strains by unknowns with the factor 1.
-        // Left here are f1 - 1 of them, and f1 of the strains by rest lengths.
-        let form = self.form(HistoryMoment::NextStart);
-        let beyond = form.all[0] - 1.0;
-        for (rate, rest) in room.strain.iter_mut().zip(&room.rest) {
-            *rate = *rest + *rate * beyond;
+    /// Replaces the effective strains at the end of the step, whose derivatives are those at fixed unknowns, by those of
+    /// the next start less those at the end, whose derivatives are complete.
+    #[inline(always)]
+    fn subtract_end_strains<const G: usize>(
+        &self,
+        parameters: &ParameterRates<R, G>,
+        internal: &InternalVariables<Lanes<G>>,
+        HistoryWorkspace { rest, strain, effective, .. }: &mut HistoryWorkspace<G>,
+    ) {
+        let (end, next) = (self.form(HistoryMoment::End), self.form(HistoryMoment::NextStart));
+        let [s1, _, r1, z1] = self.history(HistoryMoment::NextStart);
+        // The forces of an averaging scheme at the next start are not those at the end and a
+        // difference, but all viscous forces.
+        let kept = if self.averages { 0.0 } else { 1.0 };
+        let ([n1, n0, nr, nz], e1) = (next.all, kept * end.all[0]);
+        let EffectiveStrains { values, rates, own, own_rates, .. } = effective;
+        let count = values.len();
+        let (values, rates) = (&mut values[..count], &mut rates[..count]);
+        let (rest, strain, rate) =
+            (&rest[..count], &strain[..count], &internal.strain_rate[..count]);
+        let (s1, r1) = (&s1[..count], &r1[..count]);
+        // The strain now is that before the next step.
+        let by_strain = n1 + n0 - e1;
+        for i in 0..count {
+            values[i] = (n1 + n0) * s1[i] + nr * r1[i] - kept * values[i];
+            rates[i] = strain[i] * by_strain + rate[i] * nr + rest[i] * e1 - rates[i] * kept;
         }
-        self.set_stress(HistoryMoment::NextStart, &form, parameters, internal, room);
+        for (i, z) in internal.relaxing.iter().enumerate() {
+            values[i] += nz * z1[i];
+            rates[i] += *z * nz;
+        }
+        for (i, (value, rate)) in own.iter_mut().zip(own_rates.iter_mut()).enumerate() {
+            let kind = self.step.rod.kind(i);
+            let ([n1, n0, nr], e1) = (next.own[kind], kept * end.own[kind][0]);
+            *value = (n1 + n0) * s1[i] + nr * r1[i] - kept * *value;
+            *rate = strain[i] * (n1 + n0 - e1) + internal.strain_rate[i] * nr + rest[i] * e1
+                - *rate * kept;
+        }
+        self.add_by_numbers(HistoryMoment::NextStart, parameters, effective);
     }
 
     /// Overwrites `room.slid` with the derivatives of the stretches of friction springs, with slip, at the end of the
@@ -235,41 +284,50 @@ impl<R: Sensitive> StepMap<'_, R> {
         Some(relaxation(damping.maxwell.as_ref()?, self.step.after.time - self.step.before.time))
     }
 
-    /// Overwrites `room.stress` with the derivatives of the stresses of a moment, N or N m. `room.strain` has the
-    /// derivatives of the part `f1 s1`; the parts by past strains, damping numbers, Maxwell and friction springs are
-    /// added.
+    /// Writes the effective strains at the end of the step without internal friction, with their derivatives at fixed
+    /// unknowns.
     #[inline(always)]
-    fn set_stress<const G: usize>(
+    fn set_end_strains<const G: usize>(
         &self,
-        moment: HistoryMoment,
-        form: &HistoryForm,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        room: &mut HistoryWorkspace<G>,
+        HistoryWorkspace { rest, effective, .. }: &mut HistoryWorkspace<G>,
     ) {
-        let HistoryWorkspace { rest, strain, slid, effective, stress, .. } = room;
-        self.set_effective(moment, form, parameters.has_own_times, effective);
-        let history = self.history(moment);
-        let count = effective.values.len();
-        let EffectiveStrains { values, rates, own, own_rates, .. } = effective;
-        let ([_, f0, fr, fz], mut by_relaxing) = (form.all, Lanes::ZERO);
+        let form = self.form(HistoryMoment::End);
+        self.set_effective(HistoryMoment::End, &form, parameters.has_own_times, effective);
+        let (count, EffectiveStrains { rates, own, own_rates, .. }) = (rest.len(), &mut *effective);
+        let [f1, f0, fr, fz] = form.all;
         rates.resize(count, Lanes::ZERO);
-        let rates = &mut rates[..count];
-        let (own_strains, own_rates_0) =
-            (&internal.strain[..count], &internal.strain_rate[..count]);
-        let (s1, s0, r0) = (&history[0][..count], &history[1][..count], &history[2][..count]);
-        let strain = &strain[..];
-        // By s1, s0 and r0, with the factors of the form.
+        let (rates, rest) = (&mut rates[..count], &rest[..count]);
+        let (strain, strain_rate) = (&internal.strain[..count], &internal.strain_rate[..count]);
+        // By s1, s0 and r0, with the factors of the form; by the stretch of the Maxwell springs.
         for i in 0..count {
-            rates[i] = strain[i] + own_strains[i] * f0 + own_rates_0[i] * fr;
+            rates[i] = rest[i] * f1 + strain[i] * f0 + strain_rate[i] * fr;
+        }
+        for (i, z) in internal.relaxing.iter().enumerate() {
+            rates[i] += *z * fz;
         }
         own_rates.clear();
         // The same for the strains with times of their own.
         own_rates.extend((0..own.len()).map(|i| {
             let own = &form.own[self.step.rod.kind(i)];
-            rest[i] * own[0] + internal.strain[i] * own[1] + internal.strain_rate[i] * own[2]
+            rest[i] * own[0] + strain[i] * own[1] + strain_rate[i] * own[2]
         }));
-        // By the damping numbers and the parameter of the scheme, which the factors depend on.
+        self.add_by_numbers(HistoryMoment::End, parameters, effective);
+    }
+
+    /// Adds the derivatives of effective strains by the damping numbers and the parameter of the scheme, which the
+    /// factors of their form depend on.
+    #[inline(always)]
+    fn add_by_numbers<const G: usize>(
+        &self,
+        moment: HistoryMoment,
+        parameters: &ParameterRates<R, G>,
+        EffectiveStrains { rates, own_rates, .. }: &mut EffectiveStrains<G>,
+    ) {
+        let count = rates.len();
+        let ([s1, s0, r0, z0], rates) = (self.history(moment), &mut rates[..count]);
+        let (s1, s0, r0) = (&s1[..count], &s0[..count], &r0[..count]);
         for (place, along) in parameters.numbers.iter().enumerate() {
             if *along == Lanes::ZERO || place == MASS {
                 continue;
@@ -277,33 +335,16 @@ impl<R: Sensitive> StepMap<'_, R> {
             let slope = self.form_slope(moment, place);
             let [g1, g0, gr, gz] = slope.all;
             for i in 0..count {
-                rates[i] = rates[i]
-                    + *along * (g1 * s1[i])
-                    + *along * (g0 * s0[i])
-                    + *along * (gr * r0[i]);
+                rates[i] += *along * (g1 * s1[i] + g0 * s0[i] + gr * r0[i]);
             }
-            by_relaxing += *along * gz;
+            for (rate, z) in rates.iter_mut().zip(z0) {
+                *rate += *along * (gz * z);
+            }
             for (i, rate) in own_rates.iter_mut().enumerate() {
                 let own = &slope.own[self.step.rod.kind(i)];
-                let sum = own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i];
-                *rate += *along * sum;
+                *rate += *along * (own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i]);
             }
         }
-        // By the stretch of the Maxwell springs.
-        for (i, z) in internal.relaxing.iter().enumerate() {
-            rates[i] += by_relaxing * history[3][i] + *z * fz;
-        }
-        // Springs of internal friction add g K z: the stretch counts as a strain with the factor
-        // g.
-        if let Some(friction) = &self.step.damping.friction {
-            let start = count - slid.len();
-            for (i, (z, rate)) in self.step.after.internal.slid.iter().zip(&*slid).enumerate() {
-                values[start + i] += friction.stiffness * z;
-                rates[start + i] += parameters.friction * *z + *rate * friction.stiffness;
-            }
-        }
-        stress.resize(strain.len(), Lanes::ZERO);
-        self.step.rod.stress_rates(&parameters.laws, effective, stress);
     }
 }
 

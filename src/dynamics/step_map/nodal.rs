@@ -61,10 +61,12 @@ fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]
 }
 
-/// `factors . [change, velocity, acceleration]` of one unknown, without the last term if the scheme has no
-/// accelerations (`A` false).
+/// [`dot`] of `G` motions, without the last term where the scheme has no accelerations, `A`.
 #[inline(always)]
-fn combined<const A: bool>(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
+fn combined<const A: bool, const G: usize>(
+    factors: &[f64; 3],
+    step_motion: &[Lanes<G>; 3],
+) -> Lanes<G> {
     let sum = step_motion[0] * factors[0] + step_motion[1] * factors[1];
     if A { sum + step_motion[2] * factors[2] } else { sum }
 }
@@ -98,11 +100,15 @@ impl NodalEquations {
 
     /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn residual<const A: bool>(&self, m: f64, [q0, v0, a0, n0, force]: [f64; 5]) -> [f64; 2] {
+    pub fn residual<const A: bool, const G: usize>(
+        &self,
+        m: f64,
+        [q0, v0, a0, n0, force]: [Lanes<G>; 5],
+    ) -> [Lanes<G>; 2] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
         let mut n = force;
         if self.damping != 0.0 {
-            n += combined::<A>(&[-dq, dv, da], &[q0, v0, a0]) * (self.damping * m);
+            n += combined::<A, G>(&[-dq, dv, da], &[q0, v0, a0]) * (self.damping * m);
         }
         let mut moved = q0 + v0 * self.h;
         if A {
@@ -129,11 +135,14 @@ impl NodalEquations {
 
     /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has accelerations.
     #[inline(always)]
-    pub fn end<const A: bool>(&self, [q0, v0, a0, q1]: [f64; 4]) -> [f64; 2] {
+    pub fn end<const A: bool, const G: usize>(
+        &self,
+        [q0, v0, a0, q1]: [Lanes<G>; 4],
+    ) -> [Lanes<G>; 2] {
         let step_motion = [q1 - q0, v0, a0];
         [
-            combined::<A>(&self.value.velocity, &step_motion),
-            combined::<A>(&self.value.acceleration, &step_motion),
+            combined::<A, G>(&self.value.velocity, &step_motion),
+            combined::<A, G>(&self.value.acceleration, &step_motion),
         ]
     }
 
@@ -147,7 +156,7 @@ impl NodalEquations {
 
     /// The derivative `n1` of the force at the end of an unknown with mass `m` from `[n, r, q1]`.
     #[inline(always)]
-    pub fn force(&self, m: f64, [n, r, q1]: [f64; 3]) -> f64 {
+    pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
         n + (r - q1 * m) * self.by_end
     }
 

@@ -30,6 +30,8 @@ pub struct HistoryWorkspace<const G: usize> {
     pub slid: Vec<Lanes<G>>,
     /// Effective strains with their derivatives.
     pub effective: EffectiveStrains<G>,
+    /// The effective strains with those of internal friction.
+    pub slipping: EffectiveStrains<G>,
     /// Derivatives of the stresses.
     pub stress: Vec<Lanes<G>>,
     /// Transposed map: strains along the direction `d` of the derivatives by the forces.
@@ -85,11 +87,15 @@ pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
     pub solution: Vec<[f64; G]>,
     /// Product of the tangent with a vector.
     pub stiff: Vec<f64>,
+    /// Angles by which directors turn with their frames, rad; zero for other unknowns.
+    pub turned: Vec<[f64; G]>,
     pub held: Vec<Held<G>>,
     /// Frames with derivatives, for supports that parameters move; empty elsewhere.
     pub dual_frames: Vec<DualFrames<R, f64>>,
     pub history: HistoryWorkspace<G>,
     pub drag: DragWorkspace,
+    /// Derivatives of the drag at the end; of rods with drag and a history.
+    pub dragged: Vec<[f64; G]>,
 }
 
 impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
@@ -100,12 +106,14 @@ impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
         Self {
             direct: zero.clone(),
             right: zero.clone(),
+            turned: zero.clone(),
             solution: zero,
             stiff: vec![0.0; unknowns],
             held: Vec::new(),
             dual_frames,
             history: HistoryWorkspace::default(),
             drag: DragWorkspace::default(),
+            dragged: Vec::new(),
         }
     }
 }

@@ -114,6 +114,13 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
+    /// Keeps the tangents of the forces at the starts of later steps, too.
+    pub fn keep_next_tangent(&mut self) {
+        if let Self::Newton(newton) = self {
+            newton.keep_next_tangent();
+        }
+    }
+
     /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         match self {

@@ -33,6 +33,17 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         out: &mut [[f64; G]],
     );
 
+    /// Writes the derivatives of the forces of axial forces and stresses, given with their derivatives, along those and
+    /// along those of the unknowns and frames.
+    fn moving_pull<const G: usize>(
+        geometry: &Self::Geometry,
+        axial: impl Fn(usize) -> StressRate<1, G>,
+        stress: impl Fn(usize) -> StressRate<S, G>,
+        frames: &[FrameRate<G>],
+        q: &[[f64; G]],
+        out: &mut [[f64; G]],
+    );
+
     /// Adds to `edges` and `joints` the derivatives of the strains that follow from those of the unknowns, `q`, and of
     /// the reference frames: the product with `B = ds/dq`.
     fn add_strain_rates<const G: usize>(
@@ -45,6 +56,15 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
     );
 }
 
+/// The stresses of an edge or a joint, with their derivatives along `G` parameters: N, and N m.
+#[derive(Clone, Copy)]
+pub struct StressRate<const S: usize, const G: usize> {
+    /// The stresses.
+    pub value: [f64; S],
+    /// Their derivatives.
+    pub rate: [Lanes<G>; S],
+}
+
 /// Derivatives of stiffness and natural stress of one joint along `G` parameters.
 type JointRate<L, const N: usize, const S: usize, const G: usize> =
     LawRate<<L as Layout<N, S>>::Stiffness<Lanes<G>>, S, G>;
@@ -54,8 +74,10 @@ type JointRate<L, const N: usize, const S: usize, const G: usize> =
 pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> {
     /// Whether any derivative of a stretching, bending or twisting law differs from zero.
     elastic: bool,
-    /// Laws of the edges as functions of the unknowns: they include the change of strain by the rest length.
+    /// Laws of the edges as functions of the unknowns, which include the change of strain by the rest length, and as
+    /// functions of the strains.
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
+    axial: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
     /// Derivatives of the rest lengths, over the rest lengths.
     pub(super) rest: Vec<Lanes<G>>,
     /// Laws of the joints.
@@ -74,6 +96,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
         Self {
             elastic: false,
             stretch: Vec::new(),
+            axial: Vec::new(),
             rest: Vec::new(),
             joint: Vec::new(),
             load: Vec::new(),
@@ -129,7 +152,7 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
 #[inline(always)]
 fn stress_rates<W, K, const S: usize, const G: usize>(
     laws: &[W],
-    rate: impl Fn(usize) -> LawRate<K, S, G>,
+    rates: &[LawRate<K, S, G>],
     strains: &EffectiveStrains<G>,
     first: usize,
     out: &mut [Lanes<G>],
@@ -138,11 +161,12 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     K: Symmetric<Lanes<G>, S>,
 {
     let (count, natural) = (laws.len(), if strains.natural { 1.0 } else { 0.0 });
+    let rates = &rates[..count];
     let out = &mut out.as_chunks_mut::<S>().0[..count];
     let values = &strains.values[first..].as_chunks::<S>().0[..count];
     let changes = &strains.rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
-        let rate = rate(i);
+        let rate = &rates[i];
         // d(K s) = K ds + dK s, and the change of the natural part.
         let stiff: [Lanes<G>; S] = laws[i].stiffness().times(&changes[i]);
         let changed: [Lanes<G>; S] = rate.stiffness.times(&values[i]);
@@ -158,11 +182,42 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     let changes = &strains.own_rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
         let stiff: [Lanes<G>; S] = laws[i].stiffness().uncoupled().times(&changes[i]);
-        let changed: [Lanes<G>; S] = rate(i).stiffness.uncoupled().times(&values[i]);
+        let changed: [Lanes<G>; S] = rates[i].stiffness.uncoupled().times(&values[i]);
         for c in 0..S {
             out[i][c] += stiff[c] + changed[c];
         }
     }
+}
+
+/// The stress `K s` of the strains of element `i` with their derivatives, where the stiffness has the derivatives `rate`.
+#[inline(always)]
+fn viscous_stress<K, M, const S: usize, const G: usize>(
+    stiffness: &K,
+    rate: &M,
+    [values, own]: [&[[f64; S]]; 2],
+    [changes, own_changes]: [&[[Lanes<G>; S]]; 2],
+    i: usize,
+) -> StressRate<S, G>
+where
+    K: Symmetric<f64, S>,
+    M: Symmetric<Lanes<G>, S>,
+{
+    let mut value: [f64; S] = stiffness.times(&values[i]);
+    let (stiff, changed): ([Lanes<G>; S], [Lanes<G>; S]) =
+        (stiffness.times(&changes[i]), rate.times(&values[i]));
+    let mut rates = components(|c| stiff[c] + changed[c]);
+    // Strains with times of their own act without the coupling of bending and twisting.
+    if let (Some(own), Some(own_change)) = (own.get(i), own_changes.get(i)) {
+        let (stiffness, rate) = (stiffness.uncoupled(), rate.uncoupled());
+        let own_value: [f64; S] = stiffness.times(own);
+        let (stiff, changed): ([Lanes<G>; S], [Lanes<G>; S]) =
+            (stiffness.times(own_change), rate.times(own));
+        for c in 0..S {
+            value[c] += own_value[c];
+            rates[c] += stiff[c] + changed[c];
+        }
+    }
+    StressRate { value, rate: rates }
 }
 
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
@@ -171,12 +226,14 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// Overwrites `rates` with the derivatives that the dual rods contain: laws, rest lengths, loads and friction
     /// springs.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
-        let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
+        let Rates { elastic, stretch, axial, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
         stretch.clear();
+        axial.clear();
         for (i, law) in first.stretch.iter().enumerate() {
             let laws = duals.each_ref().map(|rod| &rod.stretch[i]);
             let mut rate = LawRate::<[Lanes<G>; 1], 1, G>::from_duals(laws);
+            axial.push(rate);
             // The strain at fixed unknowns changes with the rest length l: d eps/dl = -(1 + eps)/l.
             let length = law.rest_length.re;
             let shorter =
@@ -294,17 +351,51 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     ) {
         let edges = self.stretch.len();
         let (axial, joints) = out.split_at_mut(edges);
-        let stretch = |i: usize| {
-            // `rates.stretch` is at fixed unknowns; here the strain is given, so that the part by the rest length is
-            // taken out.
-            // At fixed strains.
-            let (mut rate, shorter) = (rates.stretch[i], rates.rest[i] * self.stretch[i].stiffness);
-            rate.stiffness[0] += shorter;
-            rate.offset[0] += shorter;
-            rate
-        };
-        stress_rates(&self.stretch, stretch, strains, 0, axial);
-        stress_rates(&self.joint, |i| rates.joint[i], strains, edges, joints);
+        stress_rates(&self.stretch, &rates.axial, strains, 0, axial);
+        stress_rates(&self.joint, &rates.joint, strains, edges, joints);
+    }
+
+    /// Writes the derivatives of the forces of the stresses `K s` of these strains along laws, unknowns and frames.
+    #[inline(always)]
+    fn viscous_force_rate<const G: usize>(
+        &self,
+        rates: &Self::Rates<G>,
+        strains: &EffectiveStrains<G>,
+        frames: &[FrameRate<G>],
+        geometry: &L::Geometry,
+        q: &[[f64; G]],
+        out: &mut [[f64; G]],
+    ) {
+        let (edges, joints) = (self.stretch.len(), self.joint.len());
+        let EffectiveStrains { values, rates: changes, own, own_rates, .. } = strains;
+        let (stretch, by_law) = (&self.stretch[..edges], &rates.axial[..edges]);
+        let split = own.len().min(edges);
+        let (values, joint_values) = values.split_at(edges);
+        let (changes, joint_changes) = changes.split_at(edges);
+        let (own, joint_own) = own.split_at(split);
+        let (own_rates, joint_own_rates) = own_rates.split_at(split);
+        let axial = [values.as_chunks::<1>().0, own.as_chunks::<1>().0];
+        let axial_changes = [changes.as_chunks::<1>().0, own_rates.as_chunks::<1>().0];
+        let bent = [&joint_values.as_chunks::<S>().0[..joints], joint_own.as_chunks::<S>().0];
+        let bent_changes =
+            [&joint_changes.as_chunks::<S>().0[..joints], joint_own_rates.as_chunks::<S>().0];
+        let (joint, by_joint) = (&self.joint[..joints], &rates.joint[..joints]);
+        L::moving_pull(
+            geometry,
+            #[inline(always)]
+            |i| {
+                let (stiffness, rate) = (stretch[i].stiffness(), &by_law[i].stiffness);
+                viscous_stress(&stiffness, rate, axial, axial_changes, i)
+            },
+            #[inline(always)]
+            |i| {
+                let stiffness = joint[i].stiffness();
+                viscous_stress(&stiffness, &by_joint[i].stiffness, bent, bent_changes, i)
+            },
+            frames,
+            q,
+            out,
+        );
     }
 
     /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives

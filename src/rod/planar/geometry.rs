@@ -59,6 +59,9 @@ pub(super) struct PlanarEdgeGeometry {
     /// The derivative of its angle, 1/m.
     pub normal: [f64; 2],
     pub strain: f64,
+    /// Its length, m, and the inverse of it.
+    pub length: f64,
+    pub inverse_length: f64,
 }
 
 /// Edges and joints of a planar rod at its unknowns.

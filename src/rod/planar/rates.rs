@@ -6,7 +6,7 @@
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot};
 use crate::rod::FrameRate;
-use crate::rod::discrete::RateLayout;
+use crate::rod::discrete::{RateLayout, StressRate};
 use crate::rod::layout::Plane;
 use crate::rod::planar::geometry::{Geometry, PlanarEdgeGeometry};
 
@@ -33,7 +33,7 @@ impl RateLayout<2, 1> for Plane {
         // One pass along the rod: a node takes the forces of its two edges, an edge the moments of its two joints.
         let mut before = Lanes::ZERO;
         let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
-            let PlanarEdgeGeometry { tangent: [t0, t1], normal: [n0, n1], strain } =
+            let PlanarEdgeGeometry { tangent: [t0, t1], normal: [n0, n1], strain, .. } =
                 geometry.edges[i];
             let axial = axial(i, strain);
             [axial * t0 + moment * n0, axial * t1 + moment * n1]
@@ -46,6 +46,61 @@ impl RateLayout<2, 1> for Plane {
         let i = geometry.joints.len();
         node(i, by_edge(i, before));
         node(i + 1, [Lanes::ZERO; 2]);
+    }
+
+    /// Writes the derivatives of the forces of axial forces and stresses along theirs and those of the unknowns.
+    ///
+    /// An edge of the tangent `t`, the normal `n` over its length `l`, and the change `e` turns by `w = n.e`: `t` changes
+    /// by `l w n`, and `n` by `-w t/l - (t.e) n/l`. The derivative `1 + k^2/4` of a curvature by the angle changes by
+    /// `k/2` of the change of the curvature.
+    #[inline(always)]
+    fn moving_pull<const G: usize>(
+        geometry: &Geometry,
+        axial: impl Fn(usize) -> StressRate<1, G>,
+        stress: impl Fn(usize) -> StressRate<1, G>,
+        _: &[FrameRate<G>],
+        q: &[[f64; G]],
+        out: &mut [[f64; G]],
+    ) {
+        let count = geometry.edges.len();
+        let (edges, joints) = (&geometry.edges[..count], &geometry.joints[..count - 1]);
+        let q = &q.as_chunks::<2>().0[..=count];
+        let out = &mut out.as_chunks_mut::<2>().0[..=count];
+        let change =
+            |j: usize| [Lanes(q[j + 1][0]) - Lanes(q[j][0]), Lanes(q[j + 1][1]) - Lanes(q[j][1])];
+        let mut e = change(0);
+        let mut turn = dot(&edges[0].normal, &e);
+        let (mut moment, mut moment_rate) = (0.0, Lanes::ZERO);
+        let mut carried = [Lanes::ZERO; 2];
+        for j in 0..count {
+            let edge = &edges[j];
+            // The moment of the joint after the edge, with its derivative; none after the last edge.
+            let (mut next, mut next_rate) = (0.0, Lanes::ZERO);
+            let (mut next_e, mut next_turn) = (e, turn);
+            if j + 1 < count {
+                next_e = change(j + 1);
+                next_turn = dot(&edges[j + 1].normal, &next_e);
+                let [curvature, slope] = joints[j];
+                let StressRate { value: [value], rate: [rate] } = stress(j);
+                next = value * slope;
+                next_rate = (rate + (next_turn - turn) * (value * 0.5 * curvature)) * slope;
+            }
+            // The torque on the edge, N m, and its axial force, N, with their derivatives.
+            let (torque, torque_rate) = (moment - next, moment_rate - next_rate);
+            let StressRate { value: [force], rate: [force_rate] } = axial(j);
+            let stretched = dot(&edge.tangent, &e);
+            // Components of the change of the force along the normal and the tangent.
+            let along_normal = torque_rate + turn * (force * edge.length)
+                - stretched * (torque * edge.inverse_length);
+            let along_tangent = force_rate - turn * (torque * edge.inverse_length);
+            for c in 0..2 {
+                let force = along_normal * edge.normal[c] + along_tangent * edge.tangent[c];
+                out[j][c] = (carried[c] - force).0;
+                carried[c] = force;
+            }
+            (moment, moment_rate, e, turn) = (next, next_rate, next_e, next_turn);
+        }
+        out[count] = [carried[0].0, carried[1].0];
     }
 
     /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns.

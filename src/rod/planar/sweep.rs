@@ -136,6 +136,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
                 tangent: both(edge.tangent),
                 normal: both(edge.normal),
                 strain: value(strain, lane),
+                length: value(edge.length, lane),
+                inverse_length: value(edge.inverse_length, lane),
             };
         }
         for (lane, to) in geometry.joints[first..].iter_mut().take(V::LANES).enumerate() {

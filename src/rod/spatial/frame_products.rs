@@ -10,8 +10,6 @@
 //! transposes of both for the adjoint.
 
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
-use crate::numerics::simd::with_simd_if_wide;
-use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::{FrameRate, RodGeometry};
@@ -23,42 +21,6 @@ use crate::rod::spatial::rates::edge;
 #[inline(always)]
 fn lanes_cross<const G: usize>(a: &Vector<f64>, b: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
     [b[2] * a[1] - b[1] * a[2], b[0] * a[2] - b[2] * a[0], b[1] * a[0] - b[0] * a[1]]
-}
-
-/// The arguments of [`add_frame_rates`](RodGeometry::add_frame_rates), as work for a vector unit.
-struct FrameChange<'a, T, const G: usize> {
-    frames: &'a [FrameRate<G>],
-    geometry: &'a Geometry,
-    gradient: &'a [f64],
-    tangent: &'a T,
-    out: &'a mut [[f64; G]],
-}
-
-impl<T: Tangent<f64>, const G: usize> pulp::NullaryFnOnce for FrameChange<'_, T, G> {
-    type Output = ();
-
-    /// Adds the derivatives of the gradient: the directors turn as by a change of the angle, and the turn depends on
-    /// the edge vector.
-    #[inline(always)]
-    fn call(self) {
-        let Self { frames, geometry, gradient, tangent, out } = self;
-        for (j, (edge, rate)) in geometry.edges.iter().zip(frames).enumerate() {
-            let theta = STRIDE * j + 3;
-            let psi = rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length;
-            tangent.add_column(theta, psi.0, out);
-            // g = t x t_ref / (l (1 + t.t_ref))
-            let torque = gradient[theta];
-            let sideways = torque * edge.by_chi * edge.inverse_length;
-            let along = lanes_dot(&edge.tangent, &rate.tangent) * (torque * edge.by_chi);
-            let turned = lanes_cross(&edge.tangent, &rate.tangent);
-            for c in 0..3 {
-                let force = turned[c] * sideways - along * edge.follow[c];
-                let (before, after) = (STRIDE * j + c, STRIDE * (j + 1) + c);
-                out[before] = (Lanes(out[before]) - force).0;
-                out[after] = (Lanes(out[after]) + force).0;
-            }
-        }
-    }
 }
 
 /// Adds derivatives of a number by the turn and the tangent of a frame to `frame`.
@@ -86,16 +48,41 @@ impl RodGeometry for Geometry {
         self.joints.iter().flat_map(|joint| joint.strains)
     }
 
-    /// Adds to `out` the derivatives of the gradient, N, along those of the frames at fixed unknowns. `gradient` and
-    /// `tangent` are those at this geometry.
-    fn add_frame_rates<const G: usize>(
+    /// Writes the angles by which the directors turn with the derivatives of the frames, and adds those of the gradient
+    /// by the turns that follow the edge vectors.
+    #[inline(always)]
+    fn add_frame_forces<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
         gradient: &[f64],
-        tangent: &impl Tangent<f64>,
+        angles: &mut [[f64; G]],
         out: &mut [[f64; G]],
     ) {
-        with_simd_if_wide::<_, G>(FrameChange { frames, geometry: self, gradient, tangent, out });
+        let count = self.edges.len();
+        let (edges, frames) = (&self.edges[..count], &frames[..count]);
+        let mut carried = [Lanes::ZERO; 3];
+        for j in 0..count {
+            let (edge, rate) = (&edges[j], &frames[j]);
+            let own: &mut [[f64; G]; STRIDE] =
+                angles[STRIDE * j..].first_chunk_mut().expect("an edge's first node");
+            own[3] = (rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length).0;
+            // g = t x t_ref / (l (1 + t.t_ref))
+            let torque = gradient[STRIDE * j + 3] * edge.by_chi;
+            let sideways = torque * edge.inverse_length;
+            let along = lanes_dot(&edge.tangent, &rate.tangent) * torque;
+            let turned = lanes_cross(&edge.tangent, &rate.tangent);
+            let node: &mut [[f64; G]; STRIDE] =
+                out[STRIDE * j..].first_chunk_mut().expect("an edge's first node");
+            for c in 0..3 {
+                let force = turned[c] * sideways - along * edge.follow[c];
+                node[c] = (Lanes(node[c]) + carried[c] - force).0;
+                carried[c] = force;
+            }
+        }
+        for c in 0..3 {
+            let last = &mut out[STRIDE * count + c];
+            *last = (Lanes(*last) + carried[c]).0;
+        }
     }
 
     /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.

@@ -5,10 +5,11 @@
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
-use crate::rod::discrete::RateLayout;
+use crate::rod::discrete::{RateLayout, StressRate};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
 use crate::rod::layout::Space;
+use crate::rod::spatial::force_rates::{EdgeMotion, PullRate, edge_force_rate, pull_rates};
 use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
 
 /// The vector of edge `j`, m, from `G` lists of unknowns in SIMD lanes.
@@ -64,6 +65,46 @@ impl RateLayout<3, 3> for Space {
             out[STRIDE * (i + 1) + c] = (force[c] - loads[1][c]).0;
         }
         out[STRIDE * i + 3] = open[2].0;
+    }
+
+    /// Writes the derivatives of the forces of axial forces and stresses along theirs and those of unknowns and frames.
+    #[inline(always)]
+    fn moving_pull<const G: usize>(
+        Geometry { edges, joints }: &Geometry,
+        axial: impl Fn(usize) -> StressRate<1, G>,
+        stress: impl Fn(usize) -> StressRate<3, G>,
+        frames: &[FrameRate<G>],
+        q: &[[f64; G]],
+        out: &mut [[f64; G]],
+    ) {
+        let count = edges.len();
+        let (joints, frames) = (&joints[..count - 1], &frames[..count]);
+        let mut motion = EdgeMotion::new(&edges[0], &frames[0], q, 0);
+        let mut open = PullRate::ZERO;
+        let mut carried = [Lanes::ZERO; 3];
+        for j in 0..count {
+            let mut pull = open;
+            let mut next = motion;
+            if j + 1 < count {
+                next = EdgeMotion::new(&edges[j + 1], &frames[j + 1], q, j + 1);
+                let [by_e, by_f] = pull_rates(&joints[j], &stress(j), &motion, &next);
+                pull = pull.plus(&by_e);
+                open = by_f;
+            }
+            let StressRate { value: [force], rate: [force_rate] } = axial(j);
+            let (force, torque) =
+                edge_force_rate(&edges[j], &frames[j], &motion, &pull, force, force_rate);
+            let node: &mut [[f64; G]; STRIDE] =
+                out[STRIDE * j..].first_chunk_mut().expect("a node");
+            for c in 0..3 {
+                node[c] = (carried[c] - force[c]).0;
+            }
+            node[3] = torque.0;
+            (carried, motion) = (force, next);
+        }
+        for c in 0..3 {
+            out[STRIDE * count + c] = carried[c].0;
+        }
     }
 
     /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns and those

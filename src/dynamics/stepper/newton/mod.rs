@@ -98,6 +98,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     predictor: Predictor<D>,
     /// Whether the tangent and its factors are formed again at the solution.
     keeps_tangent: bool,
+    /// Whether the tangent of the forces that the next step takes as those of its start is formed, too.
+    keeps_next: bool,
     /// The rod with viscous stress over the current step, or for averaging schemes that stress alone; set where there is
     /// viscous damping or internal friction.
     viscous: Option<R>,
@@ -129,7 +131,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     stages: Vec<StageForces<D, R>>,
     /// The geometry at the end of the step, if its tangent is kept.
     end: R::Geometry,
-    /// Gradient and tangent of the forces at the start of the next step, for a viscous rod with kept tangent.
+    /// Gradient and tangent of a viscous rod's forces that the next step takes as those of its start, if they are kept.
     next: StartForces<D, R::Tangent>,
 }
 
@@ -170,6 +172,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             convergence: Convergence::new(tolerance.part() * length, length, length / edges),
             predictor: Predictor::new(),
             keeps_tangent: false,
+            keeps_next: false,
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
             viscosity: Viscosity::none(
@@ -195,6 +198,12 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Keeps the tangent at the solution and its factors in every later step.
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
+    }
+
+    /// Keeps the tangent of a viscous rod's forces that the next step takes as those of its start, too: the transposed
+    /// derivative of a step needs it.
+    pub fn keep_next_tangent(&mut self) {
+        self.keeps_next = true;
         if self.viscous.is_some() {
             self.next.gradient = vec![D::from(0.0); self.gradient.len()];
         }
@@ -624,8 +633,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             internal.strain_rate.clear();
             internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));
             self.find_forces(step.system, state);
-            work.tangents += usize::from(self.keeps_tangent);
-            work.gradients += usize::from(!self.keeps_tangent);
+            work.tangents += usize::from(self.keeps_next);
+            work.gradients += usize::from(!self.keeps_next);
         } else if self.coefficients.averages() {
             state.unbalanced.fill(D::from(0.0));
         }

@@ -22,6 +22,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let step = Step { system, time: after.time, h: after.time - before.time };
         self.begin(&step, before);
         self.linearize_at(&step, before, after, work)?;
+        if !self.keeps_next {
+            return Ok(());
+        }
         let mut forces = std::mem::take(&mut self.correction);
         self.find_viscous(system, &after.internal, &after.q, &before.frames, &mut forces);
         self.correction = forces;

@@ -56,7 +56,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         viscous.set_viscous(base, &self.viscosity);
         viscous.set_springs(rod, None);
         let StartForces { gradient, tangent } = &mut self.next;
-        match self.keeps_tangent {
+        match self.keeps_next {
             true => {
                 viscous.tangent(q, frames, *derivatives, forces, tangent);
                 gradient.copy_from_slice(forces);
