@@ -66,7 +66,7 @@ pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate])
     let texts: Vec<String> = biases_beyond_interval(biases, parameters).iter().map(text).collect();
     match texts.is_empty() {
         true => String::new(),
-        false => format!("Not included: undetected bias, up to {}.", texts.join(", ")),
+        false => format!("Not included: the largest undetected bias, {}.", texts.join(", ")),
     }
 }
 

@@ -63,13 +63,13 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
              experiments have in common are taken as exact."
         }
         false if is_corrected => {
-            "contains noise and discretization error: all inputs are taken as exact (state errors with --known)."
+            "contains noise and discretization error: all inputs are taken as exact (see --known)."
         }
         false if is_estimated => {
-            "contains noise only: all inputs are taken as exact (state errors with --known)."
+            "contains noise only: all inputs are taken as exact (see --known)."
         }
         false => {
-            "contains noise only: all inputs are taken as exact (state errors with --known), and the \
+            "contains noise only: all inputs are taken as exact (see --known), and the \
              discretization error is not estimated."
         }
     };
@@ -79,7 +79,7 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let text = format!("{subject} {text}");
     Some(match bias {
         Some(bias) => format!(
-            "{text} Not contained: {bias}. Exclude these effects before you quote the interval as the total uncertainty."
+            "{text} Not contained: {bias}. Exclude such effects before you quote a total uncertainty."
         ),
         None => text,
     })
@@ -99,8 +99,8 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     };
     let texts: Vec<String> = biases.iter().map(text).collect();
     (!texts.is_empty()).then(|| {
-        let verb = if texts.len() == 1 { "the largest is" } else { "the largest are" };
-        format!("undetected biases, {verb} {}", texts.join(", "))
+        let noun = if texts.len() == 1 { "bias" } else { "biases" };
+        format!("the largest undetected {noun}, {}", texts.join(", "))
     })
 }
 
