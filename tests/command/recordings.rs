@@ -94,7 +94,7 @@ fn fit_of_many_recordings_reports_free_run_errors() {
     let list = recordings["list"].as_array().unwrap();
     // Noise of 1e-5 m, and the response of the model to that of the grippers' markers.
     assert!(list.iter().all(|one| one["mean_error"].as_f64().unwrap() < 3e-5), "{list:?}");
-    for words in ["5 recordings, fitted: mean", "1 recording, validation", "(5 experiments, "] {
+    for words in ["5 recordings, fitted: mean", "1 recording, validation", "5 experiments"] {
         assert!(crate::folder::words(&shown).contains(words), "{words} in {shown}");
     }
     // Of the six recordings and fifteen observations, in lines of 80 columns.

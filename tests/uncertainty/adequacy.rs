@@ -173,7 +173,7 @@ fn headline_interval_is_the_expanded_one_beside_known_inputs() {
     let data = noisy(&observe(&scene(), 60), SIGMA, 1);
     let plain = fit_to(&data).to_string();
     let sentence = plain.split_whitespace().collect::<Vec<_>>().join(" ");
-    for part in ["inputs are taken as exact", "Not contained: the largest undetected bias, "] {
+    for part in ["inputs are taken as exact", "Not contained: the largest undetected bias"] {
         assert!(sentence.contains(part), "{part} in {plain}");
     }
     let scene = scene();

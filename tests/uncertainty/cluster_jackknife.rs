@@ -50,7 +50,7 @@ fn intervals_cover_where_experiments_differ() {
                 assert_eq!(estimate.interval95, Some(across.interval95));
                 let text = report.to_string();
                 let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-                assert!(words.contains("(8 experiments, reported)"), "{report}");
+                assert!(words.contains("from the differences between 8 experiments"), "{report}");
             }
             let holds = |[low, high]: [f64; 2]| low <= TRUTH && TRUTH <= high;
             [holds(across.residual_interval95), holds(across.interval95)]

@@ -85,7 +85,7 @@ impl FitReport {
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
             format!(
-                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors multiplied by {:.2} (already applied)",
+                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors x {:.2} (applied)",
                 l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
@@ -165,7 +165,10 @@ impl FitReport {
             1 => quantity(low, unit, DIGITS),
             _ => format!("{} to {}", quantity(low, unit, DIGITS), quantity(high, unit, DIGITS)),
         };
-        let range = if values.len() > 1 { " (range of the coordinates)" } else { "" };
+        let source = match values.len() {
+            1 => "from differences of the samples",
+            _ => "by coordinate, from differences",
+        };
         let of = match values.len() == self.noise_scale.len() {
             true => String::new(),
             false => {
@@ -176,6 +179,6 @@ impl FitReport {
                 format!(" ({} of {} coordinates{others})", values.len(), self.noise_scale.len())
             }
         };
-        Some(format!("{shown}{range} from differences of the samples{of}"))
+        Some(format!("{shown} {source}{of}"))
     }
 }
