@@ -56,6 +56,8 @@ pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
 #[cfg(feature = "page")]
 pub(crate) use report::estimate_table::interval_content;
+#[cfg(feature = "page")]
+pub(crate) use report::experiment_estimates::compared_estimates;
 pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
     Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
@@ -79,13 +81,12 @@ pub use uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo}
 pub use uncertainty::covariance::determined_groups::DeterminedGroup;
 pub use uncertainty::covariance::identifiability::{NonIdentifiability, UnidentifiableDirection};
 pub use uncertainty::covariance::profile_likelihood::Profile;
-#[cfg(feature = "page")]
 pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
 pub use uncertainty::discrepancy::prediction::Prediction;
 pub use uncertainty::discretization::errors::DiscretizationError;
-pub use uncertainty::estimate::{ClusterJackknife, Estimate};
+pub use uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 pub use uncertainty::grade::Grade;
 pub use uncertainty::noise::noise_scale::NoiseScale;
 pub use uncertainty::noise::residual_noise::LossEffect;

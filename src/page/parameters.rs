@@ -2,13 +2,18 @@
 //!
 //! Intervals are the expanded and the statistical one, those between experiments (cluster jackknife), by observed
 //! information, by profile likelihood and by bootstrap, where computed. A second table has ratios such as stiffness over
-//! density that the data determine without the density. Output is HTML tables.
+//! density that the data determine without the density. A third one has the estimates by each of several experiments that
+//! differ by more than noise. Output is HTML tables.
 
-use crate::fit::{Estimate, FitReport, QuotedEstimate};
+use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
+use crate::page::chart::labeled;
 use crate::page::estimate::{NOT_IDENTIFIABLE, estimate_scale, interval};
-use crate::page::html::subsection;
+use crate::page::html::{note, subsection};
 use crate::page::number::{MISSING, Scale, percent, quantity};
 use crate::page::table::HtmlTable;
+
+/// Experiments in the table of their estimates; the others are folded.
+const SHOWN_EXPERIMENTS: usize = 12;
 
 /// An error, SI, with a plus-minus sign, in the unit of the estimate and with the digits of its standard error.
 fn plus_minus(e: &Estimate, error: f64) -> String {
@@ -77,7 +82,31 @@ pub(super) fn parameters(report: &FitReport) -> String {
             Some(format!("{low} \u{2026} {high}"))
         })
         .text("start", |(k, e)| Some(quantity(ranges.get(*k)?.start?, e.name.unit())));
-    table.render() + &density_free_ratios(report)
+    table.render() + &experiment_estimates(&report.parameters) + &density_free_ratios(report)
+}
+
+/// The table of the estimates by each experiment, where these differ by more than noise; empty otherwise.
+fn experiment_estimates(estimates: &[Estimate]) -> String {
+    let compared = compared_estimates(estimates);
+    let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {
+        return String::new();
+    };
+    let mut table = HtmlTable::new("estimates by experiment", &names.estimates)
+        .text("experiment", |own| own.experiment.clone());
+    for e in compared {
+        let scale = estimate_scale(e);
+        let (heading, error) = (labeled(&e.label(), &scale.unit), e.std_error);
+        table = table.text(&heading, move |own| {
+            let all = &e.cluster_jackknife.as_ref()?.estimates;
+            let value = all.iter().find(|other| other.experiment == own.experiment)?.value;
+            Some(scale.format(value, error))
+        });
+    }
+    let explanation = "By the data of each experiment alone, linearized: one Gauss\u{2013}Newton step from the common estimate.";
+    subsection(
+        "Estimates by experiment",
+        &(table.render_folded(SHOWN_EXPERIMENTS, "experiments") + &note(explanation)),
+    )
 }
 
 /// The table of combinations of parameters that the data determine without the density; empty without any.

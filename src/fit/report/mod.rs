@@ -9,6 +9,7 @@ pub(crate) mod budget;
 mod display;
 pub(crate) mod effects;
 pub(crate) mod estimate_table;
+pub(crate) mod experiment_estimates;
 pub(crate) mod fit_summary;
 pub(crate) mod outcome;
 pub(crate) mod plot_data;

@@ -5,6 +5,7 @@
 //! bootstrap. The strongest correlations, ratios to the density, uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
+use crate::fit::report::experiment_estimates::add_experiment_estimates;
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
@@ -23,6 +24,7 @@ const CORRELATIONS: usize = 6;
 pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
     summary = report.parameters.iter().fold(summary, add_intervals);
+    summary = add_experiment_estimates(summary, &report.parameters);
     summary = summary.facts("Correlation", correlations(report));
     // Combinations of parameters are in the table of estimates.
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());

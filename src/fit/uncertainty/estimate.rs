@@ -17,6 +17,17 @@ use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
+/// Estimate of a parameter by one of several experiments.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct ExperimentEstimate {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Estimate by the data of the experiment alone, in the parameter's unit: one Gauss-Newton step from the common estimate.
+    pub value: f64,
+}
+
 /// Cluster jackknife: uncertainty of a parameter from the differences between experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -34,6 +45,9 @@ pub struct ClusterJackknife {
     pub residual_interval95: [f64; 2],
     /// Whether this interval is the reported one, because it is wider.
     pub reported: bool,
+    /// Estimates by each experiment that determines all parameters alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub estimates: Vec<ExperimentEstimate>,
 }
 
 /// An identified parameter.

@@ -23,7 +23,7 @@
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
-use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate};
+use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use nalgebra::{DMatrix, DVector};
 
@@ -31,12 +31,27 @@ use nalgebra::{DMatrix, DVector};
 /// errors for five experiments, 12.7 for two).
 const FEWEST: usize = 5;
 
+/// Largest step of an unknown on its scale from the common estimate to that of one experiment (a factor of 1.6 of a positive
+/// parameter). A linear model has no meaning beyond.
+const LARGEST_STEP: f64 = 0.5;
+
 /// Gradient and Gauss-Newton Hessian of the misfit of one experiment.
 struct ExperimentMisfit {
+    /// Name of the experiment.
+    name: String,
     /// By the determined unknowns on their scales.
     gradient: DVector<f64>,
     /// By the same unknowns.
     hessian: DMatrix<f64>,
+}
+
+impl ExperimentMisfit {
+    /// The change of the unknowns on their scales to the optimum of this experiment alone, by one Gauss-Newton step; none if
+    /// the experiment does not determine all of them, or a step exceeds [`LARGEST_STEP`].
+    fn own_step(&self) -> Option<DVector<f64>> {
+        let step = -self.hessian.clone().cholesky()?.solve(&self.gradient);
+        step.iter().all(|x| x.abs() < LARGEST_STEP).then_some(step)
+    }
 }
 
 /// Standard deviation of an unknown on its scale, with its degrees of freedom.
@@ -98,9 +113,12 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {
         if last.replace(&experiment.name) != Some(&experiment.name) {
             let (gradient, hessian) = (DVector::zeros(k), DMatrix::zeros(k, k));
-            experiments.push(ExperimentMisfit { gradient, hessian });
+            let name = experiment.name.clone();
+            experiments.push(ExperimentMisfit { name, gradient, hessian });
         }
-        let Some(ExperimentMisfit { gradient, hessian }) = experiments.last_mut() else { continue };
+        let Some(ExperimentMisfit { gradient, hessian, .. }) = experiments.last_mut() else {
+            continue;
+        };
         // Robust losses and leverage weights enter as in the fit.
         for (row, r) in rows.zip(residuals) {
             let weight = fitted.search.leverage_weight(row);
@@ -142,9 +160,10 @@ pub(crate) fn add_cluster_jackknife(
         prior += &by * by.transpose();
     }
     let Some(found) = deviations(&experiments, prior) else { return };
+    let steps: Vec<_> = experiments.iter().map(ExperimentMisfit::own_step).collect();
     // The wider of the two intervals is reported; the other one is kept beside it.
-    for (j, JackknifeDeviation { value: sd, degrees_of_freedom }) in
-        determined.into_iter().zip(found)
+    for (k, (j, JackknifeDeviation { value: sd, degrees_of_freedom })) in
+        determined.into_iter().zip(found).enumerate()
     {
         let (unknown, estimate) = (&search.unknowns[j], &mut estimates[j]);
         let (Some(residual_std_error), Some(residual_interval95)) =
@@ -166,6 +185,14 @@ pub(crate) fn add_cluster_jackknife(
             residual_std_error,
             residual_interval95,
             reported,
+            estimates: experiments
+                .iter()
+                .zip(&steps)
+                .filter_map(|(own, step)| {
+                    let value = unknown.from_scale(x + step.as_ref()?[k]);
+                    Some(ExperimentEstimate { experiment: own.name.clone(), value })
+                })
+                .collect(),
         });
         if reported {
             (estimate.std_error, estimate.interval95) = (Some(std_error), Some(interval95));
@@ -194,6 +221,7 @@ mod tests {
         let alone = [1.0, 3.0, 2.5, 0.5, 4.0, 1.5];
         let mean = alone.iter().sum::<f64>() / 6.0;
         let part = |x: &f64| ExperimentMisfit {
+            name: String::new(),
             gradient: DVector::from_element(1, 7.0 * (mean - x)),
             hessian: DMatrix::from_element(1, 1, 7.0),
         };
@@ -202,6 +230,9 @@ mod tests {
         let square = alone.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
         assert_relative_eq!(found.value, (square / 30.0).sqrt(), max_relative = 1e-12);
         assert_relative_eq!(found.degrees_of_freedom, 5.0, max_relative = 1e-12);
+        // Of a quadratic misfit one step leads to the estimate of the experiment; too long steps have none.
+        assert_relative_eq!(parts[2].own_step().unwrap()[0], 2.5 - mean, max_relative = 1e-12);
+        assert!(parts[4].own_step().is_none());
     }
 
     /// Coverage of 95 % or more for any shares of the experiments in the Hessian, also where the unknown itself differs between
@@ -219,6 +250,7 @@ mod tests {
                     });
                     let x = pushes.iter().sum::<f64>() / shares.iter().sum::<f64>();
                     let part = |(share, push): (&f64, &f64)| ExperimentMisfit {
+                        name: String::new(),
                         gradient: DVector::from_element(1, push - share * x),
                         hessian: DMatrix::from_element(1, 1, *share),
                     };
@@ -240,6 +272,7 @@ mod tests {
     #[test]
     fn experiment_that_alone_determines_an_unknown_has_no_jackknife() {
         let part = |determines: bool| ExperimentMisfit {
+            name: String::new(),
             gradient: DVector::zeros(2),
             hessian: DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, f64::from(determines)])),
         };

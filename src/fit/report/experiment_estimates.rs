@@ -1,0 +1,52 @@
+//! Table of the estimates by each of several experiments, where these differ by more than noise.
+//!
+//! Input: the estimates of a fit with their cluster jackknife. Output: a table with a row for each experiment and a column for
+//! each parameter, which shows the experiment that differs from the others. The values are those of one Gauss-Newton step
+//! from the common estimate with the data of the experiment alone.
+
+use crate::fit::report::digits;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::summary::{Summary, SummaryTable, TextColumn};
+
+/// Most experiments in the table; the JSON has all.
+const LISTED: usize = 12;
+
+/// The parameters with estimates by each experiment, if the differences between experiments give an interval of any of them;
+/// empty otherwise.
+pub(crate) fn compared_estimates(estimates: &[Estimate]) -> Vec<&Estimate> {
+    let jackknife =
+        |e: &&Estimate| e.cluster_jackknife.as_ref().is_some_and(|c| !c.estimates.is_empty());
+    let is_reported = |e: &Estimate| e.cluster_jackknife.as_ref().is_some_and(|c| c.reported);
+    match estimates.iter().any(is_reported) {
+        true => estimates.iter().filter(jackknife).collect(),
+        false => Vec::new(),
+    }
+}
+
+/// The text of the estimate of a parameter by the experiment with this name, in digits of its standard error; none without
+/// one.
+pub(crate) fn own_estimate(e: &Estimate, experiment: &str) -> Option<String> {
+    let jackknife = e.cluster_jackknife.as_ref()?;
+    let own = jackknife.estimates.iter().find(|own| own.experiment == experiment)?;
+    Some(digits(own.value, jackknife.std_error.min(jackknife.residual_std_error)))
+}
+
+/// The `summary` with the table; unchanged if no interval is from the differences between experiments.
+pub(super) fn add_experiment_estimates(summary: Summary, estimates: &[Estimate]) -> Summary {
+    let compared = compared_estimates(estimates);
+    let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {
+        return summary;
+    };
+    let heads =
+        compared.iter().map(|e| TextColumn::right(format!("{}, {}", e.label(), e.name.unit())));
+    let mut table = SummaryTable::new(std::iter::once(TextColumn::left("experiment")).chain(heads));
+    for own in names.estimates.iter().take(LISTED) {
+        let values = compared.iter().map(|e| own_estimate(e, &own.experiment).unwrap_or_default());
+        table.row(std::iter::once(own.experiment.clone()).chain(values));
+    }
+    let more = match names.estimates.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!("; {more} more in the JSON"),
+    };
+    summary.table(format!("Estimates by each experiment alone, linearized{more}"), table)
+}
