@@ -2,9 +2,10 @@
 //!
 //! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain `eps = |e|/l - 1` of the edge vector
 //! `e`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no digits when the edge is nearly at rest.
-//! With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`, `d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I`.
+//! With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`, `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I`,
+//! where `K = dF/deps` is EA. A law that is not linear in the strain adds its [`Beyond`] to energy, `F` and `K`.
 
-use crate::energy::law::Law;
+use crate::energy::law::{Beyond, Law};
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{components, map_components};
@@ -18,6 +19,8 @@ pub struct Stretch<D, const M: usize> {
     pub rest_length: D,
     /// Strain at which the edge is free of stress; not zero in viscous steps only.
     pub natural_strain: D,
+    /// The part of a law that is not linear in the strain.
+    pub beyond: Option<Beyond<D>>,
 }
 
 /// The edge vector from the first node of `q` to the second, m; `N = 2 M`.
@@ -36,7 +39,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// An edge without stiffness, of rest length 1 m, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let (zero, one) = (D::from(0.0), D::from(1.0));
-        Self { stiffness: zero, rest_length: one, natural_strain: zero }
+        Self { stiffness: zero, rest_length: one, natural_strain: zero, beyond: None }
     }
 
     /// The edges `all` as one edge in SIMD lanes.
@@ -46,6 +49,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             rest_length: V::gather(level, |lane| all[lane].rest_length),
             natural_strain: V::gather(level, |lane| all[lane].natural_strain),
+            beyond: Beyond::side_by_side(level, all[0].beyond.as_ref(), |lane| all[lane].beyond),
         }
     }
 
@@ -56,7 +60,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// Axial force EA (eps - eps_natural), N, of an edge with the squared length `squared`, m^2, and the length `length`, m.
+    /// Axial force, N, of an edge with the squared length `squared`, m^2, and the length `length`, m: EA (eps - eps_natural) of
+    /// the linear law.
     #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
         self.stress(&[self.strain_of(squared, length)])[0]
@@ -98,7 +103,17 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The energy, J, at a squared length, m^2, and the length, m.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
-        self.energies(&self.difference(&[self.strain_of(squared, length)]))[0]
+        let strain = self.strain_of(squared, length);
+        let linear = self.energies(&self.difference(&[strain]))[0];
+        match &self.beyond {
+            None => linear,
+            Some(beyond) => linear + beyond.energy(strain) * self.rest_length,
+        }
+    }
+
+    /// The edge with its linear law.
+    pub(crate) fn linear(self) -> Self {
+        Self { beyond: None, ..self }
     }
 
     /// The strain `(|e| - l)/l` of an edge from its squared length, m^2, and its length, m, without the cancellation of `|e| -
@@ -116,7 +131,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.energy_at(squared, squared.sqrt())
     }
 
-    /// Gradient dE/de = F t by the edge vector `e`, N: the force `F = EA (eps - eps_natural)` acts along the tangent `t`.
+    /// Gradient dE/de = F t by the edge vector `e`, N: the axial force `F` acts along the tangent `t`.
     #[inline]
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
         let squared = squared(&e);
@@ -125,8 +140,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         map_components(&e, |x| force * (x * inverse_length))
     }
 
-    /// Energy, gradient and full Hessian by the coordinates of both nodes, from `d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I` by the
-    /// edge vector `e`, with the force `F` and the tangent `t`.
+    /// Energy, gradient and full Hessian by the coordinates of both nodes, from `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I` by the
+    /// edge vector `e`, with the force `F`, its derivative `K` by the strain and the tangent `t`.
     #[inline]
     fn tangent_of<const N: usize>(&self, e: [D; M]) -> Local<D, N> {
         let squared = squared(&e);
@@ -176,7 +191,15 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
         Self { stiffness, natural_strain, ..*self }
     }
 
-    /// Energies of stretching, bending (zero) and twisting (zero), J, at the difference of the strain from the natural one.
+    /// The force beyond the linear law, after its derivative by the strain, N.
+    #[inline(always)]
+    fn beyond(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {
+        let [slope, force] = self.beyond.as_ref()?.response(*strain);
+        Some(([slope], [force]))
+    }
+
+    /// Energies of stretching, bending (zero) and twisting (zero) of the linear law, J, at the difference of the strain from
+    /// the natural one.
     #[inline(always)]
     fn energies(&self, [strain]: &[D; 1]) -> [D; 3] {
         let zero = strain.like(0.0);
@@ -207,6 +230,7 @@ macro_rules! element {
                     stiffness: convert(self.stiffness),
                     rest_length: convert(self.rest_length),
                     natural_strain: convert(self.natural_strain),
+                    beyond: self.beyond.as_ref().map(|beyond| beyond.map(&convert)),
                 }
             }
             /// The energy, J, at the nodes `q`.

@@ -12,7 +12,7 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::planarity::leaves_plane_to_first_order;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
-use crate::scene::{End, Parameter, Scheme, Support};
+use crate::scene::{End, Parameter, Scheme, StretchLaw, Support};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
@@ -154,6 +154,13 @@ impl Problem {
         if ends.iter().any(of_end) {
             let found = format!("{parameter} of an end without a clamp");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
+        }
+        // A clamp in series with an edge makes another law of the stretch.
+        let is_axial = ["supports.start_compliance.axial", "supports.end_compliance.axial"]
+            .contains(&parameter.path());
+        if is_axial && self.scene().material.stretch_law != StretchLaw::Linear {
+            let found = format!("{parameter} with a stretch_law that is not linear");
+            return Err(Error::invalid("parameter", found, "with the linear law of the stretch"));
         }
         for (k, motion) in self.scene().supports.motion.iter().enumerate() {
             let place = format!("supports.motion.{k}.");

@@ -179,7 +179,7 @@ impl Model for PlanarModel {
         let gravity = self.projected(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
         PlanarRod {
-            stretch: line.stretch(&profile, &clamps),
+            stretch: line.stretch(scene.material.stretch_law, &profile, &clamps),
             joint: bend.collect(),
             mass,
             load,

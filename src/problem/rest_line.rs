@@ -3,14 +3,15 @@
 //! [`RestLine`] holds nodes, chords and tributary lengths. From the section profile it computes edges with `EA/l`, masses and
 //! rotational inertias of all unknowns (with the added mass of a fluid), and weights of the nodes (less buoyancy).
 
+use crate::energy::law::Beyond;
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::Scalar;
 use crate::problem::model::Correction;
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
-use crate::scene::Scene;
 use crate::scene::mesh::Mesh;
+use crate::scene::{Scene, StretchLaw};
 
 /// Nodes, edges and tributary lengths of a rod at rest, with `N` coordinates per node.
 #[derive(Clone, Debug)]
@@ -58,18 +59,19 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         std::array::from_fn(|c| self.nodes[j + 1][c] - self.nodes[j][c])
     }
 
-    /// The edges with their axial stiffness EA, N, in series with the axial compliance of clamps. A chord that is shorter than
-    /// its arc is softer by their ratio.
+    /// The edges with their law and their axial stiffness EA at no strain, N, in series with the axial compliance of clamps. A
+    /// chord that is shorter than its arc is softer by their ratio.
     pub fn stretch(
         &self,
+        law: StretchLaw,
         profile: &SectionProfile<D>,
         clamps: &SoftClamps<D>,
     ) -> Vec<Stretch<D, N>> {
         let edges = self.length.iter().zip(&self.tributary.stretch).enumerate();
-        let stretch = edges.map(|(j, (l, arc))| Stretch {
-            stiffness: clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l),
-            rest_length: *l,
-            natural_strain: D::from(0.0),
+        let stretch = edges.map(|(j, (l, arc))| {
+            let stiffness = clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l);
+            let beyond = Beyond::new(law, stiffness);
+            Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0), beyond }
         });
         stretch.collect()
     }

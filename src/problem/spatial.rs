@@ -153,7 +153,7 @@ impl Model for SpatialModel {
         let gravity = self.components(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
         SpatialRod {
-            stretch: line.stretch(&profile, &clamps),
+            stretch: line.stretch(scene.material.stretch_law, &profile, &clamps),
             joint: joint.collect(),
             mass,
             load,

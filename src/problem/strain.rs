@@ -9,7 +9,7 @@ use crate::energy::bend_twist::JointLaw;
 use crate::numerics::vector::{cross, dot, sub};
 use crate::problem::model_with_setup::AnyModel;
 use crate::problem::{AnyProblem, Problem, with_model};
-use crate::scene::Section;
+use crate::scene::{Section, StretchLaw};
 
 /// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean) is
 /// lower by a sixth, and metals and most plastics have yielded.
@@ -56,6 +56,8 @@ pub(crate) struct StrainGauge {
     places: Vec<f64>,
     /// Normal of the plane of a planar rod.
     normal: Option<[f64; 3]>,
+    /// Whether the law of the stretch is linear: others hold for large stretches, which are not compared.
+    is_linear: bool,
 }
 
 impl StrainGauge {
@@ -87,7 +89,8 @@ impl StrainGauge {
         };
         let slopes = lengths.windows(2).enumerate().map(slope).collect();
         let places = problem.arc_lengths().to_vec();
-        Some(Self { natural, slopes, places, normal, lengths })
+        let is_linear = problem.scene().material.stretch_law == StretchLaw::Linear;
+        Some(Self { natural, slopes, places, normal, is_linear, lengths })
     }
 
     /// Largest absolute strain of a rod with nodes at `position(i)`, m, at a time, s (none for an equilibrium), and its place.
@@ -108,7 +111,9 @@ impl StrainGauge {
         for (i, rest) in self.lengths.iter().enumerate() {
             let next = position(i + 1);
             let edge = sub(next, last);
-            compare((dot(edge, edge).sqrt() / rest - 1.0).abs(), false, i);
+            if self.is_linear {
+                compare((dot(edge, edge).sqrt() / rest - 1.0).abs(), false, i);
+            }
             if let Some(before) = before {
                 let joint = i - 1;
                 let change = self.curvature_change(before, edge, self.natural[joint]);

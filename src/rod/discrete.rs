@@ -354,7 +354,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let mut rod = self.clone();
         let zero = D::from(0.0);
         // Dashpots: the strains of the elements stand for rates, whose natural values are zero.
-        rod.stretch.iter_mut().for_each(|edge| *edge = edge.with(edge.stiffness(), [zero]));
+        for edge in &mut rod.stretch {
+            *edge = edge.linear().with(edge.stiffness(), [zero]);
+        }
         rod.joint.iter_mut().for_each(|joint| *joint = joint.with(joint.stiffness(), [zero; S]));
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
         rod.moments.list.clear();
@@ -454,7 +456,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
 
     /// Multiplies the axial stiffness of every edge by its factor.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
-        self.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
+        for (j, edge) in self.stretch.iter_mut().enumerate() {
+            edge.stiffness *= factor(j);
+            if let Some(beyond) = &mut edge.beyond {
+                beyond.modulus *= factor(j);
+            }
+        }
     }
 
     /// Replaces the user-defined energies.

@@ -86,11 +86,12 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
     /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the
-    /// effective strains.
+    /// effective strains and at fixed unknowns, with the rod at the state of the `geometry`.
     fn stress_rates<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
         strains: &EffectiveStrains<G>,
+        geometry: &Self::Geometry,
         out: &mut [Lanes<G>],
     );
 

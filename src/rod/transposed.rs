@@ -45,6 +45,8 @@ pub struct Strained<'a> {
     pub strains: &'a [f64],
     /// Strains with a viscosity of their kind; empty for most rods.
     pub own: &'a [f64],
+    /// The strains of the rod themselves, on which the parts of stresses beyond a linear law depend.
+    pub now: &'a [f64],
     /// Whether rest lengths act through effective strains instead of through the laws of the edges.
     pub counted: bool,
 }

@@ -1,17 +1,39 @@
-//! `[material]`: density, kg/m^3, and elastic moduli, Pa, with their allowed ranges, the search ranges of fits, and validation.
+//! `[material]`: density, kg/m^3, elastic moduli, Pa, and the law of the stretch, with their allowed ranges, the search ranges of
+//! fits, and validation.
 //!
-//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected.
+//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean stretch
+//! is that of an incompressible material: other ratios are rejected beside it.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
 use crate::scene::table::{NumberTree, TABLE, table};
+use serde::{Deserialize, Serialize};
 
 /// Quantity of Poisson's ratio of an isotropic material, in (-1, 0.5]; a search begins at 0.3.
 const POISSON_RATIO: Quantity =
     Quantity::signed("").within(-1.0 + 1e-9, 0.5).searched(Candidates::Values(&[0.3]));
 
+/// The law of the stretch: the axial force as a function of the strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum StretchLaw {
+    /// Hooke's law: the force is EA times the strain.
+    #[default]
+    Linear,
+    /// An incompressible neo-Hookean material in uniaxial stretch: with the stretch ratio s, the force is EA/3 (s - 1/s^2).
+    NeoHookean,
+}
+
+impl StretchLaw {
+    /// Whether the law is the linear one.
+    fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+}
+
 table! {
-    /// `[material]`: density and elastic moduli.
+    /// `[material]`: density, elastic moduli and the law of the stretch.
     pub struct Material {
         /// Density, kg/m^3.
         pub density: D = Quantity::positive("kg/m^3").searched(Candidates::Decades(100.0, 2e4, 2.0)),
@@ -23,13 +45,22 @@ table! {
         /// Shear modulus G, Pa; instead of Poisson's ratio.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shear_modulus: Option<D> = Quantity::positive("Pa").searched(Candidates::OfYoungsModulus(0.01, 3.0)),
+        /// The law of the stretch: `linear`, or `neo-hookean` for rubber under large stretches.
+        #[serde(default, skip_serializing_if = "StretchLaw::is_linear")]
+        pub stretch_law: StretchLaw,
     }
 }
 
 impl Material {
     /// Material of a density, kg/m^3, and a Young's modulus, Pa, without Poisson's ratio and shear modulus.
     pub fn new(density: f64, youngs_modulus: f64) -> Self {
-        Self { density, youngs_modulus, poisson_ratio: None, shear_modulus: None }
+        Self {
+            density,
+            youngs_modulus,
+            poisson_ratio: None,
+            shear_modulus: None,
+            stretch_law: StretchLaw::Linear,
+        }
     }
 
     /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside the
@@ -42,6 +73,11 @@ impl Material {
             if self.shear_modulus.is_some() {
                 let found = "both poisson_ratio and shear_modulus";
                 return Err(Error::invalid("material.shear_modulus", found, "one of the two"));
+            }
+            // Rounded ratios of files are those of incompressible materials, too.
+            if self.stretch_law == StretchLaw::NeoHookean && nu < 0.495 {
+                let allowed = "0.5 with stretch_law \"neo-hookean\", which is incompressible; or shear_modulus";
+                return Err(Error::invalid("material.poisson_ratio", nu, allowed));
             }
         }
         self.check_numbers("material", TABLE)

@@ -56,7 +56,7 @@ pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, LineForce, Loads, Maxwell, PointForce};
 pub use mass::PointMass;
-pub use material::Material;
+pub use material::{Material, StretchLaw};
 pub use own::{At, Attached};
 pub use parameter::Parameter;
 pub use path::Recorded;
@@ -294,6 +294,21 @@ impl Scene {
         self.camera.check_numbers("camera", TABLE)?;
         own::check(&self.energies)?;
         self.check_accuracy()?;
+        // A clamp in series with an edge makes another law of the stretch.
+        if self.material.stretch_law != StretchLaw::Linear {
+            let clamps = [("start", End::Start), ("end", End::End)];
+            for (name, end) in clamps {
+                let axial = self.supports.compliance(end).axial;
+                if axial != 0.0 {
+                    let allowed = "0 with a material.stretch_law that is not linear";
+                    return Err(Error::invalid(
+                        format!("supports.{name}_compliance.axial"),
+                        axial,
+                        allowed,
+                    ));
+                }
+            }
+        }
         if self.supports.angle != 0.0 && self.initial.shape.is_some() {
             let allowed = "no such key with initial.shape, which gives the position of the rod";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));

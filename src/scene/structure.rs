@@ -5,7 +5,7 @@ use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
-use crate::scene::material::Material;
+use crate::scene::material::{Material, StretchLaw};
 use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
@@ -100,14 +100,17 @@ table! {
         /// Shear modulus G, Pa; instead of Poisson's ratio.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub shear_modulus: Option<D> = Quantity::positive("Pa"),
+        /// The law of the stretch.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub stretch_law: StretchLaw,
     }
 }
 
 impl<D: Copy> NamedMaterial<D> {
     /// The material without its name.
     fn material(&self) -> Material<D> {
-        let Self { density, youngs_modulus, poisson_ratio, shear_modulus, .. } = *self;
-        Material { density, youngs_modulus, poisson_ratio, shear_modulus }
+        let Self { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law, .. } = *self;
+        Material { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law }
     }
 }
 

@@ -135,6 +135,7 @@ impl<D: Scalar> Taper<D> {
             youngs_modulus: times(material.youngs_modulus, &self.youngs_modulus),
             poisson_ratio: material.poisson_ratio,
             shear_modulus: material.shear_modulus.map(|g| times(g, &self.shear_modulus)),
+            stretch_law: material.stretch_law,
         };
         (section, material)
     }

@@ -10,7 +10,7 @@ use crate::common::at_tip;
 use crate::parameters::{SEEDS, scene};
 
 /// Of the sum of the sizes of all terms of a derivative.
-const EXACT: f64 = 1e-9;
+pub const EXACT: f64 = 1e-9;
 /// The least size of what a number of its own size makes of the misfit.
 const LEAST: f64 = 1e-7;
 
@@ -75,7 +75,7 @@ fn numbers(problem: &Problem) -> Vec<Parameter> {
 }
 
 /// The worst that a derivative is off, of the sizes of its terms.
-fn worst(problem: &Problem, seed: u64) -> (f64, Vec<Parameter>) {
+pub fn worst(problem: &Problem, seed: u64) -> (f64, Vec<Parameter>) {
     let (misfit, parameters) = (Misfit::of(problem, seed), numbers(problem));
     let (back, along) = (misfit.back(problem, &parameters), misfit.along(problem, &parameters));
     let mut worst = 0.0_f64;

@@ -6,6 +6,7 @@ mod common;
 
 mod adjoint;
 mod hessian;
+mod hyperelastic;
 mod lanes;
 mod motion;
 mod parameters;

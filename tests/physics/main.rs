@@ -12,6 +12,7 @@ mod explicit_schemes;
 mod generalised_alpha;
 mod hard_cases;
 mod helix;
+mod hyperelastic;
 mod newton;
 mod numerical_damping;
 mod paper;

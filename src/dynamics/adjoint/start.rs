@@ -105,7 +105,7 @@ where
     let mut laws = parameters.laws.clone();
     let mut add = |d: &[f64]| {
         strained(rod, &geometry, &still, d, &mut along);
-        let strained = Strained { strains: &strain, own: &[], counted: false };
+        let strained = Strained { strains: &strain, own: &[], now: &strain, counted: false };
         rod.add_to_laws(&along, strained, &mut laws);
     };
     add(&d);

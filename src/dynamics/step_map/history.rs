@@ -157,7 +157,7 @@ impl<R: Sensitive> StepMap<'_, R> {
                 slipping
             }
         };
-        self.step.rod.stress_rates(&parameters.laws, strains, stress);
+        self.step.rod.stress_rates(&parameters.laws, strains, self.step.end, stress);
     }
 
     /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
@@ -374,7 +374,8 @@ impl<R: Transposed> StepMap<'_, R> {
         // The force along d is the stress times the strain along d: w . (ds/dq d).
         strained(rod, self.step.end, &self.still, d, along);
         let EffectiveStrains { values, own, .. } = effective;
-        let of_strains = Strained { strains: values, own, counted: has_history };
+        let now = if has_history { &self.step.after.internal.strain } else { &*values };
+        let of_strains = Strained { strains: values, own, now, counted: has_history };
         rod.add_to_laws(along, of_strains, &mut slopes.laws);
         let Some(form) = form else { return };
         // By the effective strain: K times that strain, and from it by s0, r0, z0 with the

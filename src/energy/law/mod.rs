@@ -1,18 +1,22 @@
 //! Laws of the material: the stresses of an edge or a joint as functions of its strains.
 //!
-//! A [`Law`] is elastic, with the stress `K (s - s_natural)`: stretching of an edge, bending of a planar joint, bending
-//! and twisting of a spatial one. Each law states its stiffness, its natural strains and its energies, for any
+//! A [`Law`] is elastic: stretching of an edge, bending of a planar joint, bending and twisting of a spatial one. Its
+//! stress is `K (s - s_natural)`. A law that is not linear adds a [part beyond](Law::beyond) that, with the stiffness `K`
+//! at no strain. Each law states its stiffness, its natural strains and its energies, for any
 //! [`Scalar`]; the sweeps over a rod, its viscous steps, its dashpots and all derivatives follow from these.
 //!
 //! - Kelvin-Voigt and Maxwell stress over a step make another elastic law of an elastic one: [`Law::viscous`].
+//! - Viscous stress has the stiffness at no strain, also of laws that are not linear: [`hyperelastic`].
 //! - Internal friction is an elastic law in parallel with springs that slip: [`slip`].
 //! - Derivatives along parameters, and by the numbers of a law, are those of its stiffness and of its stress without
 //!   strain: [`LawRate`] and [`LawSlopes`].
 
+pub mod hyperelastic;
 mod rate;
 pub mod slip;
 pub(crate) mod stiffness;
 
+pub use hyperelastic::Beyond;
 pub use rate::{LawRate, LawSlopes};
 pub use slip::{Sliders, Spring, Springs};
 pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
@@ -29,7 +33,7 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The kind of each strain: 0 of stretching, 1 of bending, 2 of twisting.
     const KINDS: [usize; S];
 
-    /// The stiffness `K`: N of an edge, N m of a joint.
+    /// The stiffness `K` at no strain, of the linear law: N of an edge, N m of a joint.
     fn stiffness(&self) -> Self::Stiffness;
 
     /// The strains at which there is no stress.
@@ -38,8 +42,8 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The law with other stiffnesses and natural strains.
     fn with(&self, stiffness: Self::Stiffness, natural: [D; S]) -> Self;
 
-    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones. The
-    /// energy of a coupling counts half for each of its kinds.
+    /// Energies of stretching, bending and twisting of the linear law, J, at the difference of the strains from the natural ones.
+    /// The energy of a coupling counts half for each of its kinds.
     fn energies(&self, difference: &[D; S]) -> [D; 3];
 
     /// The strains less the natural ones.
@@ -52,19 +56,44 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         difference
     }
 
+    /// The stresses beyond those of the linear law at these strains, after their derivatives by the strains; none of a
+    /// linear law.
+    #[inline(always)]
+    fn beyond(&self, _strains: &[D; S]) -> Option<(Self::Stiffness, [D; S])> {
+        None
+    }
+
     /// The stresses at these strains: N of an edge, N m of a joint.
     #[inline(always)]
     fn stress(&self, strains: &[D; S]) -> [D; S] {
-        self.stiffness().times(&self.difference(strains))
+        let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
+        if let Some((_, beyond)) = self.beyond(strains) {
+            for c in 0..S {
+                stress[c] += beyond[c];
+            }
+        }
+        stress
     }
 
     /// The derivatives of the stresses by the strains at these strains, and the stresses.
     #[inline(always)]
     fn response(&self, strains: &[D; S]) -> (Self::Stiffness, [D; S]) {
-        (self.stiffness(), self.stress(strains))
+        let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
+        let mut stiffness = self.stiffness();
+        if let Some((slopes, beyond)) = self.beyond(strains) {
+            let linear = stiffness;
+            stiffness = Symmetric::from_entries(
+                #[inline(always)]
+                |k| linear.entry(k) + slopes.entry(k),
+            );
+            for c in 0..S {
+                stress[c] += beyond[c];
+            }
+        }
+        (stiffness, stress)
     }
 
-    /// The law of a viscous step, with the stress `K (factor s - natural - shift)`.
+    /// The law of a viscous step, with the stress `K (factor s - natural - shift)` and the same part beyond.
     #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; S]) -> Self {
         let natural = self.natural();

@@ -1,6 +1,7 @@
 //! Derivatives of the stresses of a law along parameters, and of a number by the law.
 //!
-//! The stress `K s + w` of a [`Law`] is linear in its stiffness `K` and in its stress without strain `w = -K s_natural`.
+//! The stress `K s + w` of a linear [`Law`] is linear in its stiffness `K` and in its stress without strain `w = -K s_natural`.
+//! The part [beyond](Law::beyond) a linear law has the derivatives of its modulus besides.
 //! [`LawRate`] has the derivatives of both along parameters. [`LawSlopes`] has the derivatives of a number by both: the
 //! transposed product.
 
@@ -66,6 +67,8 @@ pub struct LawSlopes {
     pub stiffness: [f64; 6],
     /// By the stresses without strain.
     pub offset: [f64; 3],
+    /// By the modulus of the part beyond a linear law.
+    pub modulus: f64,
 }
 
 impl LawSlopes {

@@ -7,7 +7,7 @@
 //! gradient (N), `G` values each in SIMD lanes. Forward sensitivities use them for the right-hand side of each step.
 
 use crate::energy::law::slip::SliderRates;
-use crate::energy::law::{LawRate, Symmetric};
+use crate::energy::law::{Beyond, LawRate, Symmetric};
 use crate::energy::{Derivatives, Law, Stretch};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
@@ -78,6 +78,8 @@ pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: u
     /// functions of the strains.
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
     axial: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
+    /// Parts of the edges beyond a linear law, with the derivative along each parameter; empty of linear laws.
+    pub(super) beyond: Vec<[Beyond<Dual64>; G]>,
     /// Derivatives of the rest lengths, over the rest lengths.
     pub(super) rest: Vec<Lanes<G>>,
     /// Laws of the joints.
@@ -97,11 +99,23 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
             elastic: false,
             stretch: Vec::new(),
             axial: Vec::new(),
+            beyond: Vec::new(),
             rest: Vec::new(),
             joint: Vec::new(),
             load: Vec::new(),
             sliders: None,
         }
+    }
+}
+
+impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<L, N, S, G> {
+    /// The derivatives of the force of edge `i` beyond a linear law, N, at fixed unknowns: its `strain` depends on the rest
+    /// length.
+    fn beyond_rate(&self, i: usize, strain: f64) -> Lanes<G> {
+        let Some(beyond) = self.beyond.get(i) else { return Lanes::ZERO };
+        Lanes(components(|g| {
+            beyond[g].force(Dual64::new(strain, -(1.0 + strain) * self.rest[i].0[g])).eps
+        }))
     }
 }
 
@@ -226,8 +240,13 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// Overwrites `rates` with the derivatives that the dual rods contain: laws, rest lengths, loads and friction
     /// springs.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
-        let Rates { elastic, stretch, axial, rest, joint, load, sliders } = rates;
+        let Rates { elastic, stretch, axial, beyond, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
+        beyond.clear();
+        beyond.extend(
+            (0..first.stretch.len())
+                .filter_map(|i| all(duals.each_ref().map(|rod| rod.stretch[i].beyond))),
+        );
         stretch.clear();
         axial.clear();
         for (i, law) in first.stretch.iter().enumerate() {
@@ -275,11 +294,14 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
-        let Rates { elastic, stretch, joint, load, .. } = rates;
+        let Rates { elastic, stretch, beyond, joint, load, .. } = rates;
         // An elastic law that changes needs the sweep over all elements; otherwise only loads have derivatives.
         // Only loads change: the derivatives of the gradient are those of the loads.
         if derivatives == Derivatives::Hand && *elastic {
-            let axial = |i: usize, strain: f64| stretch[i].stress(&[strain])[0];
+            let axial = |i: usize, strain: f64| {
+                let linear = stretch[i].stress(&[strain])[0];
+                if beyond.is_empty() { linear } else { linear + rates.beyond_rate(i, strain) }
+            };
             L::pull(geometry, axial, |i, strains| joint[i].stress(strains), |i| load[i], out);
         } else {
             out.fill([0.0; G]);
@@ -347,12 +369,19 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         &self,
         rates: &Self::Rates<G>,
         strains: &EffectiveStrains<G>,
+        geometry: &L::Geometry,
         out: &mut [Lanes<G>],
     ) {
         let edges = self.stretch.len();
         let (axial, joints) = out.split_at_mut(edges);
         stress_rates(&self.stretch, &rates.axial, strains, 0, axial);
         stress_rates(&self.joint, &rates.joint, strains, edges, joints);
+        // Dashpots alone are linear.
+        if strains.natural && !rates.beyond.is_empty() {
+            for (i, (out, strain)) in axial.iter_mut().zip(geometry.edge_strains()).enumerate() {
+                *out += rates.beyond_rate(i, strain);
+            }
+        }
     }
 
     /// Writes the derivatives of the forces of the stresses `K s` of these strains along laws, unknowns and frames.

@@ -73,6 +73,12 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
                 to.rest[i] += w[i] * law.stiffness * (strain + 1.0);
             }
         }
+        for (i, law) in self.stretch.iter().enumerate() {
+            let (Some(beyond), strain) = (&law.beyond, strained.now[i]) else { continue };
+            // At fixed unknowns the strain depends on the rest length.
+            to.stretch[i].modulus += w[i] * beyond.force_shape(strain);
+            to.rest[i] -= w[i] * beyond.response(strain)[0] * (1.0 + strain);
+        }
     }
 
     /// Adds the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by the forces.
@@ -95,8 +101,11 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let rest = rates.rest.iter().zip(&laws.rest);
         let load = rates.load.iter().enumerate();
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
+        let beyond = rates.beyond.iter().zip(&laws.stretch);
+        let beyond: f64 = beyond.map(|([rate], by)| rate.modulus.eps * by.modulus).sum();
         let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
         all.sum::<f64>()
+            + beyond
             + dual.moments.along(&laws.moment)
             + Self::along_joints(rates, laws).iter().sum::<f64>()
     }

@@ -1,0 +1,164 @@
+//! Laws of the stretch that are nonlinear in the strain.
+//!
+//! A law with the force `N(s; p)` of an edge at the strain `s` is the linear law with its stiffness `K` at no strain, and a
+//! [`Beyond`]: `N = K s + C x(s)`. The modulus `C` depends on the parameters, and `x` has no slope at no strain. Viscous
+//! stress takes the linear law. In this form no digits are lost at small strains: `x` of an
+//! incompressible neo-Hookean rod is not the difference of `(lambda - 1/lambda^2)/3` and `s`, but
+//!
+//! ```text
+//! x = -s^2 (3 + 2 s)/(3 lambda^2)    dx/ds = -2/3 s (3 + 3 s + s^2)/lambda^3    integral = -s^3/(3 lambda)
+//! ```
+//!
+//! with the stretch ratio `lambda = 1 + s`. A new law is a variant of [`StretchLaw`] and its formulas here.
+
+use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::scene::StretchLaw;
+
+/// The force of an edge beyond that of its linear law.
+#[derive(Clone, Copy, Debug)]
+pub struct Beyond<D> {
+    /// The law; a linear one has no part beyond.
+    law: StretchLaw,
+    /// The modulus C, N: EA of a neo-Hookean rod.
+    pub modulus: D,
+}
+
+/// The shape of a law beyond the linear one at a strain, for a modulus of one.
+struct Shape<D> {
+    /// `x` and `dx/ds`.
+    force: D,
+    slope: D,
+}
+
+impl<D: Scalar> Beyond<D> {
+    /// The part of a law beyond the linear one, for the axial stiffness EA at no strain, N; none of the linear law.
+    pub fn new(law: StretchLaw, stiffness: D) -> Option<Self> {
+        match law {
+            StretchLaw::Linear => None,
+            StretchLaw::NeoHookean => Some(Self { law, modulus: stiffness }),
+        }
+    }
+
+    /// Those of edges in SIMD lanes; none of edges with a linear law.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: SimdScalar<D>>(
+        level: V::Level,
+        first: Option<&Self>,
+        of: impl Fn(usize) -> Option<Self>,
+    ) -> Option<Beyond<V>> {
+        let law = first?.law;
+        let modulus = V::gather(level, |lane| match of(lane) {
+            Some(beyond) => beyond.modulus,
+            // Beyond the end of a rod.
+            None => D::from(0.0),
+        });
+        Some(Beyond { law, modulus })
+    }
+
+    /// The part with its numbers in another type.
+    pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Beyond<E> {
+        Beyond { law: self.law, modulus: convert(self.modulus) }
+    }
+
+    /// The energy over the rest length, N, at the strain `s`: the integral of the force.
+    #[inline(always)]
+    pub fn energy(&self, s: D) -> D {
+        let integral = match self.law {
+            StretchLaw::Linear => s.like(0.0),
+            StretchLaw::NeoHookean => -(s * s * s) / ((s + 1.0) * 3.0),
+        };
+        self.modulus * integral
+    }
+
+    /// The force, N, at the strain `s`.
+    #[inline(always)]
+    pub fn force(&self, s: D) -> D {
+        self.modulus * self.force_shape(s)
+    }
+
+    /// The derivative of the force by the modulus, at the strain `s`.
+    #[inline(always)]
+    pub(crate) fn force_shape(&self, s: D) -> D {
+        self.shape(s).force
+    }
+
+    /// The derivative of the force by the strain `s`, and the force, N.
+    #[inline(always)]
+    pub fn response(&self, s: D) -> [D; 2] {
+        let Shape { force, slope } = self.shape(s);
+        [self.modulus * slope, self.modulus * force]
+    }
+
+    /// `x` and its slope.
+    #[inline(always)]
+    fn shape(&self, s: D) -> Shape<D> {
+        match self.law {
+            StretchLaw::Linear => Shape { force: s.like(0.0), slope: s.like(0.0) },
+            StretchLaw::NeoHookean => {
+                let inverse = (s + 1.0).recip();
+                let square = inverse * inverse;
+                Shape {
+                    force: -(s * s * (s * 2.0 + 3.0) * square) * (1.0 / 3.0),
+                    slope: -(s * (s * s + s * 3.0 + 3.0) * (square * inverse)) * (2.0 / 3.0),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::{Element, Stretch, dual_tangent};
+    use num_dual::Dual2_64;
+
+    fn edge<const M: usize>() -> Stretch<f64, M> {
+        let beyond = Beyond::new(StretchLaw::NeoHookean, 7.0);
+        Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0, beyond }
+    }
+
+    /// Energy, force and stiffness of the whole law are those of `E A/6 (lambda^2 + 2/lambda - 3)`.
+    #[test]
+    fn neo_hookean_law_is_that_of_the_literature() {
+        let beyond = Beyond::new(StretchLaw::NeoHookean, 7.0).unwrap();
+        for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
+            let stretch = Dual2_64::from(s).derivative() + 1.0;
+            let exact = (stretch * stretch + stretch.recip() * 2.0 - 3.0) * (7.0 / 6.0);
+            let [slope, force] = beyond.response(s);
+            let energy = 3.5 * s * s + beyond.energy(s);
+            assert!((energy - exact.re).abs() < 1e-14, "{s} {energy} {exact:?}");
+            assert!((7.0 * s + force - exact.v1).abs() < 1e-13, "{s} {force} {exact:?}");
+            assert!((7.0 + slope - exact.v2).abs() < 1e-12, "{s} {slope} {exact:?}");
+            let lambda = 1.0 + s;
+            let literature = 7.0 / 3.0 * (lambda - 1.0 / (lambda * lambda));
+            assert!((7.0 * s + beyond.force(s) - literature).abs() < 1e-13);
+        }
+        // The relative error of the difference of two numbers near one would be 1e-7.
+        let exact = -1e-18 * (1.0 + 2e-9 / 3.0) / (1.0 + 2e-9) * 7.0;
+        assert!((beyond.force(1e-9) / exact - 1.0).abs() < 1e-15, "{:e}", beyond.force(1e-9));
+    }
+
+    /// Gradient and Hessian of an edge by hand are those of its energy by num-dual, in the plane and in space.
+    #[test]
+    fn edge_has_the_derivatives_of_dual_numbers() {
+        for q in [[0.0, 0.1, -0.2, 0.9, 0.4, 0.3], [0.2, 0.0, 0.0, 0.5, -0.3, 0.2]] {
+            let (hand, dual) = (edge::<3>().tangent(&q), dual_tangent(&edge::<3>(), &q));
+            assert!((hand.energy - dual.energy).abs() < 1e-14);
+            for r in 0..6 {
+                assert!((hand.gradient[r] - dual.gradient[r]).abs() < 1e-13, "{hand:?} {dual:?}");
+                for c in 0..6 {
+                    let [hand, dual] = [&hand, &dual].map(|local| local.hessian[r][c]);
+                    assert!((hand - dual).abs() < 1e-12, "{r} {c} {hand} {dual}");
+                }
+            }
+            let plane = [q[0], q[1], q[3], q[4]];
+            let (hand, dual) = (edge::<2>().tangent(&plane), dual_tangent(&edge::<2>(), &plane));
+            for r in 0..4 {
+                for c in 0..4 {
+                    let [hand, dual] = [&hand, &dual].map(|local| local.hessian[r][c]);
+                    assert!((hand - dual).abs() < 1e-12, "{r} {c} {hand} {dual}");
+                }
+            }
+        }
+    }
+}
