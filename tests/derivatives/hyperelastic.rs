@@ -23,7 +23,7 @@ fn rubber(planar: bool, scheme: Scheme, damping: f64) -> Scene {
     let mut scene = Scene::new(8, shape, Section::Circle { radius: 0.005 }, material);
     scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
     scene.loads.gravity = [0.0, -9.8, across];
-    scene.loads.point = at_tip([6.0, 0.5, across]);
+    scene.loads.point = at_tip([10.0, 0.5, across]);
     scene.loads.damping.stiffness = damping;
     if damping > 0.0 {
         scene.loads.damping.mass = 1.5;
@@ -31,7 +31,7 @@ fn rubber(planar: bool, scheme: Scheme, damping: f64) -> Scene {
             scene.loads.damping.maxwell = Some(Maxwell { stiffness: 0.3, time: 4e-3 });
         }
     }
-    let step = 2e-3;
+    let step = 1e-3;
     let mut time = Time { scheme, ..Time::new(STEPS as f64 * step, step) };
     (time.beta, time.rho_inf, time.tolerance) = (0.6, 0.4, StepTolerance::Rounding);
     scene.time = Some(time);

