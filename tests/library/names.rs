@@ -30,7 +30,7 @@ estimate_table experiment experiment_estimates explain extend extra extrapolatio
 file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run fit_statistics
 fit_summary fitted foot_point force_rates forces form former_results forward_derivatives frame frame_products
 frames free_run frequencies frequencies_form gauge gauss_newton generate geometry grade grid hash hermite
-hessian hints history html identifiability inertia init initial initial_sigmas input input_changes
+hessian hints history html hyperelastic identifiability inertia init initial initial_sigmas input input_changes
 input_directions input_errors input_sensitivities inspect inspection inspection_summary job_script joint
 journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit limits line_loads
 linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues marker mass material

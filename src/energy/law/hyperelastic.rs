@@ -24,7 +24,7 @@ pub struct Beyond<D> {
 }
 
 /// The shape of a law beyond the linear one at a strain, for a modulus of one.
-struct Shape<D> {
+struct ForceShape<D> {
     /// `x` and `dx/ds`.
     force: D,
     slope: D,
@@ -85,19 +85,19 @@ impl<D: Scalar> Beyond<D> {
     /// The derivative of the force by the strain `s`, and the force, N.
     #[inline(always)]
     pub fn response(&self, s: D) -> [D; 2] {
-        let Shape { force, slope } = self.shape(s);
+        let ForceShape { force, slope } = self.shape(s);
         [self.modulus * slope, self.modulus * force]
     }
 
     /// `x` and its slope.
     #[inline(always)]
-    fn shape(&self, s: D) -> Shape<D> {
+    fn shape(&self, s: D) -> ForceShape<D> {
         match self.law {
-            StretchLaw::Linear => Shape { force: s.like(0.0), slope: s.like(0.0) },
+            StretchLaw::Linear => ForceShape { force: s.like(0.0), slope: s.like(0.0) },
             StretchLaw::NeoHookean => {
                 let inverse = (s + 1.0).recip();
                 let square = inverse * inverse;
-                Shape {
+                ForceShape {
                     force: -(s * s * (s * 2.0 + 3.0) * square) * (1.0 / 3.0),
                     slope: -(s * (s * s + s * 3.0 + 3.0) * (square * inverse)) * (2.0 / 3.0),
                 }

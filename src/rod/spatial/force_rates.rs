@@ -18,8 +18,7 @@ use crate::numerics::lanes::{Lanes, dot as lanes_dot};
 use crate::rod::discrete::StressRate;
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
-use crate::rod::spatial::geometry::{SpatialEdgeGeometry, SpatialJointGeometry};
-use crate::rod::spatial::rates::edge;
+use crate::rod::spatial::geometry::{SpatialEdgeGeometry, SpatialJointGeometry, edge};
 
 /// The derivatives of an edge along `G` parameters.
 #[derive(Clone, Copy)]

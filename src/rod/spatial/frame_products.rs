@@ -14,8 +14,7 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::{FrameRate, RodGeometry};
 use crate::rod::layout::{Layout, Space};
-use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
-use crate::rod::spatial::rates::edge;
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry, edge};
 
 /// The cross product `a x b` of a vector of plain numbers and a vector of lanes.
 #[inline(always)]

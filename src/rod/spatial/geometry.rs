@@ -4,7 +4,9 @@
 //! Written by a sweep at the solution of a step; the products with derivatives along parameters and with derivatives of
 //! frames use it.
 
+use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;
+use crate::rod::edges::STRIDE;
 
 /// Length, m, directions and strain of an edge, and its rotation since its reference.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,4 +39,13 @@ pub(super) struct SpatialJointGeometry {
 pub struct Geometry {
     pub(super) edges: Vec<SpatialEdgeGeometry>,
     pub(super) joints: Vec<SpatialJointGeometry>,
+}
+
+/// The vector of edge `j`, m, from `G` lists of unknowns in SIMD lanes.
+#[inline(always)]
+pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
+    let own: &[[f64; G]; 7] =
+        q[STRIDE * j..].first_chunk().expect("an edge's nodes are nodes of the rod");
+    let along = |c: usize| Lanes(own[STRIDE + c]) - Lanes(own[c]);
+    [along(0), along(1), along(2)]
 }

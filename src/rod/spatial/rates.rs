@@ -10,16 +10,7 @@ use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
 use crate::rod::layout::Space;
 use crate::rod::spatial::force_rates::{EdgeMotion, PullRate, edge_force_rate, pull_rates};
-use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry};
-
-/// The vector of edge `j`, m, from `G` lists of unknowns in SIMD lanes.
-#[inline(always)]
-pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
-    let own: &[[f64; G]; 7] =
-        q[STRIDE * j..].first_chunk().expect("an edge's nodes are nodes of the rod");
-    let along = |c: usize| Lanes(own[STRIDE + c]) - Lanes(own[c]);
-    [along(0), along(1), along(2)]
-}
+use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry, edge};
 
 impl RateLayout<3, 3> for Space {
     /// Overwrites `out` with the derivatives of the gradient, N and N m: from those of the axial forces,
