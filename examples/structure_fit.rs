@@ -64,7 +64,7 @@ fn tip<D: rodfit::numerics::scalar::Nestable>(
     let mut observed = Vec::new();
     for k in 1..=TIMES {
         simulation.step_to(5e-3 * k as f64)?;
-        let end = simulation.rod().members()[1].range.end;
+        let end = simulation.rod().rod_ranges()[1].end;
         observed.extend_from_slice(&simulation.state().q[end - 2..end]);
     }
     Ok(observed)

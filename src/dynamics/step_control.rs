@@ -257,7 +257,7 @@ impl StepControl {
 /// `simulation` has just made if an edge turned by more than 45 degrees.
 fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
-    match simulation.rod().over_rotated_edge(&before.q, &now.q) {
+    match simulation.rod().over_rotated_edge(&before.q, &now.q, &before.frames) {
         Some(edge) => Err(Error::Leap { time: now.time, edge }),
         None => Ok(()),
     }

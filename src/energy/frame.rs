@@ -191,6 +191,24 @@ impl<D: Scalar> Frames<D> {
         Self { twist: vec![D::from(0.0); tangents.len().saturating_sub(1)], edges }
     }
 
+    /// Replaces the frame of edge `j` by another one of which the present frame, transported to its tangent, is turned by less
+    /// than half a turn. The strains of joints stay if the angle of the edge is reduced by that turn.
+    pub(crate) fn replace(&mut self, j: usize, to: &EdgeFrame<D>) {
+        let from = self.edges[j];
+        let moved = from.transported(to.tangent);
+        let across = dot(to.tangent, cross(moved.director, to.director));
+        let turn = argument(dot(moved.director, to.director), across);
+        if j > 0 {
+            let before = self.edges[j - 1];
+            let tangents = [before.tangent, from.tangent];
+            self.twist[j - 1] = moved_twist(tangents, [&before, &moved], self.twist[j - 1]) + turn;
+        }
+        if let (Some(after), Some(twist)) = (self.edges.get(j + 1), self.twist.get_mut(j)) {
+            *twist = moved_twist([from.tangent, after.tangent], [&moved, after], *twist) - turn;
+        }
+        self.edges[j] = *to;
+    }
+
     /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference twists follow
     /// continuously (`moved_twist`).
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {

@@ -41,6 +41,11 @@ impl<D: Scalar> Envelope<D> {
         self.start[i].wrapping_add(j)
     }
 
+    /// First column of row `i`.
+    pub fn first(&self, i: usize) -> usize {
+        self.first[i]
+    }
+
     /// The entry of row `i`, column `j`; zero outside the envelope.
     pub fn get(&self, i: usize, j: usize) -> D {
         let (row, column) = (i.max(j), i.min(j));
@@ -55,6 +60,12 @@ impl<D: Scalar> Envelope<D> {
     pub fn add(&mut self, i: usize, j: usize, entry: D) {
         let k = self.index(i, j);
         self.entries[k] += entry;
+    }
+
+    /// Replaces the entry of row `i`, column `j`, at most `i`, which is inside the envelope.
+    pub fn set(&mut self, i: usize, j: usize, entry: D) {
+        let k = self.index(i, j);
+        self.entries[k] = entry;
     }
 
     /// Sets every entry to zero.

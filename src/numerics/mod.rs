@@ -3,6 +3,7 @@
 
 pub mod banded;
 pub mod envelope;
+pub mod envelope_lu;
 pub(crate) mod hermite;
 pub mod lanczos;
 pub mod lanes;
@@ -13,6 +14,7 @@ mod operators;
 pub mod out_of_line;
 pub(crate) mod phi_function;
 pub mod prescribed_dofs;
+pub mod rotation;
 pub mod scalar;
 pub mod simd;
 pub(crate) mod spectrum;

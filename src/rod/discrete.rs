@@ -215,7 +215,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Overwrites `tensions` with the axial force of every edge, N, at `q - change` plus its first-order change by
     /// `change`: the predicted tension, without the spurious stretch of an edge that rotates on a straight line.
-    fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
+    fn tensions_after(
+        &self,
+        change: &[D],
+        q: &[D],
+        _: &Self::Frames,
+        tensions: &mut Vec<D>,
+    ) {
         tensions.clear();
         for (i, stretch) in self.stretch.iter().enumerate() {
             let (now, change) = (L::edge(q, i), L::edge(change, i));
@@ -309,7 +315,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     /// The index of the first edge that turned by more than 45 degrees in a step from the unknowns `before` to `now`.
-    fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize> {
+    fn over_rotated_edge(&self, before: &[D], now: &[D], _: &Self::Frames) -> Option<usize> {
         (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
     }
 

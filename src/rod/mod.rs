@@ -51,6 +51,7 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Displacement of the fastest node in the central difference of `strain_rates`, over the length of the rod. The error of
 /// the difference grows with its square, that by rounding with its inverse: both are about ten digits below the rates.
@@ -90,6 +91,19 @@ impl Energies {
     }
 }
 
+/// Velocities and coefficients of a step for the inertia forces of rotating bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct RotationRates<'a, D> {
+    /// Velocities of all unknowns at the end of the step, m/s (rad/s).
+    pub velocity: &'a [D],
+    /// Derivative of a velocity by the change of its unknown over the step, 1/s.
+    pub slope: D,
+    /// Factor of the masses over that of the tangent in the matrix of the step, 1/s^2.
+    pub mass_weight: D,
+    /// Mass damping, 1/s.
+    pub mass_damping: D,
+}
+
 /// A discrete rod with the unknowns `q`: node coordinates, m, and in space the angle of every edge, rad. `frames` are
 /// the reference frames of the angles.
 pub trait Rod<D: Scalar>: Clone + Send + Sync {
@@ -108,6 +122,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Whether unknown `i` is an angle in rad, and not a length in m.
     fn is_angle(i: usize) -> bool;
+
+    /// Whether unknown `i` of this rod is an angle in rad, and not a length in m.
+    #[inline(always)]
+    fn has_angle_at(&self, i: usize) -> bool {
+        Self::is_angle(i)
+    }
 
     /// A zero matrix with the sparsity pattern of the tangent.
     fn zero_tangent(&self) -> Self::Tangent;
@@ -152,7 +172,14 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Overwrites `tensions` with the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
     /// The default does nothing.
-    fn tensions_after(&self, _change: &[D], _q: &[D], _tensions: &mut Vec<D>) {}
+    fn tensions_after(
+        &self,
+        _change: &[D],
+        _q: &[D],
+        _frames: &Self::Frames,
+        _tensions: &mut Vec<D>,
+    ) {
+    }
 
     /// Overwrites `geometry` with lengths, directions and strains of edges and joints at `q`, in plain numbers.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
@@ -187,6 +214,40 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         frames.move_to(q);
     }
 
+    /// Moves the frames of this rod to `q`, without changing any energy there.
+    #[inline(always)]
+    fn move_frames(&self, frames: &mut Self::Frames, q: &[D]) {
+        Self::rebase(frames, q);
+    }
+
+    /// The coordinates of rotations in space: their changes over a step are rotation vectors, and their velocities angular
+    /// velocities in the axes of the body, both times a length.
+    #[inline(always)]
+    fn rotation_coordinates(&self) -> Range<usize> {
+        0..0
+    }
+
+    /// Adds the inertia forces of rotating bodies, beside those of the diagonal masses, to the forces, and their derivatives
+    /// to the tangent if there is one.
+    fn add_rotational_inertia(
+        &self,
+        _q: &[D],
+        _frames: &Self::Frames,
+        _rates: &RotationRates<'_, D>,
+        _forces: &mut [D],
+        _tangent: Option<&mut Self::Tangent>,
+    ) {
+    }
+
+    /// Converts increments of rotations, by which a simulation takes the [`tangent`](Rod::tangent), to changes of the
+    /// unknowns.
+    #[inline(always)]
+    fn convert_correction(&self, _q: &[D], _frames: &Self::Frames, _correction: &mut [D]) {}
+
+    /// Adds `factor` times the products of inertia, which the diagonal masses lack, with `rates` of all unknowns.
+    #[inline(always)]
+    fn add_products_of_inertia(&self, _rates: &[D], _factor: D, _out: &mut [D]) {}
+
     /// Moves the frames to `q` as [`rebase`](Rod::rebase) does and overwrites `gradient` there, N.
     fn moved_gradient(
         &self,
@@ -206,7 +267,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// The index of the first edge that turned by more than 45 degrees in a step from `before` to `now`; `None` without
     /// one.
-    fn over_rotated_edge(&self, before: &[D], now: &[D]) -> Option<usize>;
+    fn over_rotated_edge(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
     /// The jump of the potential of the loads in [`energies`](Rod::energies), J, over a step in which the angle of a
     /// moment passes half a turn.

@@ -23,6 +23,7 @@ pub mod number;
 pub mod own;
 pub mod parameter;
 pub mod path;
+pub mod per_axis;
 pub mod plane;
 pub mod point;
 mod polyline;

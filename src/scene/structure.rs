@@ -7,6 +7,7 @@ use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
 use crate::scene::material::{Material, StretchLaw};
 use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
+use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
 use crate::scene::section::Section;
@@ -25,6 +26,9 @@ const PLACE: Quantity = Quantity::signed("m");
 table! {
     /// A scene of several rods, with the bodies and joints that connect them. Read one with [`StructureScene::load`].
     pub struct StructureScene {
+        /// `auto`: in a plane where rods, bodies, joints and loads are in one, else in space; `planar`; `spatial`.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub dimension: Dimension,
         /// The rods.
         pub rods: Vec<StructureRod<D>> = TABLE,
         /// Materials that rods name.
@@ -164,8 +168,15 @@ table! {
         pub name: String,
         /// Mass, kg.
         pub mass: D = Quantity::positive("kg"),
-        /// Moment of inertia about its center of mass, kg m^2.
-        pub inertia: D = Quantity::positive("kg m^2"),
+        /// Moment of inertia about its center of mass, kg m^2: one number in a plane, or the three principal ones.
+        pub inertia: PerAxis<D> = Quantity::positive("kg m^2"),
+        /// Rotation vector from the world axes to the principal axes at rest, rad.
+        #[serde(
+            default,
+            deserialize_with = "crate::input::arrays::some_numbers",
+            skip_serializing_if = "Option::is_none"
+        )]
+        pub orientation: Option<[D; 3]> = Quantity::signed("rad"),
         /// Position of its center of mass at rest, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub position: [D; 3] = PLACE,
@@ -185,18 +196,25 @@ table! {
             /// Ends of rods, and at most one body.
             connects: Vec<JointEnd<D>> = TABLE,
         },
-        /// As `ball`; in the plane both are the same.
+        /// Positions are shared; every end but the first turns freely about an axis. In a plane the same as `ball`.
         Hinge {
-            /// Ends of rods, and at most one body.
+            /// Ends of rods; in space a body only as the first entry.
             connects: Vec<JointEnd<D>> = TABLE,
+            /// Direction of the axis at rest, of any length; required in space. In a plane it is the normal.
+            #[serde(
+                default,
+                deserialize_with = "crate::input::arrays::some_numbers",
+                skip_serializing_if = "Option::is_none"
+            )]
+            axis: Option<[D; 3]> = Quantity::signed(""),
         },
         /// Positions are shared; every end but the first turns against the first one with an elastic moment.
         Spring {
             /// Ends of rods; a body only as the first entry.
             connects: Vec<JointEnd<D>> = TABLE,
-            /// Angle over moment, rad/(N m).
-            rotation: D = Quantity::positive("rad/(N m)").searched(Candidates::Here),
-            /// Angle of the end relative to the first one without moment, rad, counterclockwise; 0 is that of the rest shapes.
+            /// Angle over moment, rad/(N m): one number, or in space those of rotations about both directors and the tangent of the end.
+            rotation: PerAxis<D> = Quantity::positive("rad/(N m)").searched(Candidates::Here),
+            /// Angle of the end relative to the first one without moment, rad, counterclockwise; 0 is that of the rest shapes. In a plane only.
             #[serde(default, skip_serializing_if = "is_default")]
             rest: D = Quantity::ANGLE,
         },
@@ -209,7 +227,7 @@ impl<D> StructureJoint<D> {
         match self {
             Self::Rigid { connects }
             | Self::Ball { connects }
-            | Self::Hinge { connects }
+            | Self::Hinge { connects, .. }
             | Self::Spring { connects, .. } => connects,
         }
     }
@@ -448,11 +466,16 @@ impl StructureScene {
     }
 
     /// The scene of one rod alone, in plain numbers, with these supports of its ends.
-    pub(crate) fn part(&self, rod: usize, supports: [Support; 2]) -> Result<Scene, Error> {
+    pub(crate) fn part(
+        &self,
+        rod: usize,
+        supports: [Support; 2],
+        dimension: Dimension,
+    ) -> Result<Scene, Error> {
         let own = &self.rods[rod];
         let material = self.material_of(own)?;
         let mut scene = Scene::new(own.segments, own.shape.clone(), own.section.clone(), material);
-        scene.rod.dimension = Dimension::Planar;
+        scene.rod.dimension = dimension;
         [scene.supports.start, scene.supports.end] = supports;
         self.fill_part(rod, &mut scene)?;
         scene.path.clone_from(&self.path);

@@ -188,7 +188,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         let length = self.settings.length;
         let acceleration = |i: usize| {
             let acceleration = self.gradient[i].abs() / self.rod.mass()[i];
-            if R::is_angle(i) { acceleration * length } else { acceleration }
+            if self.rod.has_angle_at(i) { acceleration * length } else { acceleration }
         };
         let first = self.free().map(acceleration).fold(0.0, f64::max) / (FIRST_STEP * length);
         // An implicit gradient descent with a step of about 1/lambda.
@@ -208,7 +208,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             match step {
                 // A large lambda prevents any motion. After failures with smaller ones, no motion means equilibrium.
                 DescentStep::Still if lambda == 0.0 || decrease > DECREASE => {
-                    R::rebase(&mut frames, &self.q);
+                    self.rod.move_frames(&mut frames, &self.q);
                     self.assemble(&frames);
                     return Ok(EquilibriumState {
                         residual: self.residual(),
@@ -218,7 +218,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                     });
                 }
                 DescentStep::Moved | DescentStep::Still => {
-                    R::rebase(&mut frames, &self.q);
+                    self.rod.move_frames(&mut frames, &self.q);
                     // A good step: lambda decreases, and the descent comes closer to Newton's
                     // method.
                     lambda *= decrease;
@@ -289,7 +289,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             let mut largest = 0.0_f64;
             for i in self.free() {
                 self.q[i] += self.correction[i];
-                let unit = if R::is_angle(i) { 1.0 } else { length.recip() };
+                let unit = if self.rod.has_angle_at(i) { 1.0 } else { length.recip() };
                 let size = self.correction[i].abs() * unit;
                 if size > largest || size.is_nan() {
                     largest = size;
@@ -332,7 +332,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             edges.node_changes::<f64, R>(&mut self.correction);
         }
         let length = self.settings.length;
-        let unit = |i: usize| if R::is_angle(i) { length } else { 1.0 };
+        let unit = |i: usize| if self.rod.has_angle_at(i) { length } else { 1.0 };
         let sizes = self.correction.iter().enumerate().map(|(i, x)| x.abs() * unit(i));
         let scale = SADDLE_DISPLACEMENT * length / sizes.fold(0.0, f64::max);
         if scale.is_finite() {

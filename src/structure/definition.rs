@@ -104,7 +104,7 @@ impl Structure {
 
     /// The scenes of the single rods.
     pub(super) fn parts(&self) -> impl Iterator<Item = &Scene> {
-        self.blueprint.parts.iter().map(|part| &part.scene)
+        self.blueprint.parts.iter()
     }
 
     /// Square of the lowest frequency scale of bending of a rod, `E I/(rho A L^4)` with the sum of all lengths, 1/s^2.

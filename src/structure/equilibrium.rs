@@ -1,10 +1,12 @@
-//! The equilibrium of a structure under its loads, and its stability in the plane.
+//! The equilibrium of a structure under its loads, and its stability in its plane or in space.
 
 use crate::code::Code;
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
+use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Energies, Rod};
+use crate::scene::{Scene, Support};
 use crate::statics::{Descent, DescentSettings, EquilibriumState, Pencil};
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
@@ -23,8 +25,15 @@ pub struct StructureEquilibrium {
     pub energy: f64,
     /// The energy by terms, J.
     pub energies: Energies,
-    /// Whether the energy rises along every motion in the plane.
+    /// Whether the energy rises along every examined motion: in the plane, or in space.
     pub stable_in_plane: bool,
+    /// Whether the energy rises along every motion; of a structure in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stable: Option<bool>,
+    /// Number of straight round rods between balls, which spin about themselves without resistance. They do not count as
+    /// marginal.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spinning_rods: usize,
     /// Number of independent motions that lower the energy.
     pub negative_directions: usize,
     /// Number of independent motions without a measurable stiffness.
@@ -35,6 +44,11 @@ pub struct StructureEquilibrium {
     pub residual: f64,
 }
 
+/// Whether a count is left out of the JSON.
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 impl Structure {
     /// The equilibrium under the loads that the structure reaches from its rest shape.
     ///
@@ -42,16 +56,21 @@ impl Structure {
     /// [`Error::Equilibrium`] where none is found.
     pub fn equilibrium(&self) -> Result<StructureEquilibrium, Error> {
         let found = self.equilibrium_state()?;
-        let energies = self.at_rest.assembly.energies(&found.q, &());
+        let energies = self.at_rest.assembly.energies(&found.q, &found.frames);
         // Eigenvalues of stable motions are above 1, in units of the negligible stiffness.
-        let pencil = self.pencil(&found.q, self.negligible_stiffness());
+        let pencil = self.pencil(&found, self.negligible_stiffness());
         let negative_directions = pencil.inertia(-1.0)?;
-        let marginal_directions = pencil.inertia(1.0)?.saturating_sub(negative_directions);
+        let neutral = pencil.inertia(1.0)?.saturating_sub(negative_directions);
+        let spinning_rods = self.spinning_rods().count().min(neutral);
+        let marginal_directions = neutral - spinning_rods;
+        let is_stable = negative_directions + marginal_directions == 0;
         Ok(StructureEquilibrium {
-            shape: self.shape(&found.q),
+            shape: self.shape_at(&found.q, &found.frames),
             energy: energies.total(),
             energies,
-            stable_in_plane: negative_directions + marginal_directions == 0,
+            stable_in_plane: is_stable,
+            stable: self.at_rest.assembly.is_spatial().then_some(is_stable),
+            spinning_rods,
             negative_directions,
             marginal_directions,
             newton_iterations: found.newton_iterations,
@@ -59,29 +78,68 @@ impl Structure {
         })
     }
 
-    /// The unknowns of the equilibrium.
-    pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<()>, Error> {
+    /// Rods in space whose spin about themselves meets no resistance: straight and round ones with no clamped end.
+    fn spinning_rods(&self) -> impl Iterator<Item = usize> {
+        let is_round = |scene: &Scene| {
+            let [i1, i2] = scene.at(0.5).0.moments().second_moments;
+            (i1 - i2).abs() <= 1e-9 * i1
+        };
+        let free_ends = |k: usize| {
+            let ends = self.blueprint.plan.ends[k];
+            ends.iter().all(|hold| hold.support() != Support::Clamped)
+        };
+        let spins = move |k: &usize| {
+            let straight = self.at_rest.meshes[*k].is_straight();
+            straight && is_round(&self.blueprint.parts[*k]) && free_ends(*k)
+        };
+        let count = if self.at_rest.assembly.is_spatial() { self.scene.rods.len() } else { 0 };
+        (0..count).filter(spins)
+    }
+
+    /// The unknowns and frames of the equilibrium.
+    pub(super) fn equilibrium_state(
+        &self,
+    ) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
+        let negligible = self.negligible_stiffness();
+        // Weak springs hold the spins of rods.
+        let (ranges, mut springs) = (self.at_rest.assembly.rod_ranges(), Vec::new());
+        for k in self.spinning_rods() {
+            springs.resize(negligible.len(), 0.0);
+            let angles = ranges[k].clone().skip(3).step_by(4);
+            angles.for_each(|i| springs[i] = negligible[i]);
+        }
         let settings = DescentSettings {
             free: 0..self.at_rest.q.len(),
             prescribed: PrescribedDofs::default(),
             length: self.length(),
-            negligible: self.negligible_stiffness(),
-            springs: Vec::new(),
+            negligible,
+            springs,
             edges: None,
             derivatives: Derivatives::Hand,
         };
-        Descent::new(&self.at_rest.assembly, settings, self.at_rest.q.clone()).descend(())
+        let frames = self.at_rest.frames.clone();
+        Descent::new(&self.at_rest.assembly, settings, self.at_rest.q.clone()).descend(frames)
     }
 
-    /// The pencil of the tangent at `q` with masses, of which those of carried and fixed nodes are set to zero.
+    /// The state at rest.
+    pub(super) fn rest_state(&self) -> EquilibriumState<AssemblyFrames<f64>> {
+        EquilibriumState {
+            q: self.at_rest.q.clone(),
+            frames: self.at_rest.frames.clone(),
+            newton_iterations: 0,
+            residual: 0.0,
+        }
+    }
+
+    /// The pencil of the tangent at a state with masses, of which those of unknowns without effect are set to zero.
     pub(super) fn pencil(
         &self,
-        q: &[f64],
+        state: &EquilibriumState<AssemblyFrames<f64>>,
         mut mass: Vec<f64>,
     ) -> Pencil<f64, <crate::rod::Assembly<f64> as Rod<f64>>::Tangent> {
-        let assembly = &self.at_rest.assembly;
+        let (assembly, q) = (&self.at_rest.assembly, &state.q);
         let (mut gradient, mut tangent) = (vec![0.0; q.len()], assembly.zero_tangent());
-        assembly.tangent(q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
+        assembly.tangent(q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         assembly.tied().for_each(|i| mass[i] = 0.0);
         Pencil { tangent, mass, free: 0..q.len() }
     }
@@ -91,6 +149,9 @@ impl StructureEquilibrium {
     /// The result as text for a terminal.
     pub fn summary(&self) -> Summary {
         let summary = match [self.negative_directions, self.marginal_directions] {
+            [0, 0] if self.stable == Some(true) => {
+                Summary::new("stable equilibrium", Tone::Good)
+            }
             [0, 0] => Summary::new(
                 "stable equilibrium in its plane; out of the plane not examined",
                 Tone::Good,

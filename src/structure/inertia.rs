@@ -1,4 +1,4 @@
-//! Masses, centers and moments of inertia of the bodies of a structure, with those of the nodes that they carry.
+//! Masses, centers and moments of inertia of the bodies of a planar structure, with those of the nodes that they carry.
 //!
 //! A body carries the mass of the inner node of each clamped end, which is without the part behind the joint, and that of
 //! the outer node of each hinged end. The mass of a sprung clamp counts at the joint, with its moment of inertia about
@@ -6,10 +6,13 @@
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::rotate;
 use crate::rod::PlanarRod;
 use crate::rod::assembly::bodies::{Bodies, Body, JointSpring, Rotation};
+use crate::rod::layout::Plane as PlanarLayout;
 use crate::scene::Plane;
-use crate::scene::structure::{StructureJoint, StructureScene};
+use crate::scene::per_axis::PerAxis;
+use crate::scene::structure::{RigidBody, StructureJoint, StructureScene};
 use crate::structure::placement::{PlacedRod, end_nodes};
 use crate::structure::plan::{EndHold, StructurePlan};
 
@@ -40,6 +43,19 @@ fn square<D: Scalar>(a: [D; 2]) -> D {
     a[0] * a[0] + a[1] * a[1]
 }
 
+/// Moment of inertia of a body about the normal of a plane, kg m^2.
+fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
+    match body.inertia {
+        PerAxis::One(inertia) => inertia,
+        PerAxis::Three(principal) => {
+            let normal = <[f64; 3]>::from(plane.x.cross(&plane.y)).map(D::from);
+            let back = body.orientation.map_or([D::from(0.0); 3], |turn| turn.map(|c| -c));
+            let [x, y, z] = rotate(back, normal);
+            principal[0] * x * x + principal[1] * y * y + principal[2] * z * z
+        }
+    }
+}
+
 impl<D: Nestable> BodiesAtRest<D> {
     /// The bodies of a plan with these rods.
     ///
@@ -49,7 +65,7 @@ impl<D: Nestable> BodiesAtRest<D> {
         plan: &StructurePlan,
         plane: &Plane,
         scene: &StructureScene<D>,
-        rods: &[PlacedRod<D>],
+        rods: &[PlacedRod<D, PlanarLayout>],
     ) -> Result<Self, Error> {
         let zero = D::from(0.0);
         let mut z = vec![zero; plan.coordinates];
@@ -59,7 +75,8 @@ impl<D: Nestable> BodiesAtRest<D> {
             let mut masses = Vec::new();
             if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
                 let place = in_plane(plane, own.position);
-                masses.push(CarriedMass { mass: own.mass, place, inertia: own.inertia });
+                let inertia = inertia_about_normal(own, plane);
+                masses.push(CarriedMass { mass: own.mass, place, inertia });
             }
             for (rod, ends) in rods.iter().zip(&plan.ends) {
                 for (end, hold) in ends.iter().enumerate() {
@@ -69,7 +86,7 @@ impl<D: Nestable> BodiesAtRest<D> {
                     }
                     let [outer, inner] = end_nodes(rod.nodes(), end);
                     let node = if pinned { outer } else { inner };
-                    let (mass, place) = (rod.rod.mass[2 * node], rod.node(node));
+                    let (mass, place) = (rod.mass(node), rod.node(node));
                     let Some(spring) = spring else {
                         masses.push(CarriedMass { mass, place, inertia: zero });
                         continue;
@@ -131,7 +148,7 @@ fn joint_spring<D: Nestable>(
 ) -> JointSpring<D> {
     let own = &plan.springs[spring];
     let (compliance, rest_angle) = match &scene.joints[own.joint] {
-        StructureJoint::Spring { rotation, rest, .. } => (*rotation, *rest),
+        StructureJoint::Spring { rotation, rest, .. } => (rotation.all()[0], *rest),
         _ => (D::from(1.0), D::from(0.0)),
     };
     JointSpring {
@@ -156,15 +173,16 @@ fn check_compliance<D: Nestable>(
     let least = beside.map_or(0.0, |joint| LEAST_COMPLIANCE / joint.stiffness.value());
     let allowed = format!("{least:.1e} rad/(N m) or above; kind = \"rigid\" for none");
     let key = format!("joints[{number}].rotation");
-    ensure(rotation.value() >= least, key, rotation.value(), allowed)
+    let rotation = rotation.all()[0].value();
+    ensure(rotation >= least, key, rotation, allowed)
 }
 
 /// Least compliance of a spring over that of an edge of the rod beside it. Below, rounding errors of the spring's moment
 /// exceed 1e-5 of that of the edge.
-const LEAST_COMPLIANCE: f64 = 1e-11;
+pub(super) const LEAST_COMPLIANCE: f64 = 1e-11;
 
 /// The error of a rigid joint whose rods lie on each other.
-fn without_inertia(plan: &StructurePlan, body: usize) -> Error {
+pub(super) fn without_inertia(plan: &StructurePlan, body: usize) -> Error {
     let joint = plan.bodies[body].joint.unwrap_or_default();
     let found = "a joint without a moment of inertia";
     Error::invalid(

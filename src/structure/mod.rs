@@ -1,16 +1,19 @@
-//! Structures: several rods in a plane with rigid bodies and joints, simulated, at rest, and vibrating.
+//! Structures: several rods in a plane or in space with rigid bodies and joints, simulated, at rest, and vibrating.
 //!
 //! A [`Structure`] is a [scene](crate::StructureScene) with its [assembly](crate::rod::assembly). Joints are rigid, hinged
-//! (`ball` and `hinge` are the same in a plane), or have a rotational spring. Derivatives along any number are those of
+//! (`ball` and `hinge` are the same in a plane), or have rotational springs. Derivatives along any number are those of
 //! the same functions over dual numbers.
 
 mod blueprint;
 mod definition;
 mod equilibrium;
+mod held_nodes;
 mod inertia;
 mod modes;
+mod momentum;
 mod placement;
 mod plan;
+mod spatial_inertia;
 mod structure_motion;
 mod structure_shape;
 

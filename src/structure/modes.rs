@@ -1,4 +1,4 @@
-//! Natural frequencies and mode shapes of a structure in its plane.
+//! Natural frequencies and mode shapes of a structure in its plane or in space.
 
 use crate::error::Error;
 use crate::rod::Rod;
@@ -27,29 +27,32 @@ pub struct StructureMode {
     pub shapes: BTreeMap<String, Vec<[f64; 3]>>,
 }
 
-/// The lowest modes of a structure in its plane.
+/// The lowest modes of a structure, in its plane or in space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct StructureModes {
     /// Modes in ascending order.
     pub modes: Vec<StructureMode>,
+    /// Whether motions out of a plane are included.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub in_space: bool,
     /// Reasons to doubt the result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
 }
 
 impl Structure {
-    /// The `count` lowest modes in the plane about the equilibrium, or with `rest` about the rest shape.
+    /// The `count` lowest modes, in the plane or in space, about the equilibrium, or with `rest` about the rest shape.
     ///
     /// # Errors
     /// Those of [`equilibrium`](Self::equilibrium), and iterations that do not converge.
     pub fn modes(&self, count: usize, rest: bool) -> Result<StructureModes, Error> {
-        let q = match rest {
-            true => self.at_rest.q.clone(),
-            false => self.equilibrium_state()?.q,
+        let state = match rest {
+            true => self.rest_state(),
+            false => self.equilibrium_state()?,
         };
-        let pencil = self.pencil(&q, self.at_rest.assembly.mass().to_vec());
+        let pencil = self.pencil(&state, self.at_rest.assembly.mass().to_vec());
         let scale = self.bending_frequency_squared();
         let zero = scale * NEGLIGIBLE + self.rounding_frequency_squared();
         let found = pencil.lowest(count, scale)?;
@@ -66,13 +69,14 @@ impl Structure {
         }
         let modes = found.into_iter().map(|mode| {
             let squared = if mode.squared.abs() < zero { 0.0 } else { mode.squared };
-            let mut shapes = self.displacements(&q, &mode.vector);
+            let mut shapes = self.displacements(&state, &mode.vector);
             let length = |x: &[f64; 3]| (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
             let largest = shapes.values().flatten().map(length).fold(f64::MIN_POSITIVE, f64::max);
             shapes.values_mut().flatten().flatten().for_each(|x| *x /= largest);
             StructureMode { frequency_rad_s: squared.signum() * squared.abs().sqrt(), shapes }
         });
-        Ok(StructureModes { modes: modes.collect(), warnings })
+        let in_space = self.at_rest.assembly.is_spatial();
+        Ok(StructureModes { modes: modes.collect(), in_space, warnings })
     }
 }
 
@@ -82,6 +86,7 @@ impl StructureModes {
         let unstable = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let count = self.modes.len();
         let summary = match unstable {
+            0 if self.in_space => Summary::new(format!("{count} natural frequencies"), Tone::Good),
             0 => Summary::new(format!("{count} natural frequencies in the plane"), Tone::Good),
             n => Summary::new(format!("unstable: {n} of {count} modes grow"), Tone::Bad),
         };

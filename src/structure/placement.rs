@@ -1,12 +1,13 @@
 //! Places of the rods of a structure: meshes at their origins, points of joints, and the common plane.
 
 use crate::error::Error;
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub};
-use crate::rod::PlanarRod;
+use crate::rod::Rod;
+use crate::rod::assembly::AssemblyLayout;
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
-use crate::scene::structure::StructureScene;
+use crate::scene::structure::{StructureJoint, StructureScene};
 use crate::scene::{Plane, Scene, Support};
 use crate::structure::plan::{JointPoint, Placement, StructurePlan};
 use nalgebra::Vector3;
@@ -17,28 +18,35 @@ const JOINT_TOLERANCE: f64 = 1e-6;
 const PLANE_TOLERANCE: f64 = 1e-9;
 
 /// A rod over a number type, at its place.
-pub(super) struct PlacedRod<D: Scalar> {
-    pub rod: PlanarRod<D>,
-    /// Unknowns at rest, m.
+pub(super) struct PlacedRod<D: Nestable, L: AssemblyLayout> {
+    pub rod: L::Rod<D>,
+    /// Unknowns at rest, m (rad for angles).
     pub q: Vec<D>,
+    /// Frames at rest.
+    pub frames: L::RodFrames<D>,
     pub mesh: Mesh<D>,
 }
 
-impl<D: Scalar> PlacedRod<D> {
+impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
     /// Position of a node at rest, m.
-    pub fn node(&self, i: usize) -> [D; 2] {
-        [self.q[2 * i], self.q[2 * i + 1]]
+    pub fn node(&self, i: usize) -> L::Place<D> {
+        L::place(|c| self.q[L::STRIDE * i + c])
     }
 
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
-        self.q.len() / 2
+        self.q.len().div_ceil(L::STRIDE)
+    }
+
+    /// Mass of a node, kg.
+    pub fn mass(&self, i: usize) -> D {
+        self.rod.mass()[L::STRIDE * i]
     }
 
     /// The middle of the outer edge of an end, m.
-    pub fn wall(&self, end: usize) -> [D; 2] {
-        let [outer, inner] = end_nodes(self.nodes(), end).map(|i| self.node(i));
-        [0, 1].map(|c| (outer[c] + inner[c]) * 0.5)
+    pub fn wall(&self, end: usize) -> L::Place<D> {
+        let [outer, inner] = end_nodes(self.nodes(), end).map(|i| L::STRIDE * i);
+        L::place(|c| (self.q[outer + c] + self.q[inner + c]) * 0.5)
     }
 }
 
@@ -161,6 +169,12 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
             let out = end.offset.map_or(0.0, |offset| plane.components(offset.into()).1);
             if out.abs() > PLANE_TOLERANCE * longest {
                 return Err(leaves(format!("joints[{j}].connects[{k}].offset")));
+            }
+        }
+        if let StructureJoint::Hinge { axis: Some(axis), .. } = joint {
+            let (within, out) = plane.components((*axis).into());
+            if within.norm() > PLANE_TOLERANCE * out.abs() {
+                return Err(leaves(format!("joints[{j}].axis")));
             }
         }
     }

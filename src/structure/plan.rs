@@ -37,18 +37,18 @@ pub(super) struct BodyPlan {
     pub joint: Option<usize>,
     /// Whether it has a rotation.
     pub rotates: bool,
-    /// Coordinate x; y follows, and then the rotation.
+    /// Coordinate x; the others follow, and then the rotation.
     pub coordinate: usize,
 }
 
-/// A rotational spring of a joint.
+/// A rotational spring of a joint, or in space its hinge.
 #[derive(Clone, Debug)]
 pub(super) struct SpringPlan {
     /// Index of the joint.
     pub joint: usize,
     /// The body that it acts on.
     pub body: usize,
-    /// Coordinate of the sprung clamp.
+    /// First coordinate of the rotation of the sprung clamp.
     pub coordinate: usize,
 }
 
@@ -105,8 +105,8 @@ fn joint_point(
 }
 
 impl StructurePlan {
-    /// The choices for a validated scene.
-    pub fn new(scene: &StructureScene) -> Result<Self, Error> {
+    /// The choices for a validated scene, in a plane or in space.
+    pub fn new(scene: &StructureScene, in_space: bool) -> Result<Self, Error> {
         let mut plan = Self {
             ends: vec![[EndHold::Free; 2]; scene.rods.len()],
             bodies: Vec::new(),
@@ -134,10 +134,10 @@ impl StructurePlan {
             plan.hold(scene, (rod, end), hold, &format!("supports[{i}].of"))?;
         }
         for (i, joint) in scene.joints.iter().enumerate() {
-            plan.add_joint(scene, i, joint)?;
+            plan.add_joint(scene, i, joint, in_space)?;
         }
         plan.check_connected(scene)?;
-        plan.number_coordinates();
+        plan.number_coordinates(in_space);
         plan.place_rods(scene)?;
         Ok(plan)
     }
@@ -163,6 +163,7 @@ impl StructurePlan {
         scene: &StructureScene,
         number: usize,
         joint: &StructureJoint,
+        in_space: bool,
     ) -> Result<(), Error> {
         let key = format!("joints[{number}].connects");
         let connects = joint.connects();
@@ -177,14 +178,16 @@ impl StructurePlan {
         });
         let bodies: Vec<usize> = bodies.collect();
         ensure(bodies.len() <= 1, &*key, "two bodies", "at most one body, and rods")?;
-        let pinned = matches!(joint, StructureJoint::Ball { .. } | StructureJoint::Hinge { .. });
+        let is_hinge = matches!(joint, StructureJoint::Hinge { .. });
+        let pinned = matches!(joint, StructureJoint::Ball { .. }) || (is_hinge && !in_space);
         // The body of the scene, or a new one for the joint.
         let body = bodies.first().copied().unwrap_or_else(|| {
             let body = BodyPlan { own: None, joint: Some(number), rotates: !pinned, coordinate: 0 };
             self.bodies.push(body);
             self.bodies.len() - 1
         });
-        let is_spring = matches!(joint, StructureJoint::Spring { .. });
+        let is_spring =
+            matches!(joint, StructureJoint::Spring { .. }) || (is_hinge && in_space);
         let first_is_body = matches!(points[0], JointPoint::Body(..));
         let found = "a body that is not the first entry";
         ensure(!is_spring || bodies.is_empty() || first_is_body, &*key, found, "the body first")?;
@@ -219,7 +222,9 @@ impl StructurePlan {
     }
 
     /// Numbers the coordinates of bodies, those of bodies with a common rod near each other.
-    fn number_coordinates(&mut self) {
+    fn number_coordinates(&mut self, in_space: bool) {
+        // Coordinates of a point, of a rotating body and of a clamp; in space with gaps.
+        let [point, body_size, clamp] = if in_space { [4, 8, 4] } else { [2, 3, 1] };
         let mut neighbors = vec![Vec::new(); self.bodies.len()];
         for ends in &self.ends {
             if let [EndHold::Body { body: a, .. }, EndHold::Body { body: b, .. }] = ends
@@ -231,10 +236,10 @@ impl StructurePlan {
         }
         for body in reverse_cuthill_mckee(&neighbors) {
             self.bodies[body].coordinate = self.coordinates;
-            self.coordinates += if self.bodies[body].rotates { 3 } else { 2 };
+            self.coordinates += if self.bodies[body].rotates { body_size } else { point };
             for spring in self.springs.iter_mut().filter(|spring| spring.body == body) {
                 spring.coordinate = self.coordinates;
-                self.coordinates += 1;
+                self.coordinates += clamp;
             }
         }
     }

@@ -4,12 +4,13 @@ use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
 };
 use crate::energy::Derivatives;
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Tangent};
+use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
-use crate::scene::{InitialState, StructureScene, Time};
+use crate::scene::{InitialState, Scheme, StructureScene, Time};
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
@@ -70,7 +71,8 @@ impl StructureMotion<'_> {
 
     /// Positions now.
     pub fn shape(&self) -> StructureShape {
-        self.structure.shape(&self.simulation.state().q)
+        let state = self.simulation.state();
+        self.structure.shape_at(&state.q, &state.frames)
     }
 
     /// Energies now, J.
@@ -81,36 +83,6 @@ impl StructureMotion<'_> {
     /// The simulation of the assembly.
     pub fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
         &self.simulation
-    }
-
-    /// Linear momentum in the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s.
-    pub fn momentum(&self) -> [f64; 3] {
-        let (assembly, state) = (self.simulation.rod(), self.simulation.state());
-        let tied: Vec<usize> = assembly.tied().collect();
-        let mut sum = [0.0; 3];
-        let mut add = |mass: f64, x: [f64; 2], v: [f64; 2]| {
-            sum[0] += mass * v[0];
-            sum[1] += mass * v[1];
-            sum[2] += mass * (x[0] * v[1] - x[1] * v[0]);
-        };
-        let place = |i: usize| ([state.q[i], state.q[i + 1]], [state.v[i], state.v[i + 1]]);
-        for member in assembly.members() {
-            for i in member.range.clone().step_by(2).filter(|i| !tied.contains(i)) {
-                let (x, v) = place(i);
-                add(assembly.mass()[i], x, v);
-            }
-        }
-        let first = assembly.body_coordinates().start;
-        for body in &assembly.bodies().bodies {
-            let (x, v) = place(first + body.coordinate);
-            add(body.mass, x, v);
-        }
-        let bodies = assembly.bodies();
-        let turns = bodies.bodies.iter().filter_map(|body| body.rotation);
-        for turn in turns.chain(bodies.springs.iter().map(|spring| spring.rotation)) {
-            sum[2] += turn.inertia * state.v[first + turn.coordinate] / turn.length;
-        }
-        sum
     }
 }
 
@@ -158,11 +130,14 @@ impl Structure {
         scene: &StructureScene<D>,
     ) -> Result<Simulation<D, Assembly<D>>, Error> {
         let time = self.time()?;
-        let AssemblyAtRest { assembly, mut q, .. } = self.blueprint.build(scene)?;
-        if self.scene.initial.state == InitialState::Equilibrium {
-            q = self.differentiated_equilibrium(&assembly)?;
+        let AssemblyAtRest { assembly, mut q, mut frames, .. } = self.blueprint.build(scene)?;
+        if assembly.is_spatial() {
+            check_scheme(time).map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         }
-        let n = q.len();
+        if self.scene.initial.state == InitialState::Equilibrium {
+            (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
+        }
+        let (n, assembly) = (q.len(), assembly.by_increments());
         let parameter = scene.time.as_ref().map_or(D::from(0.5), Time::parameter);
         let settings = StepperSettings {
             scheme: time.scheme,
@@ -170,27 +145,42 @@ impl Structure {
             tolerance: time.tolerance,
             length: self.length(),
         };
-        Ok(Simulation::new(assembly, q, (), 0..n, scene.loads.damping, settings, self.derivatives))
+        let (damping, derivatives) = (scene.loads.damping, self.derivatives);
+        Ok(Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives))
     }
 
-    /// The unknowns of the equilibrium with the derivatives by the numbers of an assembly: Newton iterations over `D` from
-    /// the equilibrium in plain numbers.
+    /// Unknowns and frames of the equilibrium with the derivatives by the numbers of an assembly, whose frames at rest are
+    /// given: Newton iterations over `D` from the equilibrium in plain numbers.
     fn differentiated_equilibrium<D: Nestable>(
         &self,
         assembly: &Assembly<D>,
-    ) -> Result<Vec<D>, Error> {
+        rest: &AssemblyFrames<D>,
+    ) -> Result<(Vec<D>, AssemblyFrames<D>), Error> {
         let found = self.equilibrium_state()?;
         let mut q: Vec<D> = found.q.iter().map(|x| D::from(*x)).collect();
+        let mut frames = found.frames.map(D::from);
+        // Frames are arbitrary, except at walls, which turn with numbers of the scene.
+        assembly.hold_walls(rest, &mut frames);
         let (mut change, mut tangent) = (q.clone(), assembly.zero_tangent());
         let mut factors = tangent.new_factors();
         for _ in 0..D::ORDER {
-            assembly.tangent(&q, &(), Derivatives::Hand, &mut change, &mut tangent);
+            assembly.tangent(&q, &frames, Derivatives::Hand, &mut change, &mut tangent);
             factors.factor(&tangent, 0..q.len()).map_err(|_| Error::SingularEquilibrium)?;
             factors.solve(&mut change);
             q.iter_mut().zip(&change).for_each(|(q, change)| *q -= *change);
         }
-        Ok(q)
+        if D::ORDER > 0 {
+            assembly.move_frames(&mut frames, &q);
+        }
+        Ok((q, frames))
     }
+}
+
+/// Rejects schemes that do not integrate rotations in space.
+fn check_scheme(time: &Time) -> Result<(), Error> {
+    let allowed = "\"newmark-beta\" or \"generalised-alpha\", for a structure in space: only these integrate rotations of bodies";
+    let integrates = matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha);
+    ensure(integrates, "time.scheme", format!("\"{}\"", time.scheme.name()), allowed)
 }
 
 /// The result of a simulation of a structure.

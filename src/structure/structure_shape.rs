@@ -1,5 +1,11 @@
 //! Positions of the rods and bodies of a structure.
 
+use crate::numerics::rotation::{identity, product, rotation_vector, transpose};
+use crate::numerics::vector::dot;
+use crate::rod::Assembly;
+use crate::rod::assembly::AssemblyFrames;
+use crate::statics::EquilibriumState;
+use crate::structure::blueprint::RodModels;
 use crate::structure::definition::Structure;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,8 +29,11 @@ pub struct RodNodes {
 pub struct BodyPose {
     /// Position of its center of mass, m.
     pub position: [f64; 3],
-    /// Rotation from rest about the normal of the plane, rad.
+    /// Rotation from rest about the normal of the plane, rad; in space the size of the rotation.
     pub angle: f64,
+    /// Rotation vector from rest in space, rad, up to half a turn; absent in a plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<[f64; 3]>,
 }
 
 /// Rods and bodies of a structure at one time, by their names.
@@ -40,46 +49,83 @@ pub struct StructureShape {
 }
 
 impl Structure {
-    /// Positions at the unknowns `q`.
+    /// Positions at the unknowns `q`; in space with the frames at rest.
     pub fn shape(&self, q: &[f64]) -> StructureShape {
+        self.shape_at(q, &self.at_rest.frames)
+    }
+
+    /// Positions at the unknowns `q` with their frames.
+    pub fn shape_at(&self, q: &[f64], frames: &AssemblyFrames<f64>) -> StructureShape {
         let mut q = q.to_vec();
         let assembly = &self.at_rest.assembly;
-        assembly.place_carried(&mut q);
+        assembly.place_carried(&mut q, frames);
         let mut shape = StructureShape::default();
-        for (k, member) in assembly.members().iter().enumerate() {
-            let own = &q[member.range.clone()];
-            let nodes: Vec<[f64; 3]> =
-                own.as_chunks::<2>().0.iter().map(|x| self.blueprint.plane.to_world(*x)).collect();
+        for (k, range) in assembly.rod_ranges().into_iter().enumerate() {
+            let nodes = self.node_vectors(&q[range], true);
             let tip = self.tip(k, &nodes);
             shape.rods.insert(self.scene.rods[k].name.clone(), RodNodes { tip, nodes });
         }
         let z = &q[assembly.body_coordinates()];
-        for (plan, body) in self.blueprint.plan.bodies.iter().zip(&assembly.bodies().bodies) {
-            let Some(own) = plan.own else { continue };
-            let x = assembly.bodies().load_point(z, body);
-            let angle = body.rotation.map_or(0.0, |turn| z[turn.coordinate] / turn.length);
-            let pose = BodyPose { position: self.blueprint.plane.to_world(x), angle };
-            shape.bodies.insert(self.scene.bodies[own].name.clone(), pose);
+        for (i, plan) in self.blueprint.plan.bodies.iter().enumerate() {
+            if let Some(own) = plan.own {
+                let pose = self.body_pose(i, z, frames);
+                shape.bodies.insert(self.scene.bodies[own].name.clone(), pose);
+            }
         }
         shape
     }
 
-    /// Displacements along a change of the unknowns at `q`.
+    /// The pose of body `i` at the coordinates `z` of all bodies.
+    fn body_pose(&self, i: usize, z: &[f64], frames: &AssemblyFrames<f64>) -> BodyPose {
+        match (&self.at_rest.assembly, &self.blueprint.models) {
+            (Assembly::Plane(rods), RodModels::Plane { plane, .. }) => {
+                let body = &rods.bodies().bodies[i];
+                let angle = body.rotation.map_or(0.0, |turn| z[turn.coordinate] / turn.length);
+                let position = plane.to_world(rods.bodies().load_point(z, body));
+                BodyPose { position, angle, rotation: None }
+            }
+            (Assembly::Space(rods), _) => {
+                let (bodies, body) = (rods.bodies(), &rods.bodies().bodies[i]);
+                let axes = bodies.axes(z, frames, body);
+                let rest = body.rotation.map(|turn| turn.rest_axes(&self.at_rest.frames));
+                let turned = rest.map_or_else(identity, |rest| product(&axes, &transpose(&rest)));
+                let rotation = rotation_vector(&turned);
+                let angle = dot(rotation, rotation).sqrt();
+                let position = bodies.load_point(z, frames, body);
+                BodyPose { position, angle, rotation: Some(rotation) }
+            }
+            _ => BodyPose::default(),
+        }
+    }
+
+    /// World components of the positions, or of changes of them, in the unknowns of a rod.
+    fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
+        match &self.blueprint.models {
+            RodModels::Plane { plane, .. } => {
+                let nodes = own.as_chunks::<2>().0.iter();
+                nodes
+                    .map(|x| match are_positions {
+                        true => plane.to_world(*x),
+                        false => plane.direction_to_world(*x),
+                    })
+                    .collect()
+            }
+            RodModels::Space(_) => own.chunks(4).map(|x| [x[0], x[1], x[2]]).collect(),
+        }
+    }
+
+    /// Displacements along a change of the unknowns at a state.
     pub(super) fn displacements(
         &self,
-        q: &[f64],
+        state: &EquilibriumState<AssemblyFrames<f64>>,
         change: &[f64],
     ) -> BTreeMap<String, Vec<[f64; 3]>> {
         let mut change = change.to_vec();
         let assembly = &self.at_rest.assembly;
-        assembly.set_carried_rates(q, &mut change);
-        let members = assembly.members().iter().zip(&self.scene.rods);
-        members
-            .map(|(member, rod)| {
-                let own = change[member.range.clone()].as_chunks::<2>().0;
-                let plane = &self.blueprint.plane;
-                (rod.name.clone(), own.iter().map(|x| plane.direction_to_world(*x)).collect())
-            })
+        assembly.set_carried_rates(&state.q, &state.frames, &mut change);
+        let ranges = assembly.rod_ranges().into_iter().zip(&self.scene.rods);
+        ranges
+            .map(|(range, rod)| (rod.name.clone(), self.node_vectors(&change[range], false)))
             .collect()
     }
 

@@ -169,7 +169,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
     for (gradient, beside) in gradient.iter().zip(&beside) {
         assert!((gradient.value() - beside.value()).abs() <= 1e-13 * size);
     }
-    let mut tensions = own_tensions(rod, q);
+    let mut tensions = own_tensions(rod, q, frames);
     let mut under = rod.zero_tangent();
     for shift in [0.0, SHIFT] {
         tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
@@ -210,9 +210,9 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
 /// By how much more the first edge is pulled, N; the others twice as much, three times, and so on.
 const SHIFT: f64 = 2.5;
 
-fn own_tensions<D: Nestable, R: Rod<D>>(rod: &R, q: &[D]) -> Vec<D> {
+fn own_tensions<D: Nestable, R: Rod<D>>(rod: &R, q: &[D], frames: &R::Frames) -> Vec<D> {
     let mut tensions = Vec::new();
-    rod.tensions_after(&vec![D::from(0.0); q.len()], q, &mut tensions);
+    rod.tensions_after(&vec![D::from(0.0); q.len()], q, frames, &mut tensions);
     tensions
 }
 
@@ -226,12 +226,12 @@ fn tensions_are_consistent<R: Rod<f64>>(
     let change: Vec<f64> = (0..q.len()).map(|i| 0.01 * (7.3 * i as f64).sin()).collect();
     let at = |part: f64| {
         let moved: Vec<f64> = q.iter().zip(&change).map(|(q, d)| q + part * d).collect();
-        own_tensions(rod, &moved)
+        own_tensions(rod, &moved, frames)
     };
     let [after, before, ahead, behind] = [1.0, 0.0, 1e-4, -1e-4].map(at);
     let moved: Vec<f64> = q.iter().zip(&change).map(|(q, d)| q + d).collect();
     let mut expected = Vec::new();
-    rod.tensions_after(&change, &moved, &mut expected);
+    rod.tensions_after(&change, &moved, frames, &mut expected);
     for i in 0..expected.len() {
         let slope = (ahead[i] - behind[i]) / 2e-4;
         assert!((expected[i] - (before[i] + slope)).abs() < 1e-6);

@@ -132,8 +132,13 @@ impl Rod<f64> for PublishedRod {
     ) {
         self.0.edge_tangent(q, frames, derivatives, tangent);
     }
-    fn over_rotated_edge(&self, before: &[f64], now: &[f64]) -> Option<usize> {
-        self.0.over_rotated_edge(before, now)
+    fn over_rotated_edge(
+        &self,
+        before: &[f64],
+        now: &[f64],
+        frames: &Frames<f64>,
+    ) -> Option<usize> {
+        self.0.over_rotated_edge(before, now, frames)
     }
     fn folded_node(&self, before: &[f64], now: &[f64], frames: &Frames<f64>) -> Option<usize> {
         self.0.folded_node(before, now, frames)

@@ -20,24 +20,25 @@ fn gradient_and_tangent_are_derivatives_of_the_energy() {
     let n = q.len();
     let (mut gradient, mut alone) = (vec![0.0; n], vec![0.0; n]);
     let mut tangent = assembly.zero_tangent();
-    assembly.tangent(&q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
-    assembly.gradient(&q, &(), Derivatives::Hand, &mut alone);
+    assembly.tangent(&q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+    assembly.gradient(&q, &at_rest.frames, Derivatives::Hand, &mut alone);
     let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
     assert!(gradient.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * size));
-    let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap().assembly;
+    let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
+    let (dual, dual_frames) = (dual.assembly, dual.frames);
     let tied: Vec<usize> = assembly.tied().collect();
     for seed in 1..=3 {
         let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
         tied.iter().for_each(|i| x[*i] = 0.0);
         let moved = |h: f64| q.iter().zip(&x).map(|(q, x)| q + h * x).collect::<Vec<f64>>();
-        let energy = |h: f64| assembly.energies(&moved(h), &()).total();
+        let energy = |h: f64| assembly.energies(&moved(h), &at_rest.frames).total();
         let h = 1e-7;
         let slope: f64 = gradient.iter().zip(&x).map(|(g, x)| g * x).sum();
         let difference = (energy(h) - energy(-h)) / (2.0 * h);
         assert!((slope - difference).abs() < 1e-5 * slope.abs().max(1.0), "{slope} {difference}");
         let moved: Vec<Dual64> = q.iter().zip(&x).map(|(q, x)| Dual64::new(*q, *x)).collect();
         let mut rates = vec![Dual64::from(0.0); n];
-        dual.gradient(&moved, &(), Derivatives::Hand, &mut rates);
+        dual.gradient(&moved, &dual_frames, Derivatives::Hand, &mut rates);
         let mut product = vec![0.0; n];
         tangent.product(&x, &mut product);
         let size = product.iter().fold(0.0_f64, |size, p| size.max(p.abs()));
@@ -55,7 +56,7 @@ fn factors_solve_and_count_as_the_dense_matrix() {
     let (assembly, q) = (&at_rest.assembly, deformed(&at_rest.q));
     let n = q.len();
     let (mut gradient, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
-    assembly.tangent(&q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
+    assembly.tangent(&q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
     let mut factors = tangent.new_factors();
     for shift in [1e6, 0.0, -2e5] {

@@ -81,7 +81,7 @@ fn positions<D: rodfit::numerics::scalar::Nestable>(
         simulation.step_to(1e-3 * f64::from(k)).unwrap();
     }
     let mut q = simulation.state().q.clone();
-    simulation.rod().place_carried(&mut q);
+    simulation.rod().place_carried(&mut q, &simulation.state().frames);
     q.truncate(simulation.rod().body_coordinates().start);
     q
 }

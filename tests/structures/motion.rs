@@ -79,7 +79,8 @@ fn dual_derivatives_of_a_motion_agree_with_differences() {
         }
         // Positions of all nodes: coordinates of rotations have scales that depend on the numbers.
         let mut q = motion.simulation().state().q.clone();
-        motion.simulation().rod().place_carried(&mut q);
+        let frames = &motion.simulation().state().frames;
+        motion.simulation().rod().place_carried(&mut q, frames);
         q.truncate(structure.at_rest().assembly.body_coordinates().start);
         q
     };
@@ -112,7 +113,7 @@ fn dual_derivatives_of_a_motion_agree_with_differences() {
         let h = 1e-5 * value;
         let (plus, minus) = (shifted(h), shifted(-h));
         let mut q = dual.state().q.clone();
-        dual.rod().place_carried(&mut q);
+        dual.rod().place_carried(&mut q, &dual.state().frames);
         let rates: Vec<f64> = q[..plus.len()].iter().map(|q| q.eps).collect();
         let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         assert!(size > 0.0, "{path}");

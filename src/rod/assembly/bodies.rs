@@ -1,4 +1,4 @@
-//! Rigid bodies and joints in the plane, and the nodes of rods that they carry.
+//! Rigid bodies and springs in the plane, and the nodes of rods that they carry.
 //!
 //! A body has the coordinates `x, y`, m, of its center of mass, and those of a rotation `phi = length theta`, m, with a
 //! constant `length`, so that all coordinates are lengths. A node that it carries at the arm `a` from its center, through a
@@ -11,8 +11,11 @@
 //! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm. Masses are
 //! constant and diagonal.
 
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::Energies;
+use crate::rod::assembly::attachment::Attachment;
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies};
 
 /// Largest number of coordinates on which the position of a carried node depends.
 const MOST: usize = 4;
@@ -65,28 +68,6 @@ pub struct JointSpring<D> {
     pub rest_angle: D,
 }
 
-/// A node of a rod that a body carries.
-#[derive(Clone, Copy, Debug)]
-pub struct CarriedNode<D> {
-    /// Index of the node in its rod.
-    pub node: usize,
-    /// Arm on the body, from its center, m, at rest.
-    pub on_body: [D; 2],
-    /// Further arm on the sprung clamp, m, at rest; zero without a spring.
-    pub on_clamp: [D; 2],
-}
-
-/// An end of a rod that a body carries, through a spring if there is one.
-#[derive(Clone, Debug)]
-pub struct Attachment<D> {
-    /// The body.
-    pub body: usize,
-    /// The spring.
-    pub spring: Option<usize>,
-    /// One node of a hinged end, two of a clamped one, in ascending order.
-    pub nodes: Vec<CarriedNode<D>>,
-}
-
 /// All bodies and springs of an assembly.
 #[derive(Clone, Debug, Default)]
 pub struct Bodies<D> {
@@ -131,16 +112,13 @@ impl<D: Scalar> CarriedPosition<D> {
 }
 
 impl<D: Scalar> Bodies<D> {
-    /// Coordinates of an attachment, counted from the first one of all bodies.
-    pub fn coordinates(&self, attachment: &Attachment<D>) -> Vec<usize> {
-        let body = &self.bodies[attachment.body];
-        let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
-        let spring = attachment.spring.map(|i| self.springs[i].rotation.coordinate);
-        [body.coordinate, body.coordinate + 1].into_iter().chain(rotation).chain(spring).collect()
-    }
-
     /// Writes the positions of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
-    pub fn carry(&self, z: &[D], attachment: &Attachment<D>, to: &mut Vec<CarriedPosition<D>>) {
+    fn place_nodes(
+        &self,
+        z: &[D],
+        attachment: &Attachment<[D; 2]>,
+        to: &mut Vec<CarriedPosition<D>>,
+    ) {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         let body = &self.bodies[attachment.body];
         let first = body.coordinate;
@@ -177,8 +155,82 @@ impl<D: Scalar> Bodies<D> {
         Self::angle(z, &spring.rotation) - turned - spring.rest_angle
     }
 
+    /// Both rotations of a spring, with the sign of each in its angle.
+    fn turns(&self, spring: &JointSpring<D>) -> impl Iterator<Item = (Rotation<D>, f64)> {
+        let body = self.bodies[spring.body].rotation.map(|rotation| (rotation, -1.0));
+        [(spring.rotation, 1.0)].into_iter().chain(body)
+    }
+
+    /// The point of a body at which its load acts, m: its own center of mass.
+    pub fn load_point(&self, z: &[D], body: &Body<D>) -> [D; 2] {
+        let [x, y] = [z[body.coordinate], z[body.coordinate + 1]];
+        let arm = match &body.rotation {
+            Some(turn) => rotated(turn.cosine_and_sine(z), body.load_arm),
+            None => [D::from(0.0); 2],
+        };
+        [x + arm[0], y + arm[1]]
+    }
+
+}
+
+impl<D: Scalar> CarriedMotion<D> for CarriedPosition<D> {
+    /// The position, m.
+    fn values(&self) -> &[D] {
+        &self.position
+    }
+
+    /// Number of coordinates on which it depends.
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The coordinate with number `k`.
+    fn coordinate(&self, k: usize) -> usize {
+        self.coordinates[k]
+    }
+
+    /// First derivatives by the coordinate with number `k`.
+    fn slope(&self, k: usize) -> &[D] {
+        &self.slopes[k]
+    }
+
+    /// Calls `add` with the second derivatives of `force.position`, by the same coordinate twice.
+    fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
+        for (i, curvature) in self.coordinates[..self.count].iter().zip(&self.curvatures) {
+            add(*i, *i, force[0] * curvature[0] + force[1] * curvature[1]);
+        }
+    }
+}
+
+impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
+    type Motion = CarriedPosition<D>;
+
+    /// Coordinates of an attachment, counted from the first one of all bodies.
+    fn coordinates(&self, attachment: &Attachment<[D; 2]>) -> Vec<usize> {
+        let body = &self.bodies[attachment.body];
+        let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
+        let spring = attachment.spring.map(|i| self.springs[i].rotation.coordinate);
+        [body.coordinate, body.coordinate + 1].into_iter().chain(rotation).chain(spring).collect()
+    }
+
+    /// Writes the positions of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    fn carry(
+        &self,
+        z: &[D],
+        _: &AssemblyFrames<D>,
+        attachment: &Attachment<[D; 2]>,
+        to: &mut Vec<CarriedPosition<D>>,
+    ) {
+        self.place_nodes(z, attachment, to);
+    }
+
+    /// Coordinates follow each other without gaps.
+    fn idle_coordinates(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
     /// Writes the mass of every coordinate, kg.
-    pub fn masses(&self, mass: &mut [D]) {
+    fn masses(&self, mass: &mut [D]) {
         let rotations = self.springs.iter().map(|spring| spring.rotation);
         for body in &self.bodies {
             mass[body.coordinate] = body.mass;
@@ -190,7 +242,7 @@ impl<D: Scalar> Bodies<D> {
     }
 
     /// Writes the gradient of the springs' energies less the loads on bodies, N.
-    pub fn gradient(&self, z: &[D], gradient: &mut [D]) {
+    fn gradient(&self, z: &[D], _: &AssemblyFrames<D>, gradient: &mut [D]) {
         gradient.fill(D::from(0.0));
         for body in &self.bodies {
             for c in 0..2 {
@@ -211,7 +263,12 @@ impl<D: Scalar> Bodies<D> {
     }
 
     /// Adds the second derivatives of the energies of springs and loads: `add` takes two coordinates and an entry, N/m.
-    pub fn add_tangent(&self, z: &[D], mut add: impl FnMut(usize, usize, D)) {
+    fn add_tangent(
+        &self,
+        z: &[D],
+        _: &AssemblyFrames<D>,
+        mut add: impl FnMut(usize, usize, D),
+    ) {
         for body in &self.bodies {
             if let Some(turn) = &body.rotation {
                 let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);
@@ -232,24 +289,8 @@ impl<D: Scalar> Bodies<D> {
         }
     }
 
-    /// Both rotations of a spring, with the sign of each in its angle.
-    fn turns(&self, spring: &JointSpring<D>) -> impl Iterator<Item = (Rotation<D>, f64)> {
-        let body = self.bodies[spring.body].rotation.map(|rotation| (rotation, -1.0));
-        [(spring.rotation, 1.0)].into_iter().chain(body)
-    }
-
-    /// The point of a body at which its load acts, m: its own center of mass.
-    pub fn load_point(&self, z: &[D], body: &Body<D>) -> [D; 2] {
-        let [x, y] = [z[body.coordinate], z[body.coordinate + 1]];
-        let arm = match &body.rotation {
-            Some(turn) => rotated(turn.cosine_and_sine(z), body.load_arm),
-            None => [D::from(0.0); 2],
-        };
-        [x + arm[0], y + arm[1]]
-    }
-
     /// Adds the energies of springs and loads, J.
-    pub fn add_energies(&self, z: &[D], energies: &mut Energies) {
+    fn add_energies(&self, z: &[D], _: &AssemblyFrames<D>, energies: &mut Energies) {
         for body in &self.bodies {
             let place = self.load_point(z, body);
             for c in 0..2 {
@@ -263,7 +304,7 @@ impl<D: Scalar> Bodies<D> {
     }
 
     /// The same bodies without springs and loads.
-    pub fn passive(&self) -> Self {
+    fn passive(&self) -> Self {
         let mut bodies = self.clone();
         bodies.bodies.iter_mut().for_each(|body| body.load = [D::from(0.0); 2]);
         bodies.springs.iter_mut().for_each(|spring| spring.stiffness = D::from(0.0));
@@ -274,9 +315,10 @@ impl<D: Scalar> Bodies<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rod::assembly::attachment::CarriedNode;
     use num_dual::Dual2_64;
 
-    fn bodies<D: Scalar>() -> (Bodies<D>, Attachment<D>) {
+    fn bodies<D: Scalar>() -> (Bodies<D>, Attachment<[D; 2]>) {
         let x = |x: f64| D::from(x);
         let rotation = |coordinate, length| Rotation { coordinate, length, inertia: x(2.0) };
         let body = Body {
@@ -292,9 +334,13 @@ mod tests {
             stiffness: x(1.7),
             rest_angle: x(0.2),
         };
-        let node =
-            CarriedNode { node: 4, on_body: [x(0.2), x(-0.1)], on_clamp: [x(0.05), x(0.07)] };
-        let attachment = Attachment { body: 0, spring: Some(0), nodes: vec![node] };
+        let node = CarriedNode {
+            node: 4,
+            width: 2,
+            on_body: [x(0.2), x(-0.1)],
+            on_clamp: [x(0.05), x(0.07)],
+        };
+        let attachment = Attachment { body: 0, spring: Some(0), nodes: vec![node], edge: None };
         (Bodies { bodies: vec![body], springs: vec![spring] }, attachment)
     }
 
@@ -306,16 +352,17 @@ mod tests {
         let (plain, attachment) = bodies::<f64>();
         let (dual, dual_attachment) = bodies::<Dual2_64>();
         let mut found = Vec::new();
-        plain.carry(&Z, &attachment, &mut found);
+        let frames = AssemblyFrames::default();
+        plain.carry(&Z, &frames, &attachment, &mut found);
         let found = found[0];
         let (mut gradient, mut tangent) = ([0.0; 4], [[0.0; 4]; 4]);
-        plain.gradient(&Z, &mut gradient);
-        plain.add_tangent(&Z, |i, j, entry| tangent[i][j] += entry);
+        plain.gradient(&Z, &frames, &mut gradient);
+        plain.add_tangent(&Z, &frames, |i, j, entry| tangent[i][j] += entry);
         let along = |moved: &[usize]| -> (Dual2_64, [Dual2_64; 2]) {
             let z: Vec<Dual2_64> =
                 (0..4).map(|i| Dual2_64::new(Z[i], f64::from(moved.contains(&i)), 0.0)).collect();
             let mut carried = Vec::new();
-            dual.carry(&z, &dual_attachment, &mut carried);
+            dual.place_nodes(&z, &dual_attachment, &mut carried);
             let position = carried[0].position;
             let spring = &dual.springs[0];
             let angle = dual.spring_angle(&z, spring);

@@ -1,109 +1,140 @@
 //! The rods of an assembly, with their carried and fixed nodes.
 
-use crate::numerics::scalar::{Nestable, Scalar};
-use crate::rod::PlanarRod;
-use crate::rod::assembly::bodies::{Attachment, Bodies, CarriedNode, CarriedPosition};
-use crate::rod::assembly::tangent::{Coupling, ROWS};
+use crate::numerics::scalar::Nestable;
+use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod};
+use crate::rod::assembly::layout::AssemblyLayout;
+use crate::rod::assembly::tangent::Coupling;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A node at a wall.
-#[derive(Clone, Copy, Debug)]
-pub struct FixedNode<D> {
-    /// Index of the node in its rod.
-    pub node: usize,
-    /// Position, m.
-    pub position: [D; 2],
-}
+/// The unknowns of a carried node of a layout.
+pub(super) type MotionOf<D, L> = <<L as AssemblyLayout>::Bodies<D> as CarryingBodies<
+    D,
+    <L as AssemblyLayout>::Place<D>,
+>>::Motion;
 
 /// A rod of an assembly.
 #[derive(Clone, Debug)]
-pub struct Member<D: Scalar> {
+pub struct Member<D: Nestable, L: AssemblyLayout> {
     /// The rod.
-    pub rod: PlanarRod<D>,
+    pub rod: L::Rod<D>,
     /// Its unknowns in those of the assembly.
     pub range: Range<usize>,
     /// Ends that bodies carry.
-    pub attachments: Vec<Attachment<D>>,
+    pub attachments: Vec<Attachment<L::Place<D>>>,
     /// Nodes at walls.
-    pub fixed: Vec<FixedNode<D>>,
+    pub fixed: Vec<FixedNode<L::Place<D>>>,
 }
 
-impl<D: Nestable> Member<D> {
+impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
-        self.range.len() / 2
-    }
-
-    /// Number of strains: one of each edge, one of each joint.
-    pub(super) fn strains(&self) -> usize {
-        self.rod.stretch.len() + self.rod.joint.len()
+        self.rod.edges() + 1
     }
 
     /// Carried nodes with their attachments.
-    pub(super) fn carried(&self) -> impl Iterator<Item = (&Attachment<D>, &CarriedNode<D>)> {
-        let nodes = |own: &'_ Attachment<D>| own.nodes.len();
-        self.attachments
-            .iter()
-            .flat_map(move |own| (0..nodes(own)).map(move |i| (own, &own.nodes[i])))
+    pub(super) fn carried(&self) -> impl Iterator<Item = &CarriedNode<L::Place<D>>> {
+        self.attachments.iter().flat_map(|own| &own.nodes)
     }
 
     /// Unknowns of carried and fixed nodes, counted from the first of the rod.
     pub fn tied(&self) -> impl Iterator<Item = usize> {
-        let carried = self.carried().map(|(_, node)| node.node);
-        carried.chain(self.fixed.iter().map(|node| node.node)).flat_map(|i| 2 * i..2 * i + 2)
+        let carried = self.carried().map(|node| (node.node, node.width));
+        let fixed = self.fixed.iter().map(|node| (node.node, node.width));
+        carried.chain(fixed).flat_map(|(i, width)| L::STRIDE * i..L::STRIDE * i + width)
     }
 
-    /// Writes the positions of all carried nodes, in the order of [`carried`](Self::carried), into `carried`, and those of
+    /// Writes the unknowns of all carried nodes, in the order of [`carried`](Self::carried), into `carried`, and those of
     /// carried and fixed nodes into the unknowns `q` of the rod.
     pub(super) fn place(
         &self,
-        bodies: &Bodies<D>,
+        bodies: &L::Bodies<D>,
         z: &[D],
+        frames: &AssemblyFrames<D>,
         q: &mut [D],
-        carried: &mut Vec<CarriedPosition<D>>,
+        carried: &mut Vec<MotionOf<D, L>>,
     ) {
-        self.carry(bodies, z, carried);
-        for ((_, node), carried) in self.carried().zip(&*carried) {
-            q[2 * node.node..][..2].copy_from_slice(&carried.position);
+        self.carry(bodies, z, frames, carried);
+        for (node, motion) in self.carried().zip(&*carried) {
+            q[L::STRIDE * node.node..][..node.width]
+                .copy_from_slice(&motion.values()[..node.width]);
         }
-        for FixedNode { node, position } in &self.fixed {
-            q[2 * node..][..2].copy_from_slice(position);
+        for FixedNode { node, width, position } in &self.fixed {
+            let (to, position) = (&mut q[L::STRIDE * node..][..*width], position.as_ref());
+            to[..position.len()].copy_from_slice(position);
+            to[position.len()..].fill(D::from(0.0));
         }
     }
 
-    /// Writes the positions of all carried nodes with their derivatives.
-    pub(super) fn carry(&self, bodies: &Bodies<D>, z: &[D], carried: &mut Vec<CarriedPosition<D>>) {
+    /// Writes the unknowns of all carried nodes with their derivatives.
+    pub(super) fn carry(
+        &self,
+        bodies: &L::Bodies<D>,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        carried: &mut Vec<MotionOf<D, L>>,
+    ) {
         carried.clear();
-        self.attachments.iter().for_each(|own| bodies.carry(z, own, carried));
+        self.attachments.iter().for_each(|own| bodies.carry(z, frames, own, carried));
+    }
+
+    /// Copies the frames of rod `k`, this one, with those of carried edges at the coordinates `z`.
+    pub(super) fn copy_frames(
+        &self,
+        k: usize,
+        bodies: &L::Bodies<D>,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        to: &mut Option<L::RodFrames<D>>,
+    ) {
+        L::copy_frames(frames, k, to);
+        let Some(to) = to else { return };
+        for attachment in &self.attachments {
+            let carried = bodies.edge_frame(z, frames, attachment);
+            if let (Some(edge), Some(carried)) = (&attachment.edge, carried) {
+                L::hold_edge(to, edge.edge, &carried);
+            }
+        }
     }
 
     /// Writes the rates of carried nodes along rates of the coordinates of bodies, and zeros for fixed nodes.
-    pub(super) fn set_rates(&self, carried: &[CarriedPosition<D>], z_rates: &[D], rates: &mut [D]) {
-        for ((_, node), carried) in self.carried().zip(carried) {
-            for c in 0..2 {
+    pub(super) fn set_rates(&self, carried: &[MotionOf<D, L>], z_rates: &[D], rates: &mut [D]) {
+        for (node, carried) in self.carried().zip(carried) {
+            for c in 0..node.width {
                 let mut rate = D::from(0.0);
-                for k in 0..carried.count {
-                    rate += carried.slopes[k][c] * z_rates[carried.coordinates[k]];
+                for k in 0..carried.count() {
+                    rate += carried.slope(k)[c] * z_rates[carried.coordinate(k)];
                 }
-                rates[2 * node.node + c] = rate;
+                rates[L::STRIDE * node.node + c] = rate;
             }
         }
-        for FixedNode { node, .. } in &self.fixed {
-            rates[2 * node..][..2].fill(D::from(0.0));
+        for FixedNode { node, width, .. } in &self.fixed {
+            rates[L::STRIDE * node..][..*width].fill(D::from(0.0));
         }
     }
 
     /// The couplings of its carried ends, without entries.
-    pub(super) fn couplings(&self, bodies: &Bodies<D>) -> Vec<Coupling<D>> {
-        let coupling = |attachment: &Attachment<D>| {
+    pub(super) fn couplings(&self, bodies: &L::Bodies<D>) -> Vec<Coupling<D>> {
+        let rows = 2 * L::STRIDE;
+        let coupling = |attachment: &Attachment<L::Place<D>>| {
             let columns = bodies.coordinates(attachment);
-            let nodes = attachment.nodes.iter().map(|node| 2 * node.node);
-            let [low, high] = [nodes.clone().min(), nodes.max()].map(Option::unwrap_or_default);
-            // The two nodes beside the end, on its inner side.
-            let start = if low == 0 { high + 2 } else { low - ROWS };
-            let entries = vec![[D::from(0.0); ROWS]; columns.len()];
-            Coupling { rows: start..start + ROWS, columns, entries }
+            let nodes = &attachment.nodes;
+            let start = match nodes.iter().find(|node| node.node == 0) {
+                // The unknowns after those of the last carried node, or before those of the first.
+                Some(_) => nodes
+                    .iter()
+                    .map(|node| L::STRIDE * node.node + node.width)
+                    .max()
+                    .unwrap_or_default(),
+                None => {
+                    let first = nodes.iter().map(|node| L::STRIDE * node.node).min();
+                    first.unwrap_or_default().saturating_sub(rows)
+                }
+            };
+            let entries = vec![D::from(0.0); rows * columns.len()];
+            Coupling { rows: start..start + rows, columns, entries }
         };
         self.attachments.iter().map(coupling).collect()
     }
@@ -111,27 +142,30 @@ impl<D: Nestable> Member<D> {
 
 /// Unknowns of one rod, as work space; empty in a clone.
 #[derive(Debug)]
-pub(super) struct MemberWorkspace<D>(Mutex<RodUnknowns<D>>);
+pub(super) struct MemberWorkspace<D: Nestable, L: AssemblyLayout>(Mutex<RodUnknowns<D, L>>);
 
 /// Unknowns of one rod.
 #[derive(Debug)]
-pub(super) struct RodUnknowns<D> {
+pub(super) struct RodUnknowns<D: Nestable, L: AssemblyLayout> {
     /// Unknowns, carried nodes included.
     pub q: Vec<D>,
+    /// Its frames, with those of carried edges.
+    pub frames: Option<L::RodFrames<D>>,
     /// Its carried nodes.
-    pub carried: Vec<CarriedPosition<D>>,
+    pub carried: Vec<MotionOf<D, L>>,
     /// Unknowns, or changes of them, at another time.
     pub other: Vec<D>,
     /// Carried nodes at that time.
-    pub other_carried: Vec<CarriedPosition<D>>,
+    pub other_carried: Vec<MotionOf<D, L>>,
     /// Numbers of the elements.
     pub elements: Vec<D>,
 }
 
-impl<D> Default for RodUnknowns<D> {
+impl<D: Nestable, L: AssemblyLayout> Default for RodUnknowns<D, L> {
     fn default() -> Self {
         Self {
             q: Vec::new(),
+            frames: None,
             carried: Vec::new(),
             other: Vec::new(),
             other_carried: Vec::new(),
@@ -140,22 +174,22 @@ impl<D> Default for RodUnknowns<D> {
     }
 }
 
-impl<D> Default for MemberWorkspace<D> {
+impl<D: Nestable, L: AssemblyLayout> Default for MemberWorkspace<D, L> {
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<D> Clone for MemberWorkspace<D> {
-    /// A copy of the room.
+impl<D: Nestable, L: AssemblyLayout> Clone for MemberWorkspace<D, L> {
+    /// An empty work space.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl<D> MemberWorkspace<D> {
+impl<D: Nestable, L: AssemblyLayout> MemberWorkspace<D, L> {
     /// The work space, which no other thread uses meanwhile.
-    pub fn borrow(&self) -> MutexGuard<'_, RodUnknowns<D>> {
+    pub fn borrow(&self) -> MutexGuard<'_, RodUnknowns<D, L>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

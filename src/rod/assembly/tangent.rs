@@ -6,19 +6,17 @@
 //! | B1' B2' C  | | z  |   | c  |          xi = Ai^-1 bi - Ai^-1 Bi z
 //! ```
 //!
-//! `Bi` has entries in four rows beside each carried end. The Schur complement `S` is an [envelope](Envelope). The
-//! numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix.
+//! `Bi` has entries in the rows of two nodes beside each carried end. The Schur complement `S` is an [envelope](Envelope).
+//! The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix. `C` may have blocks that are not
+//! symmetric, of rotating bodies in a step; `S` is then factored as `L U`.
 
-use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::envelope::Envelope;
+use crate::numerics::envelope_lu::{DiagonalBlock, EnvelopeLu};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
-use crate::rod::planar::HALF_BANDWIDTH;
 use std::ops::Range;
 
-/// Rows of a rod that are coupled to a carried end: two nodes.
-pub(super) const ROWS: usize = 4;
 /// Columns of `Ai^-1 Bi` that are solved for together: those of both ends of a rod, in two registers.
 const GROUP: usize = 8;
 
@@ -29,16 +27,28 @@ pub struct Coupling<D> {
     pub rows: Range<usize>,
     /// The coordinates, counted from the first one of all bodies.
     pub columns: Vec<usize>,
-    /// Entries of each column.
-    pub entries: Vec<[D; ROWS]>,
+    /// Entries of all columns, one after the other.
+    pub entries: Vec<D>,
+}
+
+impl<D> Coupling<D> {
+    /// Each column's coordinate and entries.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[D])> {
+        self.columns.iter().copied().zip(self.entries.chunks_exact(self.rows.len()))
+    }
+
+    /// Each column's coordinate and entries, to be written.
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (usize, &mut [D])> {
+        self.columns.iter().copied().zip(self.entries.chunks_exact_mut(self.rows.len()))
+    }
 }
 
 /// The part of a tangent that belongs to a rod.
 #[derive(Clone, Debug)]
-pub struct MemberTangent<D> {
+pub struct MemberTangent<D, T> {
     /// Second derivatives by the unknowns of the rod; rows and columns of carried and fixed nodes are those of the
     /// identity.
-    pub band: BandMatrix<D, HALF_BANDWIDTH>,
+    pub band: T,
     /// The unknowns of the rod.
     pub range: Range<usize>,
     /// Couplings of its carried ends.
@@ -47,71 +57,89 @@ pub struct MemberTangent<D> {
 
 /// The second derivatives of the energy of an assembly, N/m.
 #[derive(Clone, Debug)]
-pub struct AssemblyTangent<D> {
+pub struct BorderedTangent<D, T> {
     /// One per rod.
-    pub members: Vec<MemberTangent<D>>,
+    pub members: Vec<MemberTangent<D, T>>,
+    /// The first coordinate of the bodies.
+    pub first: usize,
     /// Second derivatives by the coordinates of bodies.
     pub bodies: Envelope<D>,
+    /// Parts of the derivatives of a step's forces that are not symmetric; none without rotating bodies in space.
+    pub blocks: Vec<DiagonalBlock<D>>,
 }
 
-impl<D: Scalar> AssemblyTangent<D> {
-    /// The first coordinate of the bodies.
-    fn first(&self) -> usize {
-        self.members.last().map_or(0, |member| member.range.end)
-    }
+/// A row or column of a bordered matrix.
+enum Place {
+    /// Rod, and unknown counted from its first one.
+    Rod(usize, usize),
+    /// Gap after the unknowns of a rod.
+    Gap,
+    /// Coordinate of the bodies.
+    Body(usize),
+}
 
-    /// The rod with unknown `i`, and the unknown counted from its first; none for a coordinate of bodies.
-    fn member(&self, i: usize) -> Option<(usize, usize)> {
+impl<D: Scalar, T> BorderedTangent<D, T> {
+    /// The rod or body with unknown `i`.
+    fn place(&self, i: usize) -> Place {
+        if i >= self.first {
+            return Place::Body(i - self.first);
+        }
         let k = self.members.partition_point(|member| member.range.end <= i);
-        self.members.get(k).map(|member| (k, i - member.range.start))
+        match self.members.get(k) {
+            Some(member) if member.range.start <= i => Place::Rod(k, i - member.range.start),
+            _ => Place::Gap,
+        }
     }
 }
 
-impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
-    const NUMBERS_PER_ROW: usize = HALF_BANDWIDTH + 1;
-    type Factors = AssemblyFactors<D>;
+impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
+    const NUMBERS_PER_ROW: usize = T::NUMBERS_PER_ROW;
+    type Factors = BorderedFactors<D, T>;
 
     /// Factors for matrices of this sparsity pattern, not yet computed.
-    fn new_factors(&self) -> AssemblyFactors<D> {
-        let member = |member: &MemberTangent<D>| MemberFactors {
+    fn new_factors(&self) -> BorderedFactors<D, T> {
+        let member = |member: &MemberTangent<D, T>| MemberFactors {
             band: member.band.new_factors(),
             range: member.range.clone(),
             couplings: member.couplings.clone(),
             responses: Vec::new(),
             room: Vec::new(),
         };
-        AssemblyFactors {
+        BorderedFactors {
             members: self.members.iter().map(member).collect(),
             schur: self.bodies.clone(),
+            general: None,
         }
     }
 
-    /// The entry of row `i`, column `j`; zero outside the pattern.
+    /// The entry of row `i`, column `j`, without blocks; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D {
-        let (low, high, first) = (i.min(j), i.max(j), self.first());
-        match (self.member(low), self.member(high)) {
-            (Some((k, row)), Some((other, column))) if k == other => {
+        match (self.place(i.min(j)), self.place(i.max(j))) {
+            (Place::Rod(k, row), Place::Rod(other, column)) if k == other => {
                 self.members[k].band.get(row, column)
             }
-            (Some((k, row)), None) => {
+            (Place::Rod(k, row), Place::Body(body)) => {
                 let mut sum = D::from(0.0);
                 for coupling in &self.members[k].couplings {
-                    let column = coupling.columns.iter().position(|c| *c == high - first);
-                    if let (true, Some(column)) = (coupling.rows.contains(&row), column) {
-                        sum += coupling.entries[column][row - coupling.rows.start];
+                    let column = coupling.iter().find(|(column, _)| *column == body);
+                    if let (true, Some((_, entries))) = (coupling.rows.contains(&row), column) {
+                        sum += entries[row - coupling.rows.start];
                     }
                 }
                 sum
             }
-            (None, None) => self.bodies.get(high - first, low - first),
+            (Place::Body(low), Place::Body(high)) => self.bodies.get(high, low),
+            (Place::Gap, Place::Gap) => D::from(f64::from(i == j)),
             _ => D::from(0.0),
         }
     }
 
     /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
-        match self.member(j) {
-            Some((k, _)) if self.members[k].couplings.is_empty() => self.members[k].range.clone(),
+        match self.place(j) {
+            Place::Rod(k, _) if self.members[k].couplings.is_empty() => {
+                self.members[k].range.clone()
+            }
             _ => 0..n,
         }
     }
@@ -119,49 +147,53 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
     /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
     /// `start` on.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
-        let first = self.first();
-        match self.member(start) {
-            Some((k, row)) => self.members[k].band.add_corner(row, size, block),
-            None => {
+        match self.place(start) {
+            Place::Rod(k, row) => self.members[k].band.add_corner(row, size, block),
+            Place::Body(body) => {
                 for r in 0..size {
                     for c in 0..=r {
-                        self.bodies.add(start - first + r, start - first + c, block[r][c]);
+                        self.bodies.add(body + r, body + c, block[r][c]);
                     }
                 }
             }
+            Place::Gap => {}
         }
     }
 
     /// Replaces row and column `i` by those of the identity.
     fn uncouple(&mut self, i: usize) {
-        let first = self.first();
-        if let Some((k, row)) = self.member(i) {
-            self.members[k].band.uncouple(row);
-            for coupling in &mut self.members[k].couplings {
-                if coupling.rows.contains(&row) {
-                    let at = row - coupling.rows.start;
-                    coupling.entries.iter_mut().for_each(|column| column[at] = D::from(0.0));
+        match self.place(i) {
+            Place::Rod(k, row) => {
+                self.members[k].band.uncouple(row);
+                for coupling in &mut self.members[k].couplings {
+                    if coupling.rows.contains(&row) {
+                        let at = row - coupling.rows.start;
+                        coupling.iter_mut().for_each(|(_, column)| column[at] = D::from(0.0));
+                    }
                 }
             }
-            return;
-        }
-        self.bodies.uncouple(i - first);
-        for coupling in self.members.iter_mut().flat_map(|member| &mut member.couplings) {
-            for (column, entries) in coupling.columns.iter().zip(&mut coupling.entries) {
-                if *column == i - first {
-                    *entries = [D::from(0.0); ROWS];
+            Place::Body(body) => {
+                self.bodies.uncouple(body);
+                for coupling in self.members.iter_mut().flat_map(|member| &mut member.couplings) {
+                    for (column, entries) in coupling.iter_mut() {
+                        if column == body {
+                            entries.fill(D::from(0.0));
+                        }
+                    }
                 }
             }
+            Place::Gap => {}
         }
     }
 
     /// Sets every entry to zero.
     fn clear(&mut self) {
         self.bodies.clear();
+        self.blocks.clear();
         for member in &mut self.members {
             member.band.clear();
             for coupling in &mut member.couplings {
-                coupling.entries.fill([D::from(0.0); ROWS]);
+                coupling.entries.fill(D::from(0.0));
             }
         }
     }
@@ -173,7 +205,7 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
             to.band.add_scaled(&from.band, factor);
             for (to, from) in to.couplings.iter_mut().zip(&from.couplings) {
                 for (to, from) in to.entries.iter_mut().zip(&from.entries) {
-                    (0..ROWS).for_each(|r| to[r] += from[r] * factor);
+                    *to += *from * factor;
                 }
             }
         }
@@ -189,19 +221,18 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
 
     /// Adds `A x` to `out`, for `G` vectors.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        let first = self.first();
-        let (rods, bodies) = x.split_at(first);
-        let (to_rods, to_bodies) = out.split_at_mut(first);
+        let (rods, bodies) = x.split_at(self.first);
+        let (to_rods, to_bodies) = out.split_at_mut(self.first);
         for member in &self.members {
             let (own, to) = (&rods[member.range.clone()], &mut to_rods[member.range.clone()]);
             member.band.add_product(own, to);
             for coupling in &member.couplings {
                 let (own, to) = (&own[coupling.rows.clone()], &mut to[coupling.rows.clone()]);
-                for (column, entries) in coupling.columns.iter().zip(&coupling.entries) {
-                    for r in 0..ROWS {
+                for (column, entries) in coupling.iter() {
+                    for (r, entry) in entries.iter().enumerate() {
                         for g in 0..G {
-                            to[r][g] += entries[r] * bodies[*column][g];
-                            to_bodies[*column][g] += entries[r] * own[r][g];
+                            to[r][g] += *entry * bodies[column][g];
+                            to_bodies[column][g] += *entry * own[r][g];
                         }
                     }
                 }
@@ -219,20 +250,23 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
 
     /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
-        let first = self.first();
-        let (rods, bodies) = x.split_at(first);
-        let (to_rods, to_bodies) = out[..x.len()].split_at_mut(first);
+        let (rods, bodies) = x.split_at(self.first);
+        let (to_rods, to_bodies) = out[..x.len()].split_at_mut(self.first);
         to_bodies.fill(0.0);
+        // Gaps between the unknowns of rods.
+        if self.members.iter().map(|member| member.range.len()).sum::<usize>() < self.first {
+            to_rods.fill(0.0);
+        }
         let size = |x: D| x.value().abs();
         for member in &self.members {
             let (own, to) = (&rods[member.range.clone()], &mut to_rods[member.range.clone()]);
             member.band.absolute_product(own, to);
             for coupling in &member.couplings {
                 let (own, to) = (&own[coupling.rows.clone()], &mut to[coupling.rows.clone()]);
-                for (column, entries) in coupling.columns.iter().zip(&coupling.entries) {
-                    for r in 0..ROWS {
-                        to[r] += size(entries[r]) * size(bodies[*column]);
-                        to_bodies[*column] += size(entries[r]) * size(own[r]);
+                for (column, entries) in coupling.iter() {
+                    for (r, entry) in entries.iter().enumerate() {
+                        to[r] += size(*entry) * size(bodies[column]);
+                        to_bodies[column] += size(*entry) * size(own[r]);
                     }
                 }
             }
@@ -248,8 +282,8 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
 
 /// Factors of the band of a rod, with its couplings and their responses.
 #[derive(Clone, Debug)]
-struct MemberFactors<D> {
-    band: Ldlt<D, HALF_BANDWIDTH>,
+struct MemberFactors<D, F> {
+    band: F,
     range: Range<usize>,
     /// `Bi`.
     couplings: Vec<Coupling<D>>,
@@ -259,7 +293,7 @@ struct MemberFactors<D> {
     room: Vec<[D; GROUP]>,
 }
 
-impl<D: Scalar> MemberFactors<D> {
+impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
     /// The coordinate of every column of all couplings.
     fn columns(&self) -> impl Iterator<Item = usize> {
         self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied())
@@ -273,26 +307,29 @@ impl<D: Scalar> MemberFactors<D> {
         responses.resize_with(count, || vec![zero; range.len()]);
         room.resize(range.len(), [zero; GROUP]);
         let mut columns = couplings.iter().flat_map(|coupling| {
-            coupling.entries.iter().map(|entries| (coupling.rows.start, entries))
+            coupling.iter().map(|(_, entries)| (coupling.rows.start, entries))
         });
         for group in responses.chunks_mut(GROUP) {
             room.fill([zero; GROUP]);
             for (g, (row, entries)) in columns.by_ref().take(group.len()).enumerate() {
-                (0..ROWS).for_each(|r| room[row + r][g] = entries[r]);
+                entries.iter().enumerate().for_each(|(r, entry)| room[row + r][g] = *entry);
             }
             band.solve_many(room);
             for (g, response) in group.iter_mut().enumerate() {
                 response.iter_mut().zip(&*room).for_each(|(to, from)| *to = from[g]);
             }
         }
+        drop(columns);
         for coupling in &self.couplings {
-            for (row, entries) in coupling.columns.iter().zip(&coupling.entries) {
+            for (row, entries) in coupling.iter() {
                 for (column, response) in self.columns().zip(&self.responses) {
-                    if column <= *row {
+                    if column <= row {
                         let response = &response[coupling.rows.clone()];
                         let mut sum = zero;
-                        (0..ROWS).for_each(|r| sum += entries[r] * response[r]);
-                        schur.add(*row, column, -sum);
+                        for (entry, response) in entries.iter().zip(response) {
+                            sum += *entry * *response;
+                        }
+                        schur.add(row, column, -sum);
                     }
                 }
             }
@@ -325,23 +362,25 @@ impl<D: Scalar, E: RightHandSide<D>, const R: usize> pulp::NullaryFnOnce
     }
 }
 
-/// The factors of an [`AssemblyTangent`].
+/// The factors of a [`BorderedTangent`].
 #[derive(Clone, Debug)]
-pub struct AssemblyFactors<D> {
-    members: Vec<MemberFactors<D>>,
-    /// Factors of the Schur complement.
+pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
+    members: Vec<MemberFactors<D, T::Factors>>,
+    /// The Schur complement, or its factors where it is symmetric.
     schur: Envelope<D>,
+    /// Its factors where it is not.
+    general: Option<EnvelopeLu<D>>,
 }
 
-impl<D: Scalar> AssemblyFactors<D> {
+impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
     /// Factors `scale diag(diagonal) + factor matrix`.
     fn factor_weighted(
         &mut self,
         (diagonal, scale): (&[D], D),
-        matrix: &AssemblyTangent<D>,
+        matrix: &BorderedTangent<D, T>,
         factor: D,
     ) -> Result<(), Singular> {
-        let first = matrix.first();
+        let first = matrix.first;
         self.schur.set_scaled(&matrix.bodies, factor);
         for (i, entry) in diagonal[first..].iter().enumerate() {
             self.schur.add(i, i, *entry * scale);
@@ -354,21 +393,32 @@ impl<D: Scalar> AssemblyFactors<D> {
                 .map_err(|singular| Singular { row: range.start + singular.row })?;
             for (to, from) in member.couplings.iter_mut().zip(&own.couplings) {
                 for (to, from) in to.entries.iter_mut().zip(&from.entries) {
-                    (0..ROWS).for_each(|r| to[r] = from[r] * factor);
+                    *to = *from * factor;
                 }
             }
             member.eliminate(&mut self.schur);
         }
-        self.schur.factor().map_err(|singular| Singular { row: first + singular.row })
+        let factored = match matrix.blocks.is_empty() {
+            true => {
+                self.general = None;
+                self.schur.factor()
+            }
+            false => {
+                let general = self.general.get_or_insert_with(EnvelopeLu::default);
+                general.set(&self.schur, &matrix.blocks, factor);
+                general.factor()
+            }
+        };
+        factored.map_err(|singular| Singular { row: first + singular.row })
     }
 }
 
-impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
-    type Matrix = AssemblyTangent<D>;
+impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
+    type Matrix = BorderedTangent<D, T>;
 
-    /// Factors the rows and columns of `range`; allocates nothing.
-    fn factor(&mut self, matrix: &AssemblyTangent<D>, _: Range<usize>) -> Result<(), Singular> {
-        let zeros = vec![D::from(0.0); matrix.first() + matrix.bodies.order()];
+    /// Factors the rows and columns of `range`.
+    fn factor(&mut self, matrix: &BorderedTangent<D, T>, _: Range<usize>) -> Result<(), Singular> {
+        let zeros = vec![D::from(0.0); matrix.first + matrix.bodies.order()];
         self.factor_weighted((&zeros, D::from(0.0)), matrix, D::from(1.0))
     }
 
@@ -377,14 +427,14 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
         &mut self,
         diagonal: &[D],
         scale: D,
-        matrix: &AssemblyTangent<D>,
+        matrix: &BorderedTangent<D, T>,
         factor: D,
         _: Range<usize>,
     ) -> Result<(), Singular> {
         self.factor_weighted((diagonal, scale), matrix, factor)
     }
 
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    /// Number of negative eigenvalues of the factored matrix, which is symmetric (Sylvester's law of inertia).
     fn negative_pivots(&self) -> usize {
         let rods: usize = self.members.iter().map(|member| member.band.negative_pivots()).sum();
         rods + self.schur.negative_pivots()
@@ -399,14 +449,17 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
             member.band.solve_many(x);
             for coupling in &member.couplings {
                 let x = &x[coupling.rows.clone()];
-                for (column, entries) in coupling.columns.iter().zip(&coupling.entries) {
-                    for r in 0..ROWS {
-                        (0..R).for_each(|k| bodies[*column][k] -= x[r][k] * entries[r]);
+                for (column, entries) in coupling.iter() {
+                    for (x, entry) in x.iter().zip(entries) {
+                        (0..R).for_each(|k| bodies[column][k] -= x[k] * *entry);
                     }
                 }
             }
         }
-        self.schur.solve(bodies);
+        match &self.general {
+            Some(general) => general.solve(bodies),
+            None => self.schur.solve(bodies),
+        }
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
             for (column, response) in member.columns().zip(&member.responses) {

@@ -166,7 +166,12 @@ impl Convergence {
 /// Of a `correction` of the unknowns from index `first` on: the largest displacement of a node, m, and the largest
 /// rotation of a director times `length`, m.
 #[inline(always)]
-pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) -> [f64; 2] {
+pub fn sizes<D: Scalar, R: Rod<D>>(
+    rod: &R,
+    correction: &[D],
+    first: usize,
+    length: f64,
+) -> [f64; 2] {
     // Four in SIMD lanes: every fourth unknown is an angle, or none is.
     let (fours, rest) = correction.as_chunks::<4>();
     let mut largest = [0.0_f64; 4];
@@ -185,7 +190,7 @@ pub fn sizes<D: Scalar, R: Rod<D>>(correction: &[D], first: usize, length: f64) 
     }
     let (mut moved, mut turned) = (0.0_f64, 0.0_f64);
     for k in 0..4 {
-        match R::is_angle(first + k) {
+        match rod.has_angle_at(first + k) {
             true => turned = turned.max(length * largest[k]),
             false => moved = moved.max(largest[k]),
         }

@@ -17,6 +17,7 @@ mod convergence;
 mod drag_forces;
 mod predictor;
 mod relinearize;
+mod rotating_bodies;
 mod rounding;
 mod slip_state;
 mod start_forces;
@@ -123,6 +124,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     factors: FactorsOf<R, D>,
     /// Minus the residual, then the correction of the unknowns.
     correction: Vec<D>,
+    /// Velocities of the step's end, for rotating bodies in space; empty without them.
+    velocities: Vec<D>,
     /// The predicted tensions of the edges.
     tensions: Tensions<D>,
     /// The rounding level of every residual, N s^2.
@@ -187,6 +190,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             tangent,
             weights: [D::from(1.0), D::from(0.0)],
             correction: vec![D::from(0.0); n],
+            velocities: Vec::new(),
             tensions: Tensions::unknown(length / edges),
             rounding: vec![0.0; n],
             stages: Vec::new(),
@@ -347,6 +351,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
+        self.add_rotational_inertia(step, before, state, with_tangent);
         self.drag(step, [before, state], with_tangent);
         work.tangents += usize::from(with_tangent);
         work.gradients += usize::from(!with_tangent);
@@ -443,7 +448,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             if next != NextIteration::Chord {
                 let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
                 let progress = TangentCount { tangents, is_done: next == NextIteration::Done };
-                self.tensions.corrected(rod, &self.correction, moved, &state.q, progress);
+                let at = (&state.q[..], &state.frames);
+                self.tensions.corrected(rod, &self.correction, moved, at, progress);
             }
             if next == NextIteration::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
@@ -474,6 +480,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let Self { gradient, tangent, end, .. } = self;
         let (q, derivatives) = (&state.q, step.system.derivatives);
         rod.measured_tangent(q, &before.frames, derivatives, gradient, tangent, end);
+        self.add_rotational_inertia(step, before, state, true);
         self.drag(step, [before, state], true);
         work.tangents += 1;
         self.factor(step, work)
@@ -506,6 +513,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work: &mut Work,
     ) -> [f64; 2] {
         self.factors.solve(&mut self.correction);
+        step.system.rod.convert_correction(&state.q, &state.frames, &mut self.correction);
         self.slip_state.iter_mut().for_each(|slip_state| slip_state.is_current = false);
         let free = step.system.free.clone();
         let correction = &self.correction[free.clone()];
@@ -514,7 +522,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             q[i] += correction[i];
         }
         work.newton_iterations += 1;
-        sizes::<D, R>(correction, free.start, self.length)
+        sizes(&step.system.rod, correction, free.start, self.length)
     }
 
     /// Factors the matrix of the step, `M (1 + h beta damping) + h^2 beta^2 K`, of the free unknowns.
@@ -571,6 +579,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
         }
+        self.add_products_of_inertia(step, before, now);
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
 
@@ -640,6 +649,6 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
         // Reference frames follow accepted unknowns, so that their twist is continuous beyond
         // half a turn.
-        R::rebase(&mut state.frames, &state.q);
+        step.system.rod.move_frames(&mut state.frames, &state.q);
     }
 }

@@ -9,6 +9,9 @@ use crate::dynamics::linearization::StartForces;
 use crate::dynamics::step::System;
 use crate::dynamics::stepper::newton::Newton;
 use crate::dynamics::stepper::newton::drag_forces::DragForces;
+use crate::dynamics::stepper::newton::rotating_bodies::{
+    add_coupled_accelerations, add_inertia_now,
+};
 use crate::dynamics::viscosity;
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod, State};
@@ -32,6 +35,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 unbalanced[i] += damping.mass * rod.mass()[i] * v[i];
             }
         }
+        add_inertia_now(system, state);
+        let State { q, v, unbalanced, .. } = state;
         if let Some(drag) = &system.drag {
             let new = || DragForces::new(q.len(), rod.zero_tangent());
             let drag_forces = self.drag_forces.get_or_insert_with(new);
@@ -76,6 +81,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         for i in system.free.clone() {
             state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
         }
+        add_coupled_accelerations(system, state);
         system.prescribed.fill(&mut state.acceleration, D::from(0.0));
     }
 }

@@ -64,14 +64,14 @@ impl<D: Nestable> Tensions<D> {
         self.known.then_some(&self.expected)
     }
 
-    /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` that moved
+    /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` with their frames, that moved
     /// nodes by up to `moved`, m. If so, the tensions are predicted to first order in the correction.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
         correction: &[D],
         moved: f64,
-        q: &[D],
+        (q, frames): (&[D], &R::Frames),
         TangentCount { tangents, is_done }: TangentCount,
     ) {
         let [usual, few] = ENOUGH;
@@ -86,7 +86,7 @@ impl<D: Nestable> Tensions<D> {
         }
         self.known = gains && tangents <= MOST && moved <= SMALL * self.edge;
         if self.known {
-            rod.tensions_after(correction, q, &mut self.expected);
+            rod.tensions_after(correction, q, frames, &mut self.expected);
         }
     }
 

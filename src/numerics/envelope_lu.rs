@@ -1,0 +1,158 @@
+//! `L U` factors of a matrix with the pattern of an [envelope](Envelope) whose entries are not symmetric.
+//!
+//! Such a matrix is a symmetric one plus blocks on its diagonal: that of an implicit step with rotating bodies in space. The
+//! elimination takes no pivots, as that of the symmetric matrix: the mass matrix is positive definite and the blocks are
+//! small beside it at reasonable steps.
+
+use crate::numerics::envelope::Envelope;
+use crate::numerics::rotation::Matrix3;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::{RightHandSide, Singular};
+
+/// Three rows and columns on the diagonal, whose entries need not be symmetric.
+#[derive(Clone, Copy, Debug)]
+pub struct DiagonalBlock<D> {
+    /// First row and column.
+    pub start: usize,
+    /// The entries by rows.
+    pub entries: Matrix3<D>,
+}
+
+/// Factors `L U`; `L` has a unit diagonal.
+#[derive(Clone, Debug)]
+pub struct EnvelopeLu<D> {
+    /// First column of every row, and first row of every column.
+    first: Vec<usize>,
+    /// Rows of `L` from the first column to the one before the diagonal.
+    lower: Vec<Vec<D>>,
+    /// Columns of `U` from the first row to the one before the diagonal.
+    upper: Vec<Vec<D>>,
+    diagonal: Vec<D>,
+}
+
+impl<D> Default for EnvelopeLu<D> {
+    /// No factors yet.
+    fn default() -> Self {
+        Self { first: Vec::new(), lower: Vec::new(), upper: Vec::new(), diagonal: Vec::new() }
+    }
+}
+
+impl<D: Scalar> EnvelopeLu<D> {
+    /// Copies a symmetric matrix plus `factor` times blocks.
+    pub fn set(&mut self, matrix: &Envelope<D>, blocks: &[DiagonalBlock<D>], factor: D) {
+        let n = matrix.order();
+        self.first.clear();
+        self.first.extend((0..n).map(|i| matrix.first(i)));
+        for entries in [&mut self.lower, &mut self.upper] {
+            entries.resize(n, Vec::new());
+            for (i, row) in entries.iter_mut().enumerate() {
+                row.clear();
+                row.extend((matrix.first(i)..i).map(|j| matrix.get(i, j)));
+            }
+        }
+        self.diagonal.clear();
+        self.diagonal.extend((0..n).map(|i| matrix.get(i, i)));
+        for DiagonalBlock { start, entries } in blocks {
+            for r in 0..3 {
+                self.diagonal[start + r] += entries[r][r] * factor;
+                for c in 0..r {
+                    let at = start + c - self.first[start + r];
+                    self.lower[start + r][at] += entries[r][c] * factor;
+                    self.upper[start + r][at] += entries[c][r] * factor;
+                }
+            }
+        }
+    }
+
+    /// Replaces the matrix by its factors.
+    ///
+    /// # Errors
+    /// The row of a pivot that is zero or not a number.
+    pub fn factor(&mut self) -> Result<(), Singular> {
+        for i in 0..self.diagonal.len() {
+            let first = self.first[i];
+            let (lower_before, lower) = self.lower.split_at_mut(i);
+            let (upper_before, upper) = self.upper.split_at_mut(i);
+            let (row, column) = (&mut lower[0], &mut upper[0]);
+            let mut pivot = self.diagonal[i];
+            for j in first..i {
+                let own = self.first[j];
+                let (mut left, mut right) = (row[j - first], column[j - first]);
+                for k in first.max(own)..j {
+                    left -= row[k - first] * upper_before[j][k - own];
+                    right -= lower_before[j][k - own] * column[k - first];
+                }
+                left /= self.diagonal[j];
+                pivot -= left * right;
+                (row[j - first], column[j - first]) = (left, right);
+            }
+            if !(pivot.value().abs() > 0.0 && pivot.value().is_finite()) {
+                return Err(Singular { row: i });
+            }
+            self.diagonal[i] = pivot;
+        }
+        Ok(())
+    }
+
+    /// Solves `A x = b` in place for `R` right-hand sides, with the factors of `A`.
+    pub fn solve<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        for i in 0..self.diagonal.len() {
+            for (k, entry) in self.lower[i].iter().enumerate() {
+                for r in 0..R {
+                    let known = x[self.first[i] + k][r];
+                    x[i][r] -= known * *entry;
+                }
+            }
+        }
+        for i in (0..self.diagonal.len()).rev() {
+            let by_pivot = self.diagonal[i].recip();
+            (0..R).for_each(|r| x[i][r] = x[i][r] * by_pivot);
+            for (k, entry) in self.upper[i].iter().enumerate() {
+                for r in 0..R {
+                    let known = x[i][r];
+                    x[self.first[i] + k][r] -= known * *entry;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Oracle: the dense LU factors of nalgebra.
+    #[test]
+    fn solution_agrees_with_that_of_the_dense_matrix() {
+        let first = vec![0, 0, 0, 2, 1, 3, 3, 3];
+        let mut matrix = Envelope::zeros(first.clone());
+        for (i, first) in first.into_iter().enumerate() {
+            for j in first..i {
+                matrix.add(i, j, ((i * 7 + j * 5) % 9) as f64 / 9.0 - 0.45);
+            }
+            matrix.add(i, i, 3.0 + (i % 3) as f64);
+        }
+        let block = |start: usize, shift: f64| DiagonalBlock {
+            start,
+            entries: [0, 1, 2].map(|r| [0, 1, 2].map(|c| (shift + 3.0 * r as f64 - c as f64).sin())),
+        };
+        let blocks = [block(0, 0.3), block(5, 1.1)];
+        let mut dense = nalgebra::DMatrix::from_fn(8, 8, |i, j| matrix.get(i, j));
+        for block in &blocks {
+            for r in 0..3 {
+                for c in 0..3 {
+                    dense[(block.start + r, block.start + c)] += 0.7 * block.entries[r][c];
+                }
+            }
+        }
+        let mut factors = EnvelopeLu::default();
+        factors.set(&matrix, &blocks, 0.7);
+        factors.factor().unwrap();
+        let b: Vec<[f64; 1]> = (0..8).map(|i| [(1.7 * i as f64).cos()]).collect();
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        let right = nalgebra::DVector::from_fn(8, |i, _| b[i][0]);
+        let expected = dense.lu().solve(&right).unwrap();
+        assert!((0..8).all(|i| (x[i][0] - expected[i]).abs() < 1e-13), "{x:?} {expected}");
+    }
+}

@@ -1,0 +1,249 @@
+//! Rotations in space by rotation vectors: the exponential map, its tangent map, and the logarithm (Simo and Vu-Quoc 1988,
+//! doi:10.1016/0045-7825(88)90073-4).
+//!
+//! The rotation vector `r`, rad, belongs to the rotation `exp(r)`. A change `dr` of the vector is followed by the rotation
+//!
+//! ```text
+//! exp(r + dr) = exp(r) exp(T dr),    T = 1 - a r x + b r x r x,    a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
+//! ```
+//!
+//! so that `T dr` is the rotation in the turned axes.
+
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, combine, components, cross, dot, rotate, scale, sub, unit};
+
+/// A matrix of three rows and columns, by its rows.
+pub type Matrix3<D> = [[D; 3]; 3];
+
+/// The square of an angle, rad^2, below which series replace quotients of small differences.
+const SERIES_BELOW: f64 = 1.0;
+/// Number of terms of these series: the first neglected one is below 1e-17.
+const TERMS: usize = 9;
+/// The square of the sine of half an angle below which the series of the arc sine is used.
+const SMALL_HALF_SINE: f64 = 0.02;
+/// Coefficients of the series of `asin(x)/x` by `x^2`.
+const ARC_SINE: [f64; 10] = [
+    1.0,
+    1.0 / 6.0,
+    3.0 / 40.0,
+    15.0 / 336.0,
+    105.0 / 3456.0,
+    945.0 / 42240.0,
+    10395.0 / 599_040.0,
+    135_135.0 / 9_676_800.0,
+    2_027_025.0 / 175_472_640.0,
+    34_459_425.0 / 3_530_096_640.0,
+];
+
+/// The identity.
+pub fn identity<D: Scalar>() -> Matrix3<D> {
+    components_of(|i, j| D::from(f64::from(i == j)))
+}
+
+/// The matrix with `entry(row, column)`.
+#[inline(always)]
+pub fn components_of<D: Scalar>(entry: impl Fn(usize, usize) -> D) -> Matrix3<D> {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
+}
+
+/// `m v`.
+#[inline(always)]
+pub fn times<D: Scalar>(m: &Matrix3<D>, v: Vector<D>) -> Vector<D> {
+    [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
+}
+
+/// `m' v`, with the transpose of `m`.
+#[inline(always)]
+pub fn transposed_times<D: Scalar>(m: &Matrix3<D>, v: Vector<D>) -> Vector<D> {
+    components(|c| m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2])
+}
+
+/// `a b`.
+pub fn product<D: Scalar>(a: &Matrix3<D>, b: &Matrix3<D>) -> Matrix3<D> {
+    components_of(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
+}
+
+/// The transpose.
+pub fn transpose<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
+    components_of(|i, j| m[j][i])
+}
+
+/// Column `j`.
+#[inline(always)]
+pub fn column<D: Scalar>(m: &Matrix3<D>, j: usize) -> Vector<D> {
+    [m[0][j], m[1][j], m[2][j]]
+}
+
+/// The matrix of the cross product with `v` on the left.
+pub fn cross_matrix<D: Scalar>([x, y, z]: Vector<D>) -> Matrix3<D> {
+    let zero = D::from(0.0);
+    [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+}
+
+/// The inverse, by cofactors.
+pub fn inverse<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
+    let rows = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
+    let by = dot(m[0], rows[0]).recip();
+    components_of(|i, j| rows[j][i] * by)
+}
+
+/// A nearly orthogonal matrix with orthonormal columns, the third one along the cross product of the others.
+pub fn orthonormal<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
+    let first = unit(column(m, 0));
+    let second = column(m, 1);
+    let second = unit(sub(second, scale(first, dot(first, second))));
+    transpose(&[first, second, cross(first, second)])
+}
+
+/// The rotation by a rotation vector, rad.
+pub fn exponential<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
+    transpose(&identity::<D>().map(|axis| rotate(r, axis)))
+}
+
+/// `sum (-1)^k x^k / (2k + first)!`, or its derivative by `x`.
+fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
+    let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+    let coefficient = |k: usize| {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        sign / factorial(2 * k + first) * if is_derivative { k as f64 } else { 1.0 }
+    };
+    let least = usize::from(is_derivative);
+    (least..TERMS).rev().fold(D::from(0.0), |sum, k| sum * x + coefficient(k))
+}
+
+/// The coefficients `a` and `b` of the tangent map, and their derivatives by the square of the angle, doubled.
+fn coefficients<D: Scalar>(square: D) -> [D; 4] {
+    if square.value() < SERIES_BELOW {
+        let double = |first: usize| alternating_series(square, first, true) * 2.0;
+        let plain = |first: usize| alternating_series(square, first, false);
+        return [plain(2), plain(3), double(2), double(3)];
+    }
+    let angle = square.sqrt();
+    let [sine, cosine] = angle.sin_cos();
+    let (rest, part) = (-cosine + 1.0, angle - sine);
+    [
+        rest / square,
+        part / (square * angle),
+        (angle * sine - rest * 2.0) / (square * square),
+        (angle * rest - part * 3.0) / (square * square * angle),
+    ]
+}
+
+/// The tangent map `T` at a rotation vector, rad.
+pub fn tangent_map<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
+    let [a, b, ..] = coefficients(dot(r, r));
+    let (once, twice) = (cross_matrix(r), product(&cross_matrix(r), &cross_matrix(r)));
+    components_of(|i, j| twice[i][j] * b - once[i][j] * a + f64::from(i == j))
+}
+
+/// The symmetric part of the derivative of `T' u` by the rotation vector: second derivatives of `u.log(exp(-r) exp(r + dr))`.
+pub fn tangent_map_slope<D: Scalar>(r: Vector<D>, u: Vector<D>) -> Matrix3<D> {
+    let [a, b, da, db] = coefficients(dot(r, r));
+    let (across, twice) = (cross(r, u), cross(r, cross(r, u)));
+    let along = combine(da, across, db, twice);
+    // Column by column: the derivative along an axis.
+    let columns = identity::<D>().map(|axis| {
+        let first = scale(cross(axis, u), a);
+        let second = add(cross(axis, across), cross(r, cross(axis, u)));
+        add(add(first, scale(second, b)), scale(along, dot(r, axis)))
+    });
+    components_of(|i, j| (columns[i][j] + columns[j][i]) * 0.5)
+}
+
+/// The rotation vector of a rotation by less than half a turn, rad.
+pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
+    let cosine = (m[0][0] + m[1][1] + m[2][2] - 1.0) * 0.5;
+    let half_cosine = ((cosine + 1.0) * 0.5).sqrt();
+    // The axis times the sine of half the angle.
+    let by = (half_cosine * 4.0).recip();
+    let axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]].map(|x| x * by);
+    let square = dot(axis, axis);
+    let quotient = match square.value() < SMALL_HALF_SINE {
+        true => ARC_SINE.iter().rev().fold(D::from(0.0), |sum, c| sum * square + *c),
+        // The arc sine of a sine near 1 loses digits; the cosine is at hand.
+        false => square.sqrt().atan2(half_cosine) / square.sqrt(),
+    };
+    scale(axis, quotient * 2.0)
+}
+
+/// The rotation vector of any rotation, rad, up to half a turn, in plain numbers.
+pub fn rotation_vector(m: &Matrix3<f64>) -> Vector<f64> {
+    let matrix = nalgebra::Matrix3::from_fn(|i, j| m[i][j]);
+    nalgebra::Rotation3::from_matrix_unchecked(matrix).scaled_axis().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::{Dual64, HyperDual64};
+
+    const VECTORS: [[f64; 3]; 6] = [
+        [0.0; 3],
+        [1e-5, -2e-5, 3e-6],
+        [0.1, -0.05, 0.2],
+        [0.5, 0.6, -0.6],
+        [0.9, -0.7, 0.3],
+        [1.5, 1.2, -2.0],
+    ];
+
+    #[test]
+    fn logarithm_inverts_the_exponential_map() {
+        for r in VECTORS {
+            let back = logarithm(&exponential(r));
+            assert!((0..3).all(|c| (back[c] - r[c]).abs() < 2e-15), "{r:?} {back:?}");
+        }
+    }
+
+    /// Oracle: dual numbers of the exponential map.
+    #[test]
+    fn tangent_map_is_the_derivative_of_the_exponential_map() {
+        for r in VECTORS {
+            let (plain, map) = (exponential(r), tangent_map(r));
+            for k in 0..3 {
+                let dual = [0, 1, 2].map(|c| Dual64::new(r[c], f64::from(c == k)));
+                let rate = exponential(dual).map(|row| row.map(|x| x.eps));
+                let found = product(&transpose(&plain), &rate);
+                let expected = cross_matrix(column(&map, k));
+                for i in 0..3 {
+                    for j in 0..3 {
+                        assert!((found[i][j] - expected[i][j]).abs() < 1e-14, "{r:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Oracle: hyper-dual numbers of the logarithm.
+    #[test]
+    fn slope_of_the_tangent_map_is_a_second_derivative() {
+        let u = [0.3, -1.1, 0.7];
+        for r in VECTORS {
+            let slope = tangent_map_slope(r, u);
+            let back = transpose(&exponential(r)).map(|row| row.map(HyperDual64::from_re));
+            for i in 0..3 {
+                for j in 0..3 {
+                    let moved = [0, 1, 2].map(|c| {
+                        HyperDual64::new(r[c], f64::from(c == i), f64::from(c == j), 0.0)
+                    });
+                    let change = logarithm(&product(&back, &exponential(moved)));
+                    let second: f64 = (0..3).map(|c| u[c] * change[c].eps1eps2).sum();
+                    assert!((second - slope[i][j]).abs() < 1e-12, "{r:?} {second} {slope:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn inverse_and_orthonormal_columns() {
+        let r = [0.4, -0.8, 0.3];
+        let one = product(&tangent_map(r), &inverse(&tangent_map(r)));
+        let turned = exponential(r);
+        let same = orthonormal(&turned);
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((one[i][j] - f64::from(i == j)).abs() < 1e-15);
+                assert!((same[i][j] - turned[i][j]).abs() < 1e-15);
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Ends of rods that bodies carry or walls hold. A place `P` has two components in a plane and three in space.
+
+/// A node of a rod that a body carries.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedNode<P> {
+    /// Index of the node in its rod.
+    pub node: usize,
+    /// Number of its unknowns that are carried: the coordinates, and in space the angle of the edge after it if that edge is
+    /// carried.
+    pub width: usize,
+    /// Arm on the body, from its center, m, at rest, in the axes of the body.
+    pub on_body: P,
+    /// Further arm on the sprung clamp, m, at rest, in the axes of the clamp; zero without a spring.
+    pub on_clamp: P,
+}
+
+/// The edge between both nodes of a clamped end in space.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedEdge<P> {
+    /// Index of the edge in its rod.
+    pub edge: usize,
+    /// Its tangent and first material director, in the axes of the clamp or body that carries it.
+    pub frame: [P; 2],
+}
+
+/// An end of a rod that a body carries, through a spring if there is one.
+#[derive(Clone, Debug)]
+pub struct Attachment<P> {
+    /// The body.
+    pub body: usize,
+    /// The spring.
+    pub spring: Option<usize>,
+    /// One node of a hinged end, two of a clamped one, in ascending order.
+    pub nodes: Vec<CarriedNode<P>>,
+    /// The edge between two nodes, in space.
+    pub edge: Option<CarriedEdge<P>>,
+}
+
+/// A node at a wall.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedNode<P> {
+    /// Index of the node in its rod.
+    pub node: usize,
+    /// Number of its unknowns that are fixed; an angle among them is zero.
+    pub width: usize,
+    /// Position, m.
+    pub position: P,
+}

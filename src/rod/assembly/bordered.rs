@@ -1,0 +1,146 @@
+//! The tangent of an assembly in the plane or in space, and its factors.
+
+use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
+use crate::rod::assembly::tangent::{BorderedFactors, BorderedTangent};
+use crate::rod::layout::{Layout, Plane, Space};
+use std::ops::Range;
+
+/// Second derivatives of the energy of a planar rod.
+type PlanarBand<D> = <Plane as Layout<2, 1>>::Tangent<D>;
+/// Second derivatives of the energy of a rod in space.
+type SpatialBand<D> = <Space as Layout<3, 3>>::Tangent<D>;
+
+/// The second derivatives of the energy of an assembly, N/m.
+#[derive(Clone, Debug)]
+pub enum AssemblyTangent<D: Scalar> {
+    /// In a plane.
+    Plane(BorderedTangent<D, PlanarBand<D>>),
+    /// In space.
+    Space(BorderedTangent<D, SpatialBand<D>>),
+}
+
+/// The factors of an [`AssemblyTangent`].
+#[derive(Clone, Debug)]
+pub enum AssemblyFactors<D: Scalar> {
+    /// In a plane.
+    Plane(BorderedFactors<D, PlanarBand<D>>),
+    /// In space.
+    Space(BorderedFactors<D, SpatialBand<D>>),
+}
+
+/// The expression for a matrix in the plane or in space.
+macro_rules! of_either {
+    ($type:ident, $own:expr, $matrix:ident => $value:expr) => {
+        match $own {
+            $type::Plane($matrix) => $value,
+            $type::Space($matrix) => $value,
+        }
+    };
+}
+
+impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
+    const NUMBERS_PER_ROW: usize = <SpatialBand<D> as Tangent<D>>::NUMBERS_PER_ROW;
+    type Factors = AssemblyFactors<D>;
+
+    /// Factors for matrices of this sparsity pattern, not yet computed.
+    fn new_factors(&self) -> AssemblyFactors<D> {
+        match self {
+            Self::Plane(matrix) => AssemblyFactors::Plane(matrix.new_factors()),
+            Self::Space(matrix) => AssemblyFactors::Space(matrix.new_factors()),
+        }
+    }
+
+    /// The entry of row `i`, column `j`; zero outside the pattern.
+    fn get(&self, i: usize, j: usize) -> D {
+        of_either!(Self, self, matrix => matrix.get(i, j))
+    }
+
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    fn coupled(&self, j: usize, n: usize) -> Range<usize> {
+        of_either!(Self, self, matrix => matrix.coupled(j, n))
+    }
+
+    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
+    /// `start` on.
+    fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
+        of_either!(Self, self, matrix => matrix.add_corner(start, size, block));
+    }
+
+    /// Replaces row and column `i` by those of the identity.
+    fn uncouple(&mut self, i: usize) {
+        of_either!(Self, self, matrix => matrix.uncouple(i));
+    }
+
+    /// Sets every entry to zero.
+    fn clear(&mut self) {
+        of_either!(Self, self, matrix => matrix.clear());
+    }
+
+    /// Adds `factor` times `other`.
+    fn add_scaled(&mut self, other: &Self, factor: f64) {
+        match (self, other) {
+            (Self::Plane(matrix), Self::Plane(other)) => matrix.add_scaled(other, factor),
+            (Self::Space(matrix), Self::Space(other)) => matrix.add_scaled(other, factor),
+            _ => debug_assert!(false, "a tangent of the other layout"),
+        }
+    }
+
+    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
+    fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
+        of_either!(Self, self, matrix => matrix.add_column(j, x, out));
+    }
+
+    /// Adds `A x` to `out`, for `G` vectors.
+    fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        of_either!(Self, self, matrix => matrix.add_product(x, out));
+    }
+
+    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
+    fn absolute_product(&self, x: &[D], out: &mut [f64]) {
+        of_either!(Self, self, matrix => matrix.absolute_product(x, out));
+    }
+}
+
+impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
+    type Matrix = AssemblyTangent<D>;
+
+    /// Factors the rows and columns of `range`.
+    fn factor(&mut self, matrix: &AssemblyTangent<D>, range: Range<usize>) -> Result<(), Singular> {
+        match (self, matrix) {
+            (Self::Plane(factors), AssemblyTangent::Plane(matrix)) => factors.factor(matrix, range),
+            (Self::Space(factors), AssemblyTangent::Space(matrix)) => factors.factor(matrix, range),
+            _ => Err(Singular { row: 0 }),
+        }
+    }
+
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
+    fn factor_sum(
+        &mut self,
+        diagonal: &[D],
+        scale: D,
+        matrix: &AssemblyTangent<D>,
+        factor: D,
+        range: Range<usize>,
+    ) -> Result<(), Singular> {
+        match (self, matrix) {
+            (Self::Plane(factors), AssemblyTangent::Plane(matrix)) => {
+                factors.factor_sum(diagonal, scale, matrix, factor, range)
+            }
+            (Self::Space(factors), AssemblyTangent::Space(matrix)) => {
+                factors.factor_sum(diagonal, scale, matrix, factor, range)
+            }
+            _ => Err(Singular { row: 0 }),
+        }
+    }
+
+    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    fn negative_pivots(&self) -> usize {
+        of_either!(Self, self, factors => factors.negative_pivots())
+    }
+
+    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
+    fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        of_either!(Self, self, factors => factors.solve_many(x));
+    }
+}

@@ -1,0 +1,72 @@
+//! Derivatives by the coordinates of a rotation, from those by its increments in the axes of the body.
+//!
+//! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the [tangent
+//! map](crate::numerics::rotation) `T(r)`. Gradient `g` and Hessian `H` by increments become `T' g` and
+//! `T' H T + (d(T' g)/dr)/length`, of which the symmetric part counts.
+
+use crate::numerics::rotation::{
+    Matrix3, product, tangent_map, tangent_map_slope, transpose, transposed_times,
+};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::tangent::Tangent;
+use crate::numerics::vector::Vector;
+use crate::rod::assembly::spatial_motion::SpatialRotation;
+use crate::rod::assembly::tangent::BorderedTangent;
+
+/// Replaces three entries from `first` on by those of `map' entries`.
+fn map_entries<D: Scalar>(map: &Matrix3<D>, entries: [&mut D; 3]) {
+    let [a, b, c] = entries;
+    [*a, *b, *c] = transposed_times(map, [*a, *b, *c]);
+}
+
+/// Converts the gradient by the coordinates of all bodies, at the rotation vector of one of them, rad.
+pub(super) fn convert_gradient<D: Scalar>(
+    rotation: &SpatialRotation<D>,
+    vector: Vector<D>,
+    gradient: &mut [D],
+) {
+    let map = tangent_map(vector);
+    let [a, b, c] = &mut gradient[rotation.coordinate..][..3] else { return };
+    map_entries(&map, [a, b, c]);
+}
+
+/// Converts the tangent at the rotation vector of a rotation, rad; `gradient` is not yet converted.
+pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
+    rotation: &SpatialRotation<D>,
+    vector: Vector<D>,
+    gradient: &[D],
+    tangent: &mut BorderedTangent<D, T>,
+) {
+    let (map, first) = (tangent_map(vector), rotation.coordinate);
+    let moment = rotation.of(gradient);
+    for coupling in tangent.members.iter_mut().flat_map(|member| &mut member.couplings) {
+        let Some(k) = coupling.columns.iter().position(|column| *column == first) else { continue };
+        let rows = coupling.rows.len();
+        let [a, b, c] = [0, 1, 2].map(|c| (k + c) * rows);
+        for r in 0..rows {
+            let own = [a, b, c].map(|column| coupling.entries[column + r]);
+            let own = transposed_times(&map, own);
+            (0..3).for_each(|c| coupling.entries[(k + c) * rows + r] = own[c]);
+        }
+    }
+    let bodies = &mut tangent.bodies;
+    for j in bodies.first(first)..first {
+        let own = transposed_times(&map, [0, 1, 2].map(|r| bodies.get(first + r, j)));
+        (0..3).for_each(|r| bodies.set(first + r, j, own[r]));
+    }
+    for i in first + 3..bodies.order() {
+        if bodies.first(i) <= first {
+            let own = transposed_times(&map, [0, 1, 2].map(|c| bodies.get(i, first + c)));
+            (0..3).for_each(|c| bodies.set(i, first + c, own[c]));
+        }
+    }
+    let own = [0, 1, 2].map(|r| [0, 1, 2].map(|c| bodies.get(first + r, first + c)));
+    let own = product(&transpose(&map), &product(&own, &map));
+    let slope = tangent_map_slope(vector, moment);
+    let by = rotation.length.recip();
+    for r in 0..3 {
+        for c in 0..=r {
+            bodies.set(first + r, first + c, own[r][c] + slope[r][c] * by);
+        }
+    }
+}

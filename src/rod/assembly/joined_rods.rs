@@ -1,0 +1,358 @@
+//! Rods whose ends are carried by bodies, in the plane or in space.
+//!
+//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. The unknowns of carried
+//! nodes have no effect: gradients there are zero, and rows and columns of the tangent are those of the identity. In space
+//! the unknowns of each rod and body begin at a multiple of four, and the gaps have no effect either.
+
+use crate::energy::Derivatives;
+use crate::numerics::envelope::Envelope;
+use crate::numerics::scalar::Nestable;
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
+use crate::rod::assembly::layout::AssemblyLayout;
+use crate::rod::assembly::member::{Member, MemberWorkspace, RodUnknowns};
+use crate::rod::assembly::reduction::{reduce_gradient, reduce_tangent};
+use crate::rod::assembly::tangent::{BorderedTangent, MemberTangent};
+use crate::rod::{Energies, ReferenceFrames, Rod, Viscosity};
+use std::ops::Range;
+
+/// The tangent of an assembly of a layout.
+pub(super) type TangentOfLayout<D, L> = BorderedTangent<D, <L as AssemblyLayout>::Band<D>>;
+
+/// Rods with the bodies that join them.
+#[derive(Clone, Debug)]
+pub struct JoinedRods<D: Nestable, L: AssemblyLayout> {
+    pub(super) members: Vec<Member<D, L>>,
+    pub(super) bodies: L::Bodies<D>,
+    /// First coordinate of the bodies.
+    pub(super) first: usize,
+    /// Mass of every unknown, kg; without a meaning for carried and fixed nodes.
+    mass: Vec<D>,
+    room: MemberWorkspace<D, L>,
+}
+
+impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
+    /// An assembly of rods with ranges of unknowns one after the other, each from a multiple of the stride on, and of bodies
+    /// with `coordinates` in all.
+    pub fn new(members: Vec<Member<D, L>>, bodies: L::Bodies<D>, coordinates: usize) -> Self {
+        let end = members.last().map_or(0, |member| member.range.end);
+        let first = end.next_multiple_of(L::STRIDE);
+        let mut mass = vec![D::from(0.0); first + coordinates];
+        for member in &members {
+            mass[member.range.clone()].copy_from_slice(member.rod.mass());
+        }
+        bodies.masses(&mut mass[first..]);
+        // Unknowns without effect have the mass of a body, so that none is zero.
+        let any = mass[first..].iter().chain(&mass).copied().find(|mass| mass.value() > 0.0);
+        let mut rods = Self { members, bodies, first, mass, room: MemberWorkspace::default() };
+        let tied: Vec<usize> = rods.tied().collect();
+        tied.into_iter().for_each(|i| rods.mass[i] = any.unwrap_or(D::from(1.0)));
+        rods
+    }
+
+    /// The rods.
+    pub fn members(&self) -> &[Member<D, L>] {
+        &self.members
+    }
+
+    /// The bodies and springs.
+    pub fn bodies(&self) -> &L::Bodies<D> {
+        &self.bodies
+    }
+
+    /// Range of the coordinates of bodies.
+    pub fn body_coordinates(&self) -> Range<usize> {
+        self.first..self.mass.len()
+    }
+
+    /// The unknowns without effect: those of carried and fixed nodes, and gaps.
+    pub fn tied(&self) -> impl Iterator<Item = usize> {
+        let idle = self.bodies.idle_coordinates().into_iter().map(|i| self.first + i);
+        let members = self.members.iter().flat_map(|member| {
+            let gap = member.range.end..member.range.end.next_multiple_of(L::STRIDE);
+            member.tied().map(|i| member.range.start + i).chain(gap)
+        });
+        members.chain(idle)
+    }
+
+    /// Writes the unknowns of carried and fixed nodes that follow from the coordinates of the bodies.
+    pub fn place_carried(&self, q: &mut [D], frames: &AssemblyFrames<D>) {
+        let (rods, z) = q.split_at_mut(self.first);
+        let mut carried = Vec::new();
+        for member in &self.members {
+            member.place(&self.bodies, z, frames, &mut rods[member.range.clone()], &mut carried);
+        }
+    }
+
+    /// Writes the velocities of carried nodes that follow from those of the bodies' coordinates; those of fixed nodes are
+    /// zero.
+    pub fn set_carried_rates(&self, q: &[D], frames: &AssemblyFrames<D>, rates: &mut [D]) {
+        let (rods, z_rates) = rates.split_at_mut(self.first);
+        let (z, mut carried) = (&q[self.first..], Vec::new());
+        let increments = self.bodies.increments(z, frames, z_rates);
+        for member in &self.members {
+            member.carry(&self.bodies, z, frames, &mut carried);
+            member.set_rates(&carried, &increments, &mut rods[member.range.clone()]);
+        }
+    }
+
+    /// Calls `visit` with each rod and its unknowns and frames at `q`, carried nodes and edges included.
+    fn for_each_placed(
+        &self,
+        q: &[D],
+        frames: &AssemblyFrames<D>,
+        mut visit: impl FnMut(&Member<D, L>, &L::RodFrames<D>, &mut RodUnknowns<D, L>),
+    ) {
+        let (mut room, z) = (self.room.borrow(), &q[self.first..]);
+        for (k, member) in self.members.iter().enumerate() {
+            let RodUnknowns { q: own, carried, .. } = &mut *room;
+            own.clear();
+            own.extend_from_slice(&q[member.range.clone()]);
+            member.place(&self.bodies, z, frames, own, carried);
+            member.copy_frames(k, &self.bodies, z, frames, &mut room.frames);
+            if let Some(rod_frames) = room.frames.take() {
+                visit(member, &rod_frames, &mut room);
+                room.frames = Some(rod_frames);
+            }
+        }
+    }
+
+    /// The first place that `find` returns for a rod with its unknowns `before` and `now`, plus the number of such places,
+    /// `count`, of the rods before it.
+    fn find_place(
+        &self,
+        [before, now]: [&[D]; 2],
+        frames: &AssemblyFrames<D>,
+        count: impl Fn(&Member<D, L>) -> usize,
+        find: impl Fn(&Member<D, L>, &L::RodFrames<D>, &[D], &[D]) -> Option<usize>,
+    ) -> Option<usize> {
+        let (mut found, mut first) = (None, 0);
+        self.for_each_placed(now, frames, |member, own, room| {
+            let RodUnknowns { q, other, other_carried, .. } = room;
+            if found.is_some() {
+                return;
+            }
+            other.clear();
+            other.extend_from_slice(&before[member.range.clone()]);
+            member.place(&self.bodies, &before[self.first..], frames, other, other_carried);
+            found = find(member, own, other, q).map(|place| first + place);
+            first += count(member);
+        });
+        found
+    }
+}
+
+impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
+    /// A zero matrix with the sparsity pattern of the tangent.
+    pub fn zero_tangent(&self) -> TangentOfLayout<D, L> {
+        let member = |member: &Member<D, L>| MemberTangent {
+            band: member.rod.zero_tangent(),
+            range: member.range.clone(),
+            couplings: member.couplings(&self.bodies),
+        };
+        let members: Vec<MemberTangent<D, L::Band<D>>> = self.members.iter().map(member).collect();
+        let mut first: Vec<usize> = (0..self.mass.len() - self.first).collect();
+        for member in &members {
+            let all = || member.couplings.iter().flat_map(|coupling| &coupling.columns);
+            let Some(least) = all().min() else { continue };
+            all().for_each(|i| first[*i] = first[*i].min(*least));
+        }
+        let bodies = Envelope::zeros(first);
+        BorderedTangent { members, first: self.first, bodies, blocks: Vec::new() }
+    }
+
+    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    pub fn mass(&self) -> &[D] {
+        &self.mass
+    }
+
+    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
+    pub fn gradient(
+        &self,
+        q: &[D],
+        frames: &AssemblyFrames<D>,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    ) {
+        let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
+        self.bodies.gradient(z, frames, bodies);
+        self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, carried, .. }| {
+            let own = &mut rods[member.range.clone()];
+            member.rod.gradient(q, own_frames, derivatives, own);
+            reduce_gradient(member, carried, own, bodies);
+        });
+        self.clear_gaps(rods);
+        self.bodies.convert_derivatives::<L::Band<D>>(z, frames, bodies, None);
+    }
+
+    /// Writes the gradient as `gradient` does, and its tangent, N/m, for the given `tensions` of all edges, N, if there are
+    /// any, instead of those of their stretches.
+    pub fn tangent_under(
+        &self,
+        q: &[D],
+        frames: &AssemblyFrames<D>,
+        derivatives: Derivatives,
+        tensions: Option<&[D]>,
+        gradient: &mut [D],
+        tangent: &mut TangentOfLayout<D, L>,
+    ) {
+        let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
+        let BorderedTangent { members, bodies: corner, blocks, .. } = tangent;
+        blocks.clear();
+        self.bodies.gradient(z, frames, bodies);
+        corner.clear();
+        self.bodies.add_tangent(z, frames, |i, j, entry| corner.add(i, j, entry));
+        let (mut members, mut edges) = (members.iter_mut(), 0);
+        self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, carried, .. }| {
+            let Some(own) = members.next() else { return };
+            let forces = &mut rods[member.range.clone()];
+            let count = member.rod.edges();
+            let tensions = tensions.map(|all| &all[edges..edges + count]);
+            edges += count;
+            let band = &mut own.band;
+            member.rod.tangent_under(q, own_frames, derivatives, tensions, forces, band);
+            reduce_tangent(member, carried, forces, own, corner);
+            reduce_gradient(member, carried, forces, bodies);
+        });
+        self.clear_gaps(rods);
+        self.bodies.convert_derivatives(z, frames, bodies, Some(tangent));
+    }
+
+    /// Sets the gradient by unknowns between rods to zero.
+    fn clear_gaps(&self, rods: &mut [D]) {
+        for member in &self.members {
+            let end = member.range.end;
+            rods[end..end.next_multiple_of(L::STRIDE)].fill(D::from(0.0));
+        }
+    }
+
+    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    pub fn tensions_after(
+        &self,
+        change: &[D],
+        q: &[D],
+        frames: &AssemblyFrames<D>,
+        tensions: &mut Vec<D>,
+    ) {
+        tensions.clear();
+        let increments = self.bodies.increments(&q[self.first..], frames, &change[self.first..]);
+        self.for_each_placed(q, frames, |member, own_frames, room| {
+            let RodUnknowns { q, carried, other, elements, .. } = room;
+            other.clear();
+            other.extend_from_slice(&change[member.range.clone()]);
+            member.set_rates(carried, &increments, other);
+            member.rod.tensions_after(other, q, own_frames, elements);
+            tensions.extend_from_slice(elements);
+        });
+    }
+
+    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
+    /// a right angle, to the opposite side.
+    pub fn folded_node(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        self.find_place([before, now], frames, Member::nodes, |member, own, a, b| {
+            member.rod.folded_node(a, b, own)
+        })
+    }
+
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    pub fn over_rotated_edge(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        let edges = |member: &Member<D, L>| member.nodes() - 1;
+        self.find_place([before, now], frames, edges, |member, own, a, b| {
+            member.rod.over_rotated_edge(a, b, own)
+        })
+    }
+
+    /// Moves the frames to `q`, without changing any energy there.
+    pub fn move_frames(&self, frames: &mut AssemblyFrames<D>, q: &[D]) {
+        let mut moved = Vec::with_capacity(frames.rods.len());
+        self.for_each_placed(q, frames, |_, own_frames, RodUnknowns { q, .. }| {
+            let mut own = own_frames.clone();
+            own.move_to(q);
+            moved.push(own);
+        });
+        for (k, own) in moved.into_iter().enumerate() {
+            L::store_frames(own, k, frames);
+        }
+        self.bodies.move_references(&q[self.first..], frames);
+    }
+
+    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    pub fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
+        let mut sums = Energies::default();
+        self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, .. }| {
+            let own = member.rod.energies(q, own_frames);
+            sums.stretch += own.stretch;
+            sums.bend += own.bend;
+            sums.twist += own.twist;
+            sums.potential += own.potential;
+        });
+        self.bodies.add_energies(&q[self.first..], frames, &mut sums);
+        sums
+    }
+
+    /// Writes the strains of all elements, in the order `set_viscous` expects.
+    pub fn strains(&self, q: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
+        strains.clear();
+        self.for_each_placed(q, frames, |member, own_frames, room| {
+            let RodUnknowns { q, elements, .. } = room;
+            member.rod.strains(q, own_frames, elements);
+            strains.extend_from_slice(elements);
+        });
+    }
+
+    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
+    pub fn dashpots(&self) -> Self {
+        let mut assembly = self.clone();
+        assembly.members.iter_mut().for_each(|member| member.rod = member.rod.dashpots());
+        assembly.bodies = self.bodies.passive();
+        assembly
+    }
+
+    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
+    pub fn strain_energies(&self, strains: &[D]) -> [D; 3] {
+        let mut sums = [D::from(0.0); 3];
+        for (member, range) in self.with_strains() {
+            let own = member.rod.strain_energies(&strains[range]);
+            (0..3).for_each(|kind| sums[kind] += own[kind]);
+        }
+        sums
+    }
+
+    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
+    pub fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
+        let mut first = 0;
+        for (to, from) in self.members.iter_mut().zip(&elastic.members) {
+            to.rod.set_viscous_part(&from.rod, viscosity, first);
+            first += from.rod.strain_count();
+        }
+    }
+
+    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
+    pub fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
+        let mut first = 0;
+        for (to, from) in self.members.iter_mut().zip(&dashpots.members) {
+            to.rod.set_dashpots_part(&from.rod, viscosity, first);
+            first += from.rod.strain_count();
+        }
+    }
+
+    /// The rods with the ranges of their strains in the list of all strains.
+    fn with_strains(&self) -> impl Iterator<Item = (&Member<D, L>, Range<usize>)> {
+        let mut end = 0;
+        self.members.iter().map(move |member| {
+            let start = end;
+            end += member.rod.strain_count();
+            (member, start..end)
+        })
+    }
+}

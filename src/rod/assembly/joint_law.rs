@@ -1,0 +1,139 @@
+//! Elastic joints between a body and a clamp in space: rotational springs and hinges.
+//!
+//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q` in the
+//! axes of the clamp. A spring has the energy `sum k_c xi_c^2/2` of the rotation vector `xi = log W`. A hinge with the axis
+//! `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness `k`.
+
+use crate::energy::Local;
+use crate::numerics::out_of_line::OutOfLine;
+use crate::numerics::rotation::{
+    Matrix3, exponential, logarithm, product, times, transpose, transposed_times,
+};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, dot};
+use nalgebra::SVector;
+use num_dual::{Dual2SVec, DualSVec};
+
+/// Resistance of a joint against relative rotation.
+#[derive(Clone, Copy, Debug)]
+pub enum JointStiffness<D> {
+    /// Stiffnesses of rotations about both directors and the tangent of the clamp, N m/rad.
+    Spring(Vector<D>),
+    /// Free rotation about an axis, a unit vector in the axes of the clamp, with the stiffness across, N m/rad.
+    Hinge(Vector<D>, D),
+}
+
+/// The law of an elastic joint.
+#[derive(Clone, Copy, Debug)]
+pub struct ElasticJoint<D> {
+    /// Rotation of the clamp in the axes of the body at rest.
+    pub rest: Matrix3<D>,
+    /// Its resistance.
+    pub stiffness: JointStiffness<D>,
+}
+
+impl<D: Scalar> ElasticJoint<D> {
+    /// The law over another number type.
+    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E + Copy) -> ElasticJoint<E> {
+        ElasticJoint {
+            rest: self.rest.map(|row| row.map(convert)),
+            stiffness: match self.stiffness {
+                JointStiffness::Spring(k) => JointStiffness::Spring(k.map(convert)),
+                JointStiffness::Hinge(axis, k) => {
+                    JointStiffness::Hinge(axis.map(convert), convert(k))
+                }
+            },
+        }
+    }
+
+    /// Energy, J, at the rotation `relative` of the clamp in the axes of the body.
+    pub fn energy(&self, relative: &Matrix3<D>) -> D {
+        let turned = product(&transpose(&self.rest), relative);
+        match self.stiffness {
+            JointStiffness::Spring([k1, k2, k3]) => {
+                let [a, b, c] = logarithm(&turned);
+                (k1 * a * a + k2 * b * b + k3 * c * c) * 0.5
+            }
+            // Half the square of the change of the axis, without cancellation.
+            JointStiffness::Hinge(axis, k) => {
+                let moved = times(&turned, axis);
+                let change = [0, 1, 2].map(|c| moved[c] - axis[c]);
+                k * dot(change, change) * 0.5
+            }
+        }
+    }
+
+    /// Energy, J, after rotations of body and clamp by rotation vectors, rad, each in its own axes.
+    fn turned_energy(&self, relative: &Matrix3<D>, turns: &[D; 6]) -> D {
+        let [a, b, c, d, e, f] = *turns;
+        let clamp = product(relative, &exponential([d, e, f]));
+        let back = exponential([a, b, c]);
+        let columns = transpose(&clamp).map(|column| transposed_times(&back, column));
+        self.energy(&transpose(&columns))
+    }
+}
+
+impl<D: Nestable> ElasticJoint<D> {
+    /// Energy, J, and first derivatives by rotations of body and clamp, each in its own axes, N m.
+    pub fn gradient(&self, relative: &Matrix3<D>) -> [D; 6] {
+        let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
+        let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
+        let energy = |turns: SVector<DualSVec<D, 6>, 6>| {
+            law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
+        };
+        num_dual::gradient(energy, &SVector::from([D::from(0.0); 6])).1.data.0[0]
+    }
+
+    /// Energy, J, with first and second derivatives by rotations of body and clamp, each in its own axes, N m.
+    pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
+        let over = |x: D| OutOfLine(Dual2SVec::<D, 6>::from_re(x));
+        let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
+        let energy = |turns: SVector<Dual2SVec<D, 6>, 6>| {
+            law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
+        };
+        let at = SVector::from([D::from(0.0); 6]);
+        let (energy, gradient, hessian) = num_dual::hessian(energy, &at);
+        Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::rotation::product;
+
+    /// Oracle: differences of the energy.
+    #[test]
+    fn derivatives_of_joints_agree_with_differences() {
+        let rest = exponential([0.3, -0.2, 1.0]);
+        let axis = [0.6, 0.0, 0.8];
+        for stiffness in
+            [JointStiffness::Spring([1.0, 2.0, 0.5]), JointStiffness::Hinge(axis, 3.0)]
+        {
+            let law = ElasticJoint { rest, stiffness };
+            for turn in [[0.0; 3], [0.02, -0.03, 0.01], [0.5, 0.4, -0.3]] {
+                let relative = product(&rest, &exponential(turn));
+                let found = law.tangent(&relative);
+                let alone = law.gradient(&relative);
+                let h = 1e-4;
+                let at = |i: usize, a: f64, j: usize, b: f64| {
+                    let mut turns = [0.0; 6];
+                    turns[i] += a * h;
+                    turns[j] += b * h;
+                    law.turned_energy(&relative, &turns)
+                };
+                for i in 0..6 {
+                    let slope = (at(i, 1.0, i, 0.0) - at(i, -1.0, i, 0.0)) / (2.0 * h);
+                    assert!((slope - found.gradient[i]).abs() < 1e-7, "{turn:?} {i}");
+                    assert!((alone[i] - found.gradient[i]).abs() < 1e-15);
+                    for j in 0..6 {
+                        let second = (at(i, 1.0, j, 1.0) - at(i, 1.0, j, -1.0) - at(i, -1.0, j, 1.0)
+                            + at(i, -1.0, j, -1.0))
+                            / (4.0 * h * h);
+                        assert!((second - found.hessian[i][j]).abs() < 1e-6, "{turn:?} {i} {j}");
+                    }
+                }
+            }
+        }
+    }
+}

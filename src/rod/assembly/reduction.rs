@@ -1,0 +1,90 @@
+//! Derivatives by the coordinates of bodies, from those by the nodes that the bodies carry.
+
+use crate::numerics::envelope::Envelope;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
+use crate::rod::assembly::carrying::CarriedMotion;
+use crate::rod::assembly::layout::AssemblyLayout;
+use crate::rod::assembly::member::{Member, MotionOf};
+use crate::rod::assembly::tangent::{Coupling, MemberTangent};
+
+/// Adds the derivatives by the coordinates of bodies through carried nodes, from the gradient of a rod by those nodes, which
+/// it sets to zero.
+pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
+    member: &Member<D, L>,
+    carried: &[MotionOf<D, L>],
+    rod: &mut [D],
+    bodies: &mut [D],
+) {
+    for (node, motion) in member.carried().zip(carried) {
+        let force = &rod[L::STRIDE * node.node..][..node.width];
+        for k in 0..motion.count() {
+            bodies[motion.coordinate(k)] += inner(motion.slope(k), force);
+        }
+    }
+    member.tied().for_each(|i| rod[i] = D::from(0.0));
+}
+
+/// `a.b` over the length of `b`.
+#[inline(always)]
+fn inner<D: Nestable>(a: &[D], b: &[D]) -> D {
+    let mut sum = a[0] * b[0];
+    for c in 1..b.len() {
+        sum += a[c] * b[c];
+    }
+    sum
+}
+
+/// Largest number of unknowns of a carried node.
+const WIDTH: usize = 4;
+
+/// Adds the second derivatives by the coordinates of bodies through carried nodes, from the band of a rod and its gradient.
+pub(super) fn reduce_tangent<D: Nestable, L: AssemblyLayout>(
+    member: &Member<D, L>,
+    carried: &[MotionOf<D, L>],
+    gradient: &[D],
+    own: &mut MemberTangent<D, L::Band<D>>,
+    bodies: &mut Envelope<D>,
+) {
+    let (zero, mut first) = (D::from(0.0), 0);
+    for (attachment, coupling) in member.attachments.iter().zip(&mut own.couplings) {
+        let Coupling { rows, columns, entries } = coupling;
+        entries.fill(zero);
+        let moved = &carried[first..first + attachment.nodes.len()];
+        first += attachment.nodes.len();
+        for (node, motion) in attachment.nodes.iter().zip(moved) {
+            let (place, width) = (L::STRIDE * node.node, node.width);
+            // Between the rows beside the end and the coordinates.
+            for (r, row) in rows.clone().enumerate() {
+                let mut by = [zero; WIDTH];
+                (0..width).for_each(|c| by[c] = own.band.get(row, place + c));
+                for k in 0..columns.len() {
+                    entries[k * rows.len() + r] += inner(motion.slope(k), &by[..width]);
+                }
+            }
+            // Between coordinates, by the curvature of the position.
+            motion.add_curvature(&gradient[place..place + width], |i, j, entry| {
+                bodies.add(i, j, entry);
+            });
+            // And by pairs of carried nodes.
+            for (other, also) in attachment.nodes.iter().zip(moved) {
+                let at = L::STRIDE * other.node;
+                let mut block = [[zero; WIDTH]; WIDTH];
+                for c in 0..other.width {
+                    (0..width).for_each(|r| block[c][r] = own.band.get(place + r, at + c));
+                }
+                for (k, i) in columns.iter().enumerate() {
+                    let mut by = [zero; WIDTH];
+                    (0..other.width)
+                        .for_each(|c| by[c] = inner(motion.slope(k), &block[c][..width]));
+                    for (l, j) in columns.iter().enumerate() {
+                        if j <= i {
+                            bodies.add(*i, *j, inner(also.slope(l), &by[..other.width]));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    member.tied().for_each(|i| own.band.uncouple(i));
+}

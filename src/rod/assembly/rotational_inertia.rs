@@ -1,0 +1,93 @@
+//! Inertia forces of rotating bodies in the steps of a simulation.
+//!
+//! With the angular velocity `w` and the moments of inertia `J` in the axes of a body, and the moment `-m` of all forces,
+//!
+//! ```text
+//! J dw/dt + w x J w + m = 0,    dR/dt = R w x.
+//! ```
+//!
+//! A step takes the rotation vector of the change from the old rotation to the new one as the change of the unknowns, and
+//! `w` as the velocity (Bruls, Cardona and Arnold 2012, doi:10.1016/j.mechmachtheory.2011.07.017): the formulas of the scheme
+//! stay, and `m + w x J w` is a force. Its derivative by the increment `phi` of the new rotation is
+//!
+//! ```text
+//! H + m x/2 + (w x J - (J w) x) dw/dr T^-1,    r + T^-1 phi the new rotation vector,
+//! ```
+//!
+//! with the Hessian `H` of the energy by increments. It is not symmetric.
+
+use crate::numerics::envelope_lu::DiagonalBlock;
+use crate::numerics::rotation::{
+    components_of, cross_matrix, inverse, product, tangent_map, times,
+};
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{cross, scale};
+use crate::rod::RotationRates;
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::spatial_bodies::SpatialBodies;
+
+impl<D: Nestable> SpatialBodies<D> {
+    /// Adds the inertia forces of all rotations beyond those of the diagonal masses to `forces`, and their derivatives, as
+    /// blocks, to `blocks` if there are any. All lists are those of the coordinates of bodies; `forces` contain the gradient.
+    pub(super) fn add_rotational_inertia(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        rates: &RotationRates<'_, D>,
+        forces: &mut [D],
+        mut blocks: Option<&mut Vec<DiagonalBlock<D>>>,
+    ) {
+        for rotation in self.rotations() {
+            let by = rotation.length.recip();
+            let spin = rotation.of(rates.velocity).map(|rate| rate * by);
+            let tensor = rotation.tensor();
+            let momentum = times(&tensor, spin);
+            if let Some(blocks) = &mut blocks {
+                let back = inverse(&tangent_map(rotation.vector(z, frames)));
+                let (across, turning) = (cross_matrix(spin), cross_matrix(momentum));
+                let gyroscopic = product(&across, &tensor);
+                let by_spin = components_of(|i, j| gyroscopic[i][j] - turning[i][j]);
+                let by_spin = product(&by_spin, &back);
+                let inertia = product(&tensor, &back);
+                let moment = cross_matrix(rotation.of(forces));
+                let entries = components_of(|i, j| {
+                    let diagonal = if i == j { rotation.inertia[i] } else { D::from(0.0) };
+                    let masses = (inertia[i][j] - diagonal) * rates.mass_weight;
+                    (by_spin[i][j] * rates.slope + masses) * (by * by)
+                        + moment[i][j] * (0.5 * by)
+                });
+                blocks.push(DiagonalBlock { start: rotation.coordinate, entries });
+            }
+            let damping = scale(times(&rotation.products, spin), rates.mass_damping);
+            let gyroscopic = cross(spin, momentum);
+            for c in 0..3 {
+                forces[rotation.coordinate + c] += (gyroscopic[c] + damping[c]) * by;
+            }
+        }
+    }
+
+    /// Converts increments of rotations to changes of the coordinates.
+    pub(super) fn convert_correction(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        correction: &mut [D],
+    ) {
+        for rotation in self.rotations() {
+            let back = inverse(&tangent_map(rotation.vector(z, frames)));
+            let own = times(&back, rotation.of(correction));
+            correction[rotation.coordinate..][..3].copy_from_slice(&own);
+        }
+    }
+
+    /// Adds `factor` times the products of inertia with rates of the coordinates.
+    pub(super) fn add_products_of_inertia(&self, rates: &[D], factor: D, out: &mut [D]) {
+        for rotation in self.rotations() {
+            let own = times(&rotation.products, rotation.of(rates));
+            let by = factor * (rotation.length * rotation.length).recip();
+            for c in 0..3 {
+                out[rotation.coordinate + c] += own[c] * by;
+            }
+        }
+    }
+}

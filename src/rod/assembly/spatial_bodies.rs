@@ -1,0 +1,336 @@
+//! Rigid bodies and joints in space.
+//!
+//! Each body has the coordinates of its center and of its [rotation](SpatialRotation), each three followed by one without
+//! effect, so that all begin at a multiple of four. Derivatives are those by increments of rotations. For equilibria and
+//! modes they are converted to the coordinates; a simulation [counts increments](SpatialBodies::by_increments).
+
+use crate::energy::frame::EdgeFrame;
+use crate::numerics::rotation::{
+    Matrix3, identity, orthonormal, product, tangent_map, times, transpose, transposed_times,
+};
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::Tangent;
+use crate::numerics::vector::{Vector, cross, dot};
+use crate::rod::Energies;
+use crate::rod::assembly::attachment::Attachment;
+use crate::rod::assembly::conversion::{convert_gradient, convert_tangent};
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
+use crate::rod::assembly::carrying::CarryingBodies;
+use crate::rod::assembly::spatial_motion::{SpatialCarried, SpatialRotation, arm_curvature};
+use crate::rod::assembly::tangent::BorderedTangent;
+use std::borrow::Cow;
+
+/// A rigid body in space, or the common point of a ball joint.
+#[derive(Clone, Copy, Debug)]
+pub struct SpatialBody<D> {
+    /// Index of its coordinate x, followed by y and z, counted from the first coordinate of all bodies.
+    pub coordinate: usize,
+    /// Its rotation; none of a point.
+    pub rotation: Option<SpatialRotation<D>>,
+    /// Mass, kg, with that of the carried nodes.
+    pub mass: D,
+    /// Dead force, N, in world axes, without the weight of the carried nodes.
+    pub load: Vector<D>,
+    /// Arm of the force from the center, m, in the axes of the body: to the center of mass of the body alone.
+    pub load_arm: Vector<D>,
+}
+
+/// An elastic joint between a body and the clamp of a rod, in space.
+#[derive(Clone, Copy, Debug)]
+pub struct SpatialSpring<D> {
+    /// The body.
+    pub body: usize,
+    /// Rotation of the clamp. Its axes are the directors and the tangent of the edge.
+    pub rotation: SpatialRotation<D>,
+    /// Its law.
+    pub law: ElasticJoint<D>,
+}
+
+/// All bodies and elastic joints of an assembly in space.
+#[derive(Clone, Debug)]
+pub struct SpatialBodies<D> {
+    /// The bodies.
+    pub bodies: Vec<SpatialBody<D>>,
+    /// The elastic joints.
+    pub springs: Vec<SpatialSpring<D>>,
+    /// Whether derivatives are those by increments of rotations, as the steps of a simulation take them.
+    pub by_increments: bool,
+}
+
+impl<D: Nestable> SpatialBodies<D> {
+    /// All rotations.
+    pub(super) fn rotations(&self) -> impl Iterator<Item = &SpatialRotation<D>> {
+        let bodies = self.bodies.iter().filter_map(|body| body.rotation.as_ref());
+        bodies.chain(self.springs.iter().map(|spring| &spring.rotation))
+    }
+
+    /// All rotations with their axes, in the columns.
+    pub fn rotations_with_axes<'a>(
+        &'a self,
+        z: &'a [D],
+        frames: &'a AssemblyFrames<D>,
+    ) -> impl Iterator<Item = (&'a SpatialRotation<D>, Matrix3<D>)> {
+        self.rotations().map(|rotation| (rotation, rotation.axes(z, frames)))
+    }
+
+    /// The rotation that carries the edge of an attachment.
+    fn carrying(&self, attachment: &Attachment<[D; 3]>) -> Option<&SpatialRotation<D>> {
+        match attachment.spring {
+            Some(i) => Some(&self.springs[i].rotation),
+            None => self.bodies[attachment.body].rotation.as_ref(),
+        }
+    }
+
+    /// Rotation of a clamp in the axes of its body; the identity of a body that does not rotate.
+    fn relative(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        spring: &SpatialSpring<D>,
+    ) -> Matrix3<D> {
+        let clamp = spring.rotation.axes(z, frames);
+        match &self.bodies[spring.body].rotation {
+            Some(body) => product(&transpose(&body.axes(z, frames)), &clamp),
+            None => clamp,
+        }
+    }
+
+    /// Both rotations of a spring, each with the number of its first derivative.
+    fn turns(&self, spring: &SpatialSpring<D>) -> impl Iterator<Item = (usize, SpatialRotation<D>)> {
+        let body = self.bodies[spring.body].rotation.map(|rotation| (0, rotation));
+        body.into_iter().chain([(3, spring.rotation)])
+    }
+
+    /// The point of a body at which its load acts, m: its own center of mass.
+    pub fn load_point(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        body: &SpatialBody<D>,
+    ) -> Vector<D> {
+        let arm = match &body.rotation {
+            Some(rotation) => times(&rotation.axes(z, frames), body.load_arm),
+            None => [D::from(0.0); 3],
+        };
+        [0, 1, 2].map(|c| z[body.coordinate + c] + arm[c])
+    }
+
+    /// The axes of a body, in the columns; those of the world for a point.
+    pub fn axes(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        body: &SpatialBody<D>,
+    ) -> Matrix3<D> {
+        body.rotation.map_or_else(identity, |rotation| rotation.axes(z, frames))
+    }
+}
+
+impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
+    type Motion = SpatialCarried<D>;
+
+    /// Coordinates of an attachment, counted from the first one of all bodies.
+    fn coordinates(&self, attachment: &Attachment<[D; 3]>) -> Vec<usize> {
+        let body = &self.bodies[attachment.body];
+        let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
+        let spring = attachment.spring.map(|i| self.springs[i].rotation.coordinate);
+        let firsts = [body.coordinate].into_iter().chain(rotation).chain(spring);
+        firsts.flat_map(|first| first..first + 3).collect()
+    }
+
+    /// The coordinate after each three.
+    fn idle_coordinates(&self) -> Vec<usize> {
+        let bodies = self.bodies.iter().map(|body| body.coordinate + 3);
+        bodies.chain(self.rotations().map(|rotation| rotation.coordinate + 3)).collect()
+    }
+
+    /// Writes the unknowns of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    fn carry(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        attachment: &Attachment<[D; 3]>,
+        to: &mut Vec<SpatialCarried<D>>,
+    ) {
+        let body = &self.bodies[attachment.body];
+        let first = body.coordinate;
+        let turned = body.rotation.as_ref().map(|turn| (turn, turn.axes(z, frames)));
+        let clamp = attachment.spring.map(|i| &self.springs[i].rotation);
+        let clamped = clamp.map(|turn| (turn, turn.axes(z, frames)));
+        for node in &attachment.nodes {
+            let edge = attachment.edge.as_ref().filter(|_| node.width > 3);
+            let tangent = edge.map(|edge| edge.frame[0]);
+            let mut carried = SpatialCarried::at(first, [z[first], z[first + 1], z[first + 2]]);
+            if let Some((turn, axes)) = &turned {
+                let tangent = tangent.filter(|_| clamped.is_none());
+                carried.add_arm(turn, axes, node.on_body, tangent);
+            }
+            if let Some((turn, axes)) = &clamped {
+                carried.add_arm(turn, axes, node.on_clamp, tangent);
+            }
+            to.push(carried);
+        }
+    }
+
+    /// The frame of the edge of an attachment, if it has one.
+    fn edge_frame(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        attachment: &Attachment<[D; 3]>,
+    ) -> Option<EdgeFrame<D>> {
+        let axes = self.carrying(attachment)?.axes(z, frames);
+        let [tangent, director] = attachment.edge.as_ref()?.frame.map(|v| times(&axes, v));
+        Some(EdgeFrame { tangent, director })
+    }
+
+    /// Writes the mass of every coordinate, kg.
+    fn masses(&self, mass: &mut [D]) {
+        for body in &self.bodies {
+            mass[body.coordinate..][..3].fill(body.mass);
+        }
+        for SpatialRotation { coordinate, length, inertia, .. } in self.rotations() {
+            for c in 0..3 {
+                mass[coordinate + c] = inertia[c] * (length * length).recip();
+            }
+        }
+    }
+
+    /// Writes the gradient of the joints' energies less the loads on bodies by increments, N.
+    fn gradient(&self, z: &[D], frames: &AssemblyFrames<D>, gradient: &mut [D]) {
+        gradient.fill(D::from(0.0));
+        for body in &self.bodies {
+            for c in 0..3 {
+                gradient[body.coordinate + c] = -body.load[c];
+            }
+            if let Some(turn) = &body.rotation {
+                let force = transposed_times(&turn.axes(z, frames), body.load);
+                let moment = cross(body.load_arm, force);
+                for c in 0..3 {
+                    gradient[turn.coordinate + c] -= moment[c] * turn.length.recip();
+                }
+            }
+        }
+        for spring in &self.springs {
+            let moments = spring.law.gradient(&self.relative(z, frames, spring));
+            for (first, turn) in self.turns(spring) {
+                for c in 0..3 {
+                    gradient[turn.coordinate + c] += moments[first + c] * turn.length.recip();
+                }
+            }
+        }
+    }
+
+    /// Adds the second derivatives of the energies of joints and loads by increments: `add` takes two coordinates and an
+    /// entry, N/m.
+    fn add_tangent(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        mut add: impl FnMut(usize, usize, D),
+    ) {
+        self.idle_coordinates().into_iter().for_each(|i| add(i, i, D::from(1.0)));
+        for body in &self.bodies {
+            if let Some(turn) = &body.rotation {
+                let force = transposed_times(&turn.axes(z, frames), body.load);
+                let curvature = arm_curvature(force, body.load_arm);
+                let by = (turn.length * turn.length).recip();
+                for i in 0..3 {
+                    for j in 0..=i {
+                        let entry = -(curvature[i][j] * by);
+                        add(turn.coordinate + i, turn.coordinate + j, entry);
+                    }
+                }
+            }
+        }
+        for spring in &self.springs {
+            let local = spring.law.tangent(&self.relative(z, frames, spring));
+            for (row, a) in self.turns(spring) {
+                for (column, b) in self.turns(spring) {
+                    let by = (a.length * b.length).recip();
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            if b.coordinate + j <= a.coordinate + i {
+                                let entry = local.hessian[row + i][column + j] * by;
+                                add(a.coordinate + i, b.coordinate + j, entry);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Converts derivatives by increments of rotations to those by the coordinates, unless increments are counted.
+    fn convert_derivatives<T: Tangent<D>>(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        gradient: &mut [D],
+        tangent: Option<&mut BorderedTangent<D, T>>,
+    ) {
+        if self.by_increments {
+            return;
+        }
+        let mut tangent = tangent;
+        for rotation in self.rotations() {
+            let vector = rotation.vector(z, frames);
+            if vector.iter().all(Nestable::is_identically_zero) {
+                continue;
+            }
+            if let Some(tangent) = &mut tangent {
+                convert_tangent(rotation, vector, gradient, tangent);
+            }
+            convert_gradient(rotation, vector, gradient);
+        }
+    }
+
+    /// Increments of rotations from changes of the coordinates.
+    fn increments<'a>(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        changes: &'a [D],
+    ) -> Cow<'a, [D]> {
+        if self.by_increments {
+            return Cow::Borrowed(changes);
+        }
+        let mut increments = changes.to_vec();
+        for rotation in self.rotations() {
+            let map = tangent_map(rotation.vector(z, frames));
+            let own = times(&map, rotation.of(changes));
+            increments[rotation.coordinate..][..3].copy_from_slice(&own);
+        }
+        Cow::Owned(increments)
+    }
+
+    /// Moves the references of all rotations to the coordinates.
+    fn move_references(&self, z: &[D], frames: &mut AssemblyFrames<D>) {
+        for rotation in self.rotations() {
+            let axes = orthonormal(&rotation.axes(z, frames));
+            let reference = &mut frames.rotations[rotation.reference];
+            (reference.axes, reference.coordinates) = (axes, rotation.of(z));
+        }
+    }
+
+    /// Adds the energies of joints and loads, J.
+    fn add_energies(&self, z: &[D], frames: &AssemblyFrames<D>, energies: &mut Energies) {
+        for body in &self.bodies {
+            energies.potential -= dot(body.load, self.load_point(z, frames, body)).value();
+        }
+        for spring in &self.springs {
+            energies.bend += spring.law.energy(&self.relative(z, frames, spring)).value();
+        }
+    }
+
+    /// The same bodies without joints' stiffnesses and loads.
+    fn passive(&self) -> Self {
+        let (mut bodies, zero) = (self.clone(), D::from(0.0));
+        bodies.bodies.iter_mut().for_each(|body| body.load = [zero; 3]);
+        for spring in &mut bodies.springs {
+            spring.law.stiffness = JointStiffness::Spring([zero; 3]);
+        }
+        bodies
+    }
+}

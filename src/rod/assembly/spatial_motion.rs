@@ -1,0 +1,176 @@
+//! Nodes that bodies carry in space, and rotations of bodies.
+//!
+//! A body has the coordinates `x, y, z`, m, of its center of mass, and three of its rotation `R = R0 exp((z - z0)/length)`,
+//! m, with a constant `length`. First and second derivatives are those by increments `phi` of the rotation in the axes of
+//! the body, `R exp(phi)`, at the present rotation `R`:
+//!
+//! ```text
+//! X = x + R exp(phi) a,    dX = R (phi x a),    d2X = R (phi x (phi x a)).
+//! ```
+//!
+//! The angle of a carried edge, from the frame that the body carries, turns by `phi.t` with the tangent `t` in the axes of the
+//! body. Its second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs
+//! from `phi.t` in the third order.
+
+use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, cross, dot};
+use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::assembly::carrying::CarriedMotion;
+
+/// Largest number of coordinates on which the position of a carried node depends.
+const MOST: usize = 9;
+
+/// A rotation in space.
+#[derive(Clone, Copy, Debug)]
+pub struct SpatialRotation<D> {
+    /// Index of the first of its three coordinates, counted from the first coordinate of all bodies.
+    pub coordinate: usize,
+    /// Index of its reference in [`AssemblyFrames::rotations`].
+    pub reference: usize,
+    /// Coordinate over angle, m/rad: a constant scale.
+    pub length: f64,
+    /// Moments of inertia about its axes, kg m^2.
+    pub inertia: Vector<D>,
+    /// Products of inertia, kg m^2: zero with derivatives by the numbers of the scene, as the axes are principal ones.
+    pub products: Matrix3<D>,
+}
+
+impl<D: Scalar> SpatialRotation<D> {
+    /// Its coordinates in a list of those of all bodies.
+    pub(super) fn of(&self, all: &[D]) -> Vector<D> {
+        [all[self.coordinate], all[self.coordinate + 1], all[self.coordinate + 2]]
+    }
+
+    /// Its axes, in the columns, at the coordinates of its reference.
+    pub fn rest_axes(&self, frames: &AssemblyFrames<D>) -> Matrix3<D> {
+        frames.rotations[self.reference].axes
+    }
+
+    /// Rotation vector from the reference, rad, at the coordinates `z` of all bodies.
+    pub(super) fn vector(&self, z: &[D], frames: &AssemblyFrames<D>) -> Vector<D> {
+        let (own, from) = (self.of(z), frames.rotations[self.reference].coordinates);
+        [0, 1, 2].map(|c| (own[c] - from[c]) * self.length.recip())
+    }
+
+    /// Its axes, in the columns, at the coordinates `z` of all bodies.
+    pub(super) fn axes(&self, z: &[D], frames: &AssemblyFrames<D>) -> Matrix3<D> {
+        let turn = exponential(self.vector(z, frames));
+        product(&frames.rotations[self.reference].axes, &turn)
+    }
+
+    /// Moments and products of inertia, kg m^2.
+    pub(super) fn tensor(&self) -> Matrix3<D> {
+        let mut tensor = self.products;
+        (0..3).for_each(|c| tensor[c][c] += self.inertia[c]);
+        tensor
+    }
+}
+
+/// An arm that turns with a rotation.
+#[derive(Clone, Copy, Debug)]
+struct TurningArm<D> {
+    /// First coordinate of the rotation.
+    coordinate: usize,
+    /// Coordinate over angle, m/rad.
+    length: f64,
+    /// The axes of the rotation, in the columns.
+    axes: Matrix3<D>,
+    /// The arm in these axes, m.
+    arm: Vector<D>,
+}
+
+/// The unknowns of a carried node with their derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct SpatialCarried<D> {
+    values: [D; 4],
+    coordinates: [usize; MOST],
+    count: usize,
+    slopes: [[D; 4]; MOST],
+    arms: [Option<TurningArm<D>>; 2],
+}
+
+/// Second derivatives of `force.(R exp(phi) arm)` by `phi`, with the force in the axes of the rotation.
+pub(super) fn arm_curvature<D: Scalar>(force: Vector<D>, arm: Vector<D>) -> Matrix3<D> {
+    let along = dot(force, arm);
+    let mut curvature = [[D::from(0.0); 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            curvature[i][j] = (force[i] * arm[j] + force[j] * arm[i]) * 0.5;
+        }
+        curvature[i][i] -= along;
+    }
+    curvature
+}
+
+impl<D: Scalar> SpatialCarried<D> {
+    /// A node at the point with these first coordinate and position, m.
+    pub(super) fn at(coordinate: usize, position: Vector<D>) -> Self {
+        let (zero, [x, y, z]) = (D::from(0.0), position);
+        let mut slopes = [[zero; 4]; MOST];
+        (0..3).for_each(|c| slopes[c][c] = D::from(1.0));
+        let mut coordinates = [0; MOST];
+        (0..3).for_each(|c| coordinates[c] = coordinate + c);
+        Self { values: [x, y, z, zero], coordinates, count: 3, slopes, arms: [None; 2] }
+    }
+
+    /// Adds an arm, m, that turns with a rotation whose axes are given. The angle of an edge with the `tangent`, in these axes,
+    /// turns too.
+    pub(super) fn add_arm(
+        &mut self,
+        rotation: &SpatialRotation<D>,
+        axes: &Matrix3<D>,
+        arm: Vector<D>,
+        tangent: Option<Vector<D>>,
+    ) {
+        let (turned, by) = (times(axes, arm), rotation.length.recip());
+        for c in 0..3 {
+            self.values[c] += turned[c];
+            let slope = cross(column(axes, c), turned);
+            let k = self.count + c;
+            self.coordinates[k] = rotation.coordinate + c;
+            let spin = tangent.map_or(D::from(0.0), |tangent| tangent[c]);
+            self.slopes[k] = [slope[0] * by, slope[1] * by, slope[2] * by, spin * by];
+        }
+        self.count += 3;
+        let SpatialRotation { coordinate, length, .. } = *rotation;
+        let arm = TurningArm { coordinate, length, axes: *axes, arm };
+        self.arms[usize::from(self.arms[0].is_some())] = Some(arm);
+    }
+}
+
+impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
+    /// The position, m, and the angle of the edge after the node, rad.
+    fn values(&self) -> &[D] {
+        &self.values
+    }
+
+    /// Number of coordinates on which they depend.
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The coordinate with number `k`.
+    fn coordinate(&self, k: usize) -> usize {
+        self.coordinates[k]
+    }
+
+    /// First derivatives by the coordinate with number `k`, for rotations by its increment.
+    fn slope(&self, k: usize) -> &[D] {
+        &self.slopes[k]
+    }
+
+    /// Calls `add` with the second derivatives of `force.values` by increments of rotations.
+    fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
+        let force = [force[0], force[1], force[2]];
+        for TurningArm { coordinate, length, axes, arm } in self.arms.iter().flatten() {
+            let own = [0, 1, 2].map(|c| dot(column(axes, c), force));
+            let (curvature, by) = (arm_curvature(own, *arm), (length * length).recip());
+            for i in 0..3 {
+                for j in 0..=i {
+                    add(coordinate + i, coordinate + j, curvature[i][j] * by);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Numbers of one quantity that a plane has once and space three times, one for each axis.
+
+use crate::error::Error;
+use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
+use crate::scene::table::NumberTree;
+use serde::{Deserialize, Serialize};
+
+/// One number, or one for each of three axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
+#[serde(
+    untagged,
+    bound = "D: SceneNumber",
+    expecting = "expected a number, or a list with one number for each of three axes"
+)]
+pub enum PerAxis<D = f64> {
+    /// One number.
+    One(D),
+    /// One for each axis.
+    Three([D; 3]),
+}
+
+impl<D: Copy> PerAxis<D> {
+    /// The numbers of three axes; the same for all if there is one.
+    pub fn all(&self) -> [D; 3] {
+        match self {
+            Self::One(value) => [*value; 3],
+            Self::Three(values) => *values,
+        }
+    }
+}
+
+/// One number, or `key.0`, `key.1` and `key.2`.
+impl NumberTree for PerAxis {
+    type Kind = Quantity;
+    type Over<D> = PerAxis<D>;
+
+    /// Returns the part under `key` with every number converted by the visitor.
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        quantity: Quantity,
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> PerAxis<D> {
+        match self {
+            Self::One(value) => PerAxis::One(visitor.number(key, *value, quantity)),
+            Self::Three([a, b, c]) => {
+                let outer_length = visitor.enter(key);
+                let values = [
+                    visitor.number("0", *a, quantity),
+                    visitor.number("1", *b, quantity),
+                    visitor.number("2", *c, quantity),
+                ];
+                visitor.leave(outer_length);
+                PerAxis::Three(values)
+            }
+        }
+    }
+
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
+    /// part.
+    fn check_numbers(&self, key: &str, quantity: Quantity) -> Result<(), Error> {
+        match self {
+            Self::One(value) => quantity.check(key, *value),
+            Self::Three(values) => {
+                let mut values = values.iter().enumerate();
+                values.try_for_each(|(c, value)| quantity.check(&format!("{key}[{c}]"), *value))
+            }
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges that they
+//! carry.
+//!
+//! A body carries the mass of the inner node of each clamped end, which is without the part behind the joint, half of the
+//! rotational inertia of the outer edge about itself, and the mass of the outer node of each hinged end. Its axes are the
+//! principal ones of the sum. The mass of a sprung clamp counts at the joint, with its moment of inertia about it.
+
+use crate::error::{Error, ensure};
+use crate::numerics::rotation::{
+    Matrix3, column, components_of, exponential, identity, product, times, transpose,
+    transposed_times,
+};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
+use crate::rod::assembly::{
+    RotationReference, SpatialBodies, SpatialBody, SpatialRotation, SpatialSpring,
+};
+use crate::rod::layout::Space;
+use crate::scene::per_axis::PerAxis;
+use crate::scene::structure::{RigidBody, StructureJoint, StructureScene};
+use crate::structure::inertia::{LEAST_COMPLIANCE, without_inertia};
+use crate::structure::placement::{PlacedRod, end_nodes};
+use crate::structure::plan::{EndHold, StructurePlan};
+
+/// Part of the outer edge of a clamped end that belongs to the rod: the joint is in its middle.
+const BEFORE_JOINT: f64 = 0.5;
+/// Stiffness of a hinge across its axis, over that of bending of the edge beside it.
+const HINGE_STIFFNESS: f64 = 1e6;
+
+/// The bodies of a structure in space at rest.
+pub(super) struct SpatialBodiesAtRest<D> {
+    pub bodies: SpatialBodies<D>,
+    /// Centers of mass, m.
+    pub centers: Vec<Vector<D>>,
+    /// The coordinates of all bodies and springs, m.
+    pub z: Vec<D>,
+    /// References of all rotations.
+    pub references: Vec<RotationReference<D>>,
+}
+
+/// A mass at a place with its own inertia tensor in world axes.
+#[derive(Clone, Copy)]
+struct PlacedInertia<D> {
+    mass: D,
+    place: Vector<D>,
+    tensor: Matrix3<D>,
+}
+
+/// The tensor `v v'`.
+fn outer<D: Scalar>(v: Vector<D>) -> Matrix3<D> {
+    components_of(|i, j| v[i] * v[j])
+}
+
+/// The inertia tensor of a body in world axes, kg m^2.
+fn body_tensor<D: Scalar>(body: &RigidBody<D>) -> Result<Matrix3<D>, Error> {
+    let PerAxis::Three(principal) = body.inertia else {
+        let key = format!("bodies.{}.inertia", body.name);
+        let allowed = "the three principal moments of inertia, kg m^2, of a body in space";
+        return Err(Error::invalid(key, "one number", allowed));
+    };
+    let axes = body.orientation.map_or_else(identity, exponential);
+    let zero = D::from(0.0);
+    let diagonal = components_of(|i, j| if i == j { principal[i] } else { zero });
+    Ok(product(&axes, &product(&diagonal, &transpose(&axes))))
+}
+
+/// The inertia tensor of masses about a center, kg m^2.
+fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Matrix3<D> {
+    let mut sum = [[D::from(0.0); 3]; 3];
+    for own in masses {
+        let arm = sub(own.place, center);
+        let (square, across) = (dot(arm, arm), outer(arm));
+        for i in 0..3 {
+            for j in 0..3 {
+                let mut entry = -across[i][j];
+                if i == j {
+                    entry += square;
+                }
+                sum[i][j] += own.tensor[i][j] + own.mass * entry;
+            }
+        }
+    }
+    sum
+}
+
+/// The principal axes of a tensor, in the columns, in plain numbers.
+fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
+    let plain = nalgebra::Matrix3::from_fn(|i, j| tensor[i][j].value());
+    let vectors = plain.symmetric_eigen().eigenvectors;
+    let [a, b] = [0, 1].map(|c| <[f64; 3]>::from(vectors.column(c).into_owned()));
+    let (a, b) = (unit(a), unit(b));
+    transpose(&[a, b, cross(a, b)])
+}
+
+/// Axes of the clamp at an end of a rod: both directors and the tangent of the outer edge, in the columns.
+pub(super) fn clamp_axes<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> Matrix3<D> {
+    let frame = &rod.frames.edges[end_edge(rod, end)];
+    let (tangent, director) = (frame.tangent, frame.director);
+    transpose(&[director, cross(tangent, director), tangent])
+}
+
+/// Index of the outer edge of an end.
+pub(super) fn end_edge<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> usize {
+    if end == 0 { 0 } else { rod.nodes() - 2 }
+}
+
+impl<D: Nestable> SpatialBodiesAtRest<D> {
+    /// The bodies of a plan with these rods.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a body without three moments of inertia, a hinge without axis, or a spring that is too stiff.
+    pub fn new(
+        plan: &StructurePlan,
+        scene: &StructureScene<D>,
+        rods: &[PlacedRod<D, Space>],
+    ) -> Result<Self, Error> {
+        let zero = D::from(0.0);
+        let mut built = Self {
+            bodies: SpatialBodies { bodies: Vec::new(), springs: Vec::new(), by_increments: false },
+            centers: Vec::new(),
+            z: vec![zero; plan.coordinates],
+            references: Vec::new(),
+        };
+        for (b, body) in plan.bodies.iter().enumerate() {
+            let masses = carried_masses(plan, scene, rods, b)?;
+            let mass = masses.iter().fold(zero, |sum, own| sum + own.mass);
+            let center = [0, 1, 2]
+                .map(|c| masses.iter().fold(zero, |sum, own| sum + own.mass * own.place[c]) / mass);
+            let (mut axes, mut rotation) = (identity(), None);
+            if body.rotates {
+                let tensor = tensor_about(&masses, center);
+                axes = principal_axes(&tensor).map(|row| row.map(D::from));
+                let tensor = product(&transpose(&axes), &product(&tensor, &axes));
+                let own = built.add_rotation(body.coordinate + 4, axes, tensor, mass);
+                rotation = Some(own.ok_or_else(|| without_inertia(plan, b))?);
+            }
+            built.z[body.coordinate..][..3].copy_from_slice(&center);
+            let (mut load, mut load_arm) = ([zero; 3], [zero; 3]);
+            if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
+                load_arm = transposed_times(&axes, sub(own.position, center));
+                load = scale(scene.loads.gravity, own.mass);
+                let forces = scene.loads.point.iter();
+                for force in forces.filter(|force| force.body.as_ref() == Some(&own.name)) {
+                    load = add(load, force.force);
+                }
+            }
+            let coordinate = body.coordinate;
+            built.bodies.bodies.push(SpatialBody { coordinate, rotation, mass, load, load_arm });
+            built.centers.push(center);
+        }
+        let mut springs = vec![None; plan.springs.len()];
+        for (rod, ends) in rods.iter().zip(&plan.ends) {
+            for (end, hold) in ends.iter().enumerate() {
+                if let EndHold::Body { spring: Some(spring), .. } = *hold {
+                    springs[spring] = Some(built.spring(plan, scene, spring, rod, end)?);
+                }
+            }
+        }
+        built.bodies.springs = springs.into_iter().flatten().collect();
+        Ok(built)
+    }
+
+    /// Adds the reference of a rotation with these axes and this inertia tensor in them; none without inertia.
+    fn add_rotation(
+        &mut self,
+        coordinate: usize,
+        axes: Matrix3<D>,
+        tensor: Matrix3<D>,
+        mass: D,
+    ) -> Option<SpatialRotation<D>> {
+        let inertia = [0, 1, 2].map(|c| tensor[c][c]);
+        let trace: f64 = inertia.iter().map(Scalar::value).sum();
+        // The radius of gyration, so that masses of coordinates are about that of the body.
+        let length = (0.5 * trace / mass.value()).sqrt();
+        let is_positive = inertia.iter().all(|moment| moment.value() > 1e-12 * trace);
+        if !(length.is_normal() && is_positive) {
+            return None;
+        }
+        let products = components_of(|i, j| match i == j {
+            true => D::from(0.0),
+            // In principal axes the value is a rounding error; derivatives are not.
+            false => tensor[i][j] - tensor[i][j].value(),
+        });
+        let reference = self.references.len();
+        self.references.push(RotationReference { axes, coordinates: [D::from(0.0); 3] });
+        Some(SpatialRotation { coordinate, reference, length, inertia, products })
+    }
+
+    /// The elastic joint of a plan at an end of a rod.
+    fn spring(
+        &mut self,
+        plan: &StructurePlan,
+        scene: &StructureScene<D>,
+        spring: usize,
+        rod: &PlacedRod<D, Space>,
+        end: usize,
+    ) -> Result<SpatialSpring<D>, Error> {
+        let (own, zero) = (&plan.springs[spring], D::from(0.0));
+        let axes = clamp_axes(rod, end);
+        let [_, inner] = end_nodes(rod.nodes(), end);
+        let arm = sub(rod.node(inner), rod.wall(end));
+        let mass = rod.mass(inner);
+        let across = mass * dot(arm, arm);
+        let inertia = [across, across, edge_inertia(rod, end)];
+        let tensor = components_of(|i, j| if i == j { inertia[i] } else { zero });
+        let rotation = self.add_rotation(own.coordinate, axes, tensor, mass);
+        let rotation = rotation.ok_or_else(|| without_inertia(plan, own.body))?;
+        let body = &self.bodies.bodies[own.body];
+        let body_axes =
+            body.rotation.map_or_else(identity, |turn| self.references[turn.reference].axes);
+        let rest = product(&transpose(&body_axes), &axes);
+        let joints = &rod.rod.joint;
+        let beside = if end == 0 { joints.first() } else { joints.last() };
+        let stiffest = beside.map_or(0.0, |joint| {
+            let [a, _, b] = joint.stiffness.bend;
+            a.value().max(b.value()).max(joint.stiffness.twist.value())
+        });
+        let key = |name: &str| format!("joints[{}].{name}", own.joint);
+        let stiffness = match &scene.joints[own.joint] {
+            StructureJoint::Spring { rotation, rest, .. } => {
+                let allowed = "0 in space, where it is an angle about no axis";
+                ensure(rest.value() == 0.0, key("rest"), rest.value(), allowed)?;
+                let least = LEAST_COMPLIANCE / stiffest;
+                let compliance = rotation.all();
+                for c in compliance {
+                    let allowed = format!("{least:.1e} rad/(N m) or above; kind = \"rigid\" for none");
+                    ensure(c.value() >= least, key("rotation"), c.value(), allowed)?;
+                }
+                JointStiffness::Spring(compliance.map(Scalar::recip))
+            }
+            StructureJoint::Hinge { axis: Some(axis), .. }
+                if axis.iter().any(|c| c.value() != 0.0) =>
+            {
+                let across = D::from(HINGE_STIFFNESS * stiffest);
+                JointStiffness::Hinge(unit(transposed_times(&axes, *axis)), across)
+            }
+            _ => {
+                let allowed = "a direction, for a hinge in space";
+                return Err(Error::invalid(key("axis"), "no direction", allowed));
+            }
+        };
+        let law = ElasticJoint { rest, stiffness };
+        Ok(SpatialSpring { body: own.body, rotation, law })
+    }
+}
+
+/// The part of the rotational inertia of the outer edge of an end, about itself, that belongs to the rod, kg m^2.
+fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
+    rod.rod.mass[4 * end_edge(rod, end) + 3] * BEFORE_JOINT
+}
+
+/// The masses of body `b` of a plan.
+fn carried_masses<D: Nestable>(
+    plan: &StructurePlan,
+    scene: &StructureScene<D>,
+    rods: &[PlacedRod<D, Space>],
+    b: usize,
+) -> Result<Vec<PlacedInertia<D>>, Error> {
+    let none = [[D::from(0.0); 3]; 3];
+    let mut masses = Vec::new();
+    if let Some(own) = plan.bodies[b].own.map(|i| &scene.bodies[i]) {
+        let tensor = body_tensor(own)?;
+        masses.push(PlacedInertia { mass: own.mass, place: own.position, tensor });
+    }
+    for (rod, ends) in rods.iter().zip(&plan.ends) {
+        for (end, hold) in ends.iter().enumerate() {
+            let EndHold::Body { body, spring, pinned } = *hold else { continue };
+            if body != b {
+                continue;
+            }
+            let [outer_node, inner] = end_nodes(rod.nodes(), end);
+            masses.push(match (spring, pinned) {
+                (Some(_), _) => {
+                    PlacedInertia { mass: rod.mass(inner), place: rod.wall(end), tensor: none }
+                }
+                (None, true) => PlacedInertia {
+                    mass: rod.mass(outer_node),
+                    place: rod.node(outer_node),
+                    tensor: none,
+                },
+                (None, false) => {
+                    let tangent = column(&clamp_axes(rod, end), 2);
+                    let spin = edge_inertia(rod, end);
+                    let tensor = outer(tangent).map(|row| row.map(|entry| entry * spin));
+                    PlacedInertia { mass: rod.mass(inner), place: rod.node(inner), tensor }
+                }
+            });
+        }
+    }
+    Ok(masses)
+}
+
+/// The axes of a rotation at rest, in the columns; those of the world for none.
+pub(super) fn rest_axes<D: Scalar>(
+    rotation: Option<&SpatialRotation<D>>,
+    references: &[RotationReference<D>],
+) -> Matrix3<D> {
+    rotation.map_or_else(identity, |rotation| references[rotation.reference].axes)
+}
+
+/// Components of a vector of the world in axes.
+pub(super) fn in_axes<D: Scalar>(axes: &Matrix3<D>, vector: Vector<D>) -> Vector<D> {
+    times(&transpose(axes), vector)
+}
