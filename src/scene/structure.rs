@@ -397,6 +397,14 @@ impl StructureScene {
                 }
             }
         }
+        for body in &self.bodies {
+            if let PerAxis::Three([a, b, c]) = body.inertia {
+                let key = format!("bodies.{}.inertia", body.name);
+                let allowed = "moments of inertia of which none exceeds the sum of the others";
+                let possible = a <= b + c && b <= a + c && c <= a + b;
+                ensure(possible, key, format!("[{a}, {b}, {c}]"), allowed)?;
+            }
+        }
         let state = self.initial.state;
         let known = matches!(state, InitialState::Rest | InitialState::Equilibrium);
         let allowed = "\"rest\" or \"equilibrium\", for a structure";

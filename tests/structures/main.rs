@@ -7,3 +7,5 @@ mod frames;
 mod joints;
 mod motion;
 mod scenes;
+mod space;
+mod spatial_motion;

@@ -1,0 +1,467 @@
+//! Structures in space: derivatives, equilibria and modes against closed forms and planar structures.
+
+use crate::joints::frequencies;
+use crate::scenes::{
+    STEEL, bending, joint, line_density, mixed_in_space, rod, shear_modulus, spatial, spatial_rod,
+    structure, support, torsion, twisting_steel,
+};
+use num_dual::Dual64;
+use rodfit::numerics::tangent::{Factors, Tangent};
+use rodfit::rod::Rod;
+use rodfit::{Derivatives, Structure, StructureScene};
+use std::f64::consts::PI;
+
+/// A deformed state of a structure in space, in which bodies have turned by tenths of a radian.
+fn deformed(structure: &Structure) -> Vec<f64> {
+    let at_rest = structure.at_rest();
+    let first = at_rest.assembly.body_coordinates().start;
+    let mut q = at_rest.q.clone();
+    for (i, q) in q.iter_mut().enumerate() {
+        // Angles of edges, places of nodes and bodies, and rotations, whose coordinates are lengths.
+        let size = match i % 4 {
+            3 => 0.1,
+            _ if i >= first && (i - first) % 8 >= 4 => 2e-3,
+            _ => 2e-3,
+        };
+        *q += size * (3.7 * i as f64).sin();
+    }
+    let tied: Vec<usize> = at_rest.assembly.tied().collect();
+    tied.into_iter().for_each(|i| q[i] = at_rest.q[i]);
+    q
+}
+
+/// Oracle: central differences of the energy, and dual numbers of the gradient, along three directions.
+#[test]
+fn spatial_gradient_and_tangent_are_derivatives_of_the_energy() {
+    let structure = mixed_in_space(8, "");
+    let at_rest = structure.at_rest();
+    let (assembly, frames, q) = (&at_rest.assembly, &at_rest.frames, deformed(&structure));
+    let n = q.len();
+    let (mut gradient, mut alone) = (vec![0.0; n], vec![0.0; n]);
+    let mut tangent = assembly.zero_tangent();
+    assembly.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+    assembly.gradient(&q, frames, Derivatives::Hand, &mut alone);
+    let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
+    assert!(gradient.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * size));
+    let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
+    let tied: Vec<usize> = assembly.tied().collect();
+    for seed in 1..=3 {
+        let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
+        tied.iter().for_each(|i| x[*i] = 0.0);
+        let moved = |h: f64| q.iter().zip(&x).map(|(q, x)| q + h * x).collect::<Vec<f64>>();
+        let energy = |h: f64| assembly.energies(&moved(h), frames).total();
+        let h = 1e-6;
+        let slope: f64 = gradient.iter().zip(&x).map(|(g, x)| g * x).sum();
+        let difference = (energy(h) - energy(-h)) / (2.0 * h);
+        println!("{slope} {difference}");
+        assert!((slope - difference).abs() < 1e-5 * slope.abs().max(1.0), "{slope} {difference}");
+        let moved: Vec<Dual64> = q.iter().zip(&x).map(|(q, x)| Dual64::new(*q, *x)).collect();
+        let mut rates = vec![Dual64::from(0.0); n];
+        dual.assembly.gradient(&moved, &dual.frames, Derivatives::Hand, &mut rates);
+        let mut product = vec![0.0; n];
+        tangent.product(&x, &mut product);
+        tied.iter().for_each(|i| product[*i] = 0.0);
+        let size = product.iter().fold(0.0_f64, |size, p| size.max(p.abs()));
+        for (i, (rate, product)) in rates.iter().zip(&product).enumerate() {
+            assert!((rate.eps - product).abs() < 1e-9 * size, "{i}: {} {product}", rate.eps);
+        }
+    }
+}
+
+/// Frames that follow to a state change neither energy nor strains there.
+#[test]
+fn moved_frames_keep_energy_and_strains() {
+    let structure = mixed_in_space(8, "");
+    let at_rest = structure.at_rest();
+    let (assembly, q) = (&at_rest.assembly, deformed(&structure));
+    let mut frames = at_rest.frames.clone();
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    assembly.strains(&q, &frames, &mut before);
+    let energy = assembly.energies(&q, &frames).total();
+    assembly.move_frames(&mut frames, &q);
+    assembly.strains(&q, &frames, &mut after);
+    let apart = before.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-12, "{apart:e}");
+    assert!((assembly.energies(&q, &frames).total() / energy - 1.0).abs() < 1e-12);
+}
+
+/// Oracle: the dense matrix of all entries, its LU factors and its eigenvalues.
+#[test]
+fn spatial_factors_solve_and_count_as_the_dense_matrix() {
+    let structure = mixed_in_space(7, "");
+    let at_rest = structure.at_rest();
+    let (assembly, q) = (&at_rest.assembly, deformed(&structure));
+    let n = q.len();
+    let (mut gradient, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
+    assembly.tangent(&q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+    let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
+    let mut factors = tangent.new_factors();
+    for shift in [1e6, 0.0, -2e5] {
+        let dense = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+            tangent.get(i, j) + if i == j { shift * assembly.mass()[i] } else { 0.0 }
+        });
+        factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        let tied: Vec<usize> = assembly.tied().collect();
+        let right = nalgebra::DVector::from_column_slice(&b);
+        let residual = &dense * nalgebra::DVector::from_column_slice(&x) - right;
+        let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        for i in (0..n).filter(|i| !tied.contains(i)) {
+            assert!(residual[i].abs() < 1e-11 * size, "{shift} {i}: {:e} {size:e}", residual[i]);
+        }
+        let free: Vec<usize> = (0..n).filter(|i| !tied.contains(i)).collect();
+        let own = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| dense[(free[i], free[j])]);
+        let negative = own.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
+        let pencil_mass: Vec<f64> =
+            (0..n).map(|i| if tied.contains(&i) { 0.0 } else { assembly.mass()[i] }).collect();
+        factors.factor_sum(&pencil_mass, shift, &tangent, 1.0, 0..n).unwrap();
+        assert_eq!(factors.negative_pivots(), negative, "{shift}");
+    }
+}
+
+/// Deflection of the tip of a right-angled bracket under a force `F` out of its plane:
+/// `F a^3/3EI + F b^3/3EI + F b^2 a/GJ` (Castigliano), to second order in the edge length.
+#[test]
+fn bracket_deflects_out_of_its_plane_by_bending_and_torsion() {
+    let (a, b, force) = (0.3_f64, 0.2_f64, 1e-4);
+    let exact = force
+        * ((a.powi(3) + b.powi(3)) / (3.0 * bending()) + b.powi(2) * a / torsion());
+    let error = |segments: usize| {
+        let bracket = spatial(&[
+            rod("a", segments, a, [1.0, 0.0]),
+            rod("b", segments, b, [0.0, 1.0]),
+            joint("rigid", &["a.end", "b.start"], ""),
+            support("a.start", "clamped"),
+            format!("[[loads.point]]\nrod = \"b\"\nforce = [0, 0, {force:e}]\n"),
+        ]);
+        let found = bracket.equilibrium().unwrap();
+        assert_eq!(found.stable, Some(true));
+        found.shape.rods["b"].tip[2] / exact - 1.0
+    };
+    let [coarse, fine] = [20, 40].map(error);
+    println!("{coarse:e} {fine:e}");
+    assert!(fine.abs() < 1e-3 && (3.4..4.6).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+}
+
+/// Oracle: one rod in space. A joint between pieces of one rod has no effect, except on mode shapes of second order.
+#[test]
+fn welded_pieces_in_space_have_the_frequencies_of_one_rod() {
+    let whole = frequencies(
+        &spatial(&[spatial_rod("a", 100, 0.5, [0.6, 0.48, 0.64]), support("a.start", "clamped")]),
+        6,
+    );
+    let mut parts: Vec<String> = (0..5)
+        .map(|i| spatial_rod(&format!("r{i}"), 20, 0.1, [0.6, 0.48, 0.64]))
+        .collect();
+    for i in 0..4 {
+        let ends = [format!("r{i}.end"), format!("r{}.start", i + 1)];
+        parts.push(joint("rigid", &[&ends[0], &ends[1]], ""));
+    }
+    parts.push(support("r0.start", "clamped"));
+    let pieces = frequencies(&spatial(&parts), 6);
+    let exact = [1.875_104, 1.875_104, 4.694_091, 4.694_091, 7.854_757, 7.854_757];
+    for ((piece, whole), root) in pieces.iter().zip(&whole).zip(exact) {
+        let beam = f64::powi(root, 2) * (bending() / line_density()).sqrt() / 0.25;
+        println!("{:e} {:e}", piece / whole - 1.0, whole / beam - 1.0);
+        assert!((piece / whole - 1.0).abs() < 5e-4, "{piece} {whole}");
+        assert!((whole / beam - 1.0).abs() < 1e-3, "{whole} {beam}");
+    }
+}
+
+/// The lowest torsional frequency of a clamped rod of several pieces is `pi/2L sqrt(G/rho)`.
+#[test]
+fn welded_pieces_twist_as_one_rod() {
+    let length = 0.02;
+    let mut parts: Vec<String> =
+        (0..3).map(|i| spatial_rod(&format!("r{i}"), 20, length / 3.0, [0.0, 0.0, 1.0])).collect();
+    for i in 0..2 {
+        let ends = [format!("r{i}.end"), format!("r{}.start", i + 1)];
+        parts.push(joint("rigid", &[&ends[0], &ends[1]], ""));
+    }
+    parts.push(support("r0.start", "clamped"));
+    let found = frequencies(&spatial(&parts), 12);
+    let exact = PI / (2.0 * length) * (shear_modulus() / STEEL[1]).sqrt();
+    let nearest = found.iter().map(|w| (w / exact - 1.0).abs()).fold(f64::INFINITY, f64::min);
+    println!("{nearest:e}");
+    assert!(nearest < 1e-3, "{nearest:e}: {found:?} {exact}");
+}
+
+/// Parts of a portal frame.
+fn portal(segments: usize) -> Vec<String> {
+    vec![
+        rod("left", segments, 0.3, [0.0, 1.0]),
+        rod("beam", segments, 0.4, [1.0, 0.0]),
+        rod("right", segments, 0.3, [0.0, -1.0]),
+        joint("rigid", &["left.end", "beam.start"], ""),
+        joint("rigid", &["beam.end", "right.start"], ""),
+        support("left.start", "clamped"),
+        support("right.end", "clamped"),
+    ]
+}
+
+/// Parts of a tee with a hinge, whose axis is the normal.
+fn tee(segments: usize) -> Vec<String> {
+    vec![
+        rod("left", segments, 0.2, [1.0, 0.0]),
+        rod("right", segments, 0.25, [1.0, 0.0]),
+        rod("stem", segments, 0.3, [0.0, -1.0]),
+        joint("rigid", &["left.end", "right.start", "stem.start"], ""),
+        support("left.start", "clamped"),
+        support("right.end", "clamped"),
+        support("stem.end", "pinned"),
+    ]
+}
+
+/// Frequencies in the plane are among those in space, and the equilibrium is the same.
+#[test]
+fn planar_frames_given_in_space_have_the_planar_results() {
+    let load = |rod: &str| {
+        format!("[loads]\ngravity = [0, -9.81, 0]\n[[loads.point]]\nrod = \"{rod}\"\nnode = 5\nforce = [0.2, -0.1, 0]\n")
+    };
+    for (mut parts, loaded) in [(portal(12), "beam"), (tee(12), "right")] {
+        parts.push(load(loaded));
+        let (plane, space) = (structure(&parts), spatial(&parts));
+        let [own, all] = [(&plane, 3), (&space, 8)].map(|(s, count)| frequencies(s, count));
+        for w in &own {
+            let nearest = all.iter().map(|v| (v / w - 1.0).abs()).fold(f64::INFINITY, f64::min);
+            println!("{nearest:e}");
+            assert!(nearest < 1e-7, "{w}: {all:?}");
+        }
+        let [a, b] = [plane.equilibrium().unwrap(), space.equilibrium().unwrap()];
+        assert!((a.energy / b.energy - 1.0).abs() < 1e-9, "{} {}", a.energy, b.energy);
+        for (name, rod) in &a.shape.rods {
+            for (x, y) in rod.nodes.iter().zip(&b.shape.rods[name].nodes) {
+                assert!((0..3).all(|c| (x[c] - y[c]).abs() < 1e-9), "{name} {x:?} {y:?}");
+            }
+        }
+    }
+}
+
+/// Frequencies of a bracket between two walls out of its plane against the dynamic stiffness of both beams in bending and
+/// torsion at the joint: deflection, and rotations about both arms.
+#[test]
+fn bracket_vibrates_out_of_its_plane_as_dynamic_stiffness_predicts() {
+    let (a, b) = (0.3, 0.2);
+    // Dynamic stiffness of a beam at an end, the other one clamped, by deflection and rotation (Banerjee 1997,
+    // doi:10.1016/S0045-7949(96)00126-8), and in torsion.
+    let beam = |w: f64, l: f64| {
+        let x = (line_density() * w * w / bending()).powf(0.25) * l;
+        let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
+        let unit = bending() / l.powi(3) / (1.0 - c * ch);
+        let twist = w * (STEEL[1] / shear_modulus()).sqrt() * l;
+        [
+            unit * x.powi(3) * (c * sh + s * ch),
+            unit * l * x * x * s * sh,
+            unit * l * l * x * (s * ch - c * sh),
+            torsion() / l * twist / twist.tan(),
+        ]
+    };
+    let determinant = |w: f64| {
+        let ([k1, m1, r1, t1], [k2, m2, r2, t2]) = (beam(w, a), beam(w, b));
+        // Deflection, rotation about the first arm, and about the second.
+        let matrix = nalgebra::Matrix3::new(
+            k1 + k2, m2, m1,
+            m2, r2 + t1, 0.0,
+            m1, 0.0, r1 + t2,
+        );
+        (matrix / (bending() * 1e2)).determinant()
+    };
+    let mut exact = Vec::new();
+    let mut w = 50.0;
+    while exact.len() < 3 && w < 2e4 {
+        let (low, high) = (determinant(w), determinant(w + 1.0));
+        if low * high < 0.0 && low.abs().max(high.abs()) < 1e3 * low.abs().min(high.abs()) {
+            let (mut x, mut y) = (w, w + 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (x + y);
+                *if determinant(x) * determinant(middle) <= 0.0 { &mut y } else { &mut x } = middle;
+            }
+            if determinant(x).abs() < low.abs().max(high.abs()) {
+                exact.push(x);
+            }
+        }
+        w += 1.0;
+    }
+    let parts = |segments: usize| {
+        [
+            rod("a", segments, a, [1.0, 0.0]),
+            rod("b", segments, b, [0.0, 1.0]),
+            joint("rigid", &["a.end", "b.start"], ""),
+            support("a.start", "clamped"),
+            support("b.end", "clamped"),
+        ]
+    };
+    let all = frequencies(&spatial(&parts(100)), 12);
+    let planar = frequencies(&structure(&parts(100)), 8);
+    let out: Vec<f64> = all
+        .into_iter()
+        .filter(|w| planar.iter().all(|own| (w / own - 1.0).abs() > 1e-6))
+        .collect();
+    for (found, exact) in out.iter().zip(&exact) {
+        println!("{found} {exact} {:e}", found / exact - 1.0);
+    }
+    for (found, exact) in out.iter().zip(&exact) {
+        assert!((found / exact - 1.0).abs() < 1e-3, "{out:?} {exact:?}");
+    }
+}
+
+/// A body with three moments of inertia on a stem: bending in both planes by the frequency equation, and torsion by
+/// `x tan x = rho Jp L/I`.
+#[test]
+fn body_with_rotary_inertia_on_a_stem_satisfies_the_frequency_equations() {
+    let (length, mass, inertia) = (0.2, 0.01, [2e-6, 6e-6, 9e-6]);
+    let stem = spatial(&[
+        spatial_rod("stem", 100, length, [1.0, 0.0, 0.0]),
+        format!(
+            "[[bodies]]\nname = \"bob\"\nmass = {mass}\ninertia = {inertia:?}\nposition = [{length}, 0, 0]\n"
+        ),
+        "[[joints]]\nkind = \"rigid\"\nconnects = [{ body = \"bob\", offset = [0, 0, 0] }, { rod = \"stem\", at = \"end\" }]\n".into(),
+        support("stem.start", "clamped"),
+    ]);
+    let line = line_density() * length;
+    let roots = |equation: &dyn Fn(f64) -> f64, count: usize| {
+        let (mut roots, mut x) = (Vec::new(), 1e-3);
+        while roots.len() < count {
+            if equation(x) * equation(x + 0.01) < 0.0 {
+                let (mut low, mut high) = (x, x + 0.01);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
+                        middle;
+                }
+                roots.push(low);
+            }
+            x += 0.01;
+        }
+        roots
+    };
+    let mut exact = Vec::new();
+    // Deflection along z turns the body about y, along y about z.
+    for own in [inertia[1], inertia[2]] {
+        let (mu, eta) = (mass / line, own / (line * length * length));
+        let equation = |x: f64| {
+            let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
+            (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
+                + mu * eta * x.powi(4) * (1.0 - c * ch)
+        };
+        let scale = (bending() / line_density()).sqrt() / (length * length);
+        exact.extend(roots(&equation, 2).into_iter().map(|x| x * x * scale));
+    }
+    let polar = STEEL[1] * PI * STEEL[2].powi(4) / 2.0 * length;
+    let twist = roots(&|x: f64| x * x.sin() - polar / inertia[0] * x.cos(), 1)[0];
+    exact.push(twist / length * (shear_modulus() / STEEL[1]).sqrt());
+    exact.sort_by(f64::total_cmp);
+    let found = frequencies(&stem, 5);
+    for (found, exact) in found.iter().zip(&exact) {
+        println!("{found} {exact} {:e}", found / exact - 1.0);
+    }
+    for (found, exact) in found.iter().zip(&exact) {
+        assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
+    }
+}
+
+/// A hinge transmits moments across its axis: under a force along the axis the beam bends as one piece. A spring adds its
+/// compliance by the moment about each axis.
+#[test]
+fn hinges_and_springs_turn_about_their_axes() {
+    let (a, b, force) = (0.2, 0.15, 1e-4);
+    let tip = |kind: &str, more: &str| {
+        let beam = spatial(&[
+            rod("a", 40, a, [1.0, 0.0]),
+            rod("b", 40, b, [1.0, 0.0]),
+            rod("c", 40, b, [0.0, 1.0]),
+            joint(kind, &["a.end", "b.start"], more),
+            joint("rigid", &["b.end", "c.start"], ""),
+            support("a.start", "clamped"),
+            format!("[[loads.point]]\nrod = \"c\"\nforce = [0, 0, {force:e}]\n"),
+        ]);
+        beam.equilibrium().unwrap().shape.rods["c"].tip[2]
+    };
+    let rigid = tip("rigid", "");
+    // The force along z bends about y and twists about x; the hinge turns about z only.
+    let hinged = tip("hinge", "axis = [0, 0, 2.0]");
+    assert!((hinged / rigid - 1.0).abs() < 1e-4, "{hinged} {rigid}");
+    // Directors of the clamp are y and z, and its tangent is x.
+    let [across, other, twist] = [0.02, 0.5, 0.03];
+    let sprung = tip("spring", &format!("rotation = [{across}, {other}, {twist}]"));
+    let expected = force * (across * b * b + twist * b * b);
+    println!("{} {expected}", sprung - rigid);
+    assert!(((sprung - rigid) / expected - 1.0).abs() < 1e-3, "{} {expected}", sprung - rigid);
+}
+
+/// A rod between two balls spins about itself: that motion is reported, and the equilibrium is stable.
+#[test]
+fn rod_between_balls_spins_in_a_stable_equilibrium() {
+    let found = spatial(&[
+        rod("left", 10, 0.2, [0.0, 1.0]),
+        rod("bar", 10, 0.3, [1.0, 0.0]),
+        rod("right", 10, 0.2, [0.0, -1.0]),
+        joint("ball", &["left.end", "bar.start"], ""),
+        joint("ball", &["bar.end", "right.start"], ""),
+        support("left.start", "clamped"),
+        support("right.end", "clamped"),
+        "[loads]\ngravity = [0, -9.81, 1.0]\n".into(),
+    ])
+    .equilibrium()
+    .unwrap();
+    let counts = (found.negative_directions, found.marginal_directions, found.spinning_rods);
+    assert_eq!((found.stable, counts), (Some(true), (0, 0, 1)));
+}
+
+/// What a structure in space needs, with the key in the message.
+#[test]
+fn incomplete_structures_in_space_are_rejected_with_their_key() {
+    let message = |more: &str| {
+        let text = "dimension = \"spatial\"\n".to_string()
+            + &twisting_steel()
+            + &rod("a", 10, 0.2, [1.0, 0.0])
+            + &rod("b", 10, 0.2, [0.0, 1.0])
+            + &support("a.start", "clamped")
+            + more;
+        match StructureScene::from_toml(&text, ".").and_then(Structure::new) {
+            Ok(structure) => match structure.scene().time {
+                Some(_) => structure.simulation().err().map_or("accepted".into(), |e| e.to_string()),
+                None => "accepted".to_string(),
+            },
+            Err(error) => error.to_string(),
+        }
+    };
+    let weld = joint("rigid", &["a.end", "b.start"], "");
+    assert_eq!(message(&weld), "accepted");
+    let body = |inertia: &str| {
+        format!("[[bodies]]\nname = \"bob\"\nmass = 1.0\ninertia = {inertia}\nposition = [0.2, 0.2, 0.1]\n")
+            + &joint("rigid", &["bob", "b.end"], "")
+    };
+    let time = |scheme: &str| {
+        weld.clone() + &format!("[time]\nend = 0.1\nstep = 1e-3\nscheme = \"{scheme}\"\n")
+    };
+    assert_eq!(message(&time("generalised-alpha")), "accepted");
+    for (text, key) in [
+        (joint("hinge", &["a.end", "b.start"], ""), "joints[0].axis: found no direction"),
+        (
+            joint("spring", &["a.end", "b.start"], "rotation = 1.0\nrest = 0.2"),
+            "joints[0].rest: found 0.2",
+        ),
+        (
+            joint("spring", &["a.end", "b.start"], "rotation = [1.0, 1e-30, 1.0]"),
+            "joints[0].rotation: found 0",
+        ),
+        (weld.clone() + &body("1e-3"), "bodies.bob.inertia: found one number"),
+        (weld.clone() + &body("[1e-3, 1e-3, 3e-3]"), "bodies.bob.inertia: found"),
+        (time("average-vector-field"), "time.scheme: found \"average-vector-field\""),
+        (time("rodas4"), "time.scheme: found \"rodas4\""),
+        (time("verlet"), "time.scheme: found \"verlet\""),
+        (time("pefrl"), "time.scheme: found \"pefrl\""),
+    ] {
+        let message = message(&text);
+        assert!(message.contains(key), "{key}: {message}");
+    }
+    // A load out of the plane makes a structure spatial.
+    let text = twisting_steel()
+        + &rod("a", 10, 0.2, [1.0, 0.0])
+        + &support("a.start", "clamped")
+        + "[loads]\ngravity = [0, 0, -9.81]\n[[loads.point]]\nrod = \"a\"\nforce = [0, 1e-3, 0]\n";
+    let found = Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap();
+    assert!(found.at_rest().assembly.is_spatial());
+}
