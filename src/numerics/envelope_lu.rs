@@ -134,7 +134,8 @@ mod tests {
         }
         let block = |start: usize, shift: f64| DiagonalBlock {
             start,
-            entries: [0, 1, 2].map(|r| [0, 1, 2].map(|c| (shift + 3.0 * r as f64 - c as f64).sin())),
+            entries: [0, 1, 2]
+                .map(|r| [0, 1, 2].map(|c| (shift + 3.0 * r as f64 - c as f64).sin())),
         };
         let blocks = [block(0, 0.3), block(5, 1.1)];
         let mut dense = nalgebra::DMatrix::from_fn(8, 8, |i, j| matrix.get(i, j));

@@ -10,7 +10,9 @@
 //! so that `T dr` is the rotation in the turned axes.
 
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, combine, components, cross, dot, rotate, scale, sub, unit};
+use crate::numerics::vector::{
+    Vector, add, combine, components, cross, dot, rotate, scale, sub, unit,
+};
 
 /// A matrix of three rows and columns, by its rows.
 pub type Matrix3<D> = [[D; 3]; 3];
@@ -222,9 +224,8 @@ mod tests {
             let back = transpose(&exponential(r)).map(|row| row.map(HyperDual64::from_re));
             for i in 0..3 {
                 for j in 0..3 {
-                    let moved = [0, 1, 2].map(|c| {
-                        HyperDual64::new(r[c], f64::from(c == i), f64::from(c == j), 0.0)
-                    });
+                    let moved = [0, 1, 2]
+                        .map(|c| HyperDual64::new(r[c], f64::from(c == i), f64::from(c == j), 0.0));
                     let change = logarithm(&product(&back, &exponential(moved)));
                     let second: f64 = (0..3).map(|c| u[c] * change[c].eps1eps2).sum();
                     assert!((second - slope[i][j]).abs() < 1e-12, "{r:?} {second} {slope:?}");

@@ -215,13 +215,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Overwrites `tensions` with the axial force of every edge, N, at `q - change` plus its first-order change by
     /// `change`: the predicted tension, without the spurious stretch of an edge that rotates on a straight line.
-    fn tensions_after(
-        &self,
-        change: &[D],
-        q: &[D],
-        _: &Self::Frames,
-        tensions: &mut Vec<D>,
-    ) {
+    fn tensions_after(&self, change: &[D], q: &[D], _: &Self::Frames, tensions: &mut Vec<D>) {
         tensions.clear();
         for (i, stretch) in self.stretch.iter().enumerate() {
             let (now, change) = (L::edge(q, i), L::edge(change, i));

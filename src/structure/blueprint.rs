@@ -273,12 +273,8 @@ impl Blueprint {
 }
 
 /// Members, unknowns, frames and meshes of an assembly.
-type Joined<D, L> = (
-    Vec<Member<D, L>>,
-    Vec<D>,
-    Vec<<L as AssemblyLayout>::RodFrames<D>>,
-    Vec<Mesh<D>>,
-);
+type Joined<D, L> =
+    (Vec<Member<D, L>>, Vec<D>, Vec<<L as AssemblyLayout>::RodFrames<D>>, Vec<Mesh<D>>);
 
 /// The members of an assembly of rods and bodies with the coordinates `z`; `held` returns the carried and fixed nodes of a
 /// rod.

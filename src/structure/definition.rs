@@ -140,6 +140,17 @@ impl Structure {
         let assembly = &self.at_rest.assembly;
         let mut stiffness: Vec<f64> = assembly.mass().iter().map(|mass| mass * squared).collect();
         assembly.tied().for_each(|i| stiffness[i] = 0.0);
+        if assembly.is_spatial() {
+            // Angles of edges: the same part of the torsional stiffness of the whole, divided among the edges.
+            for (range, scene) in assembly.rod_ranges().into_iter().zip(self.parts()) {
+                let (section, material) = scene.at(0.5);
+                let torsion = material.shear_modulus() * section.moments().torsion_constant;
+                let edges = range.len() / 4;
+                let own = torsion / self.length() / edges as f64 * (NEGLIGIBLE + noise);
+                let angles = range.skip(3).step_by(4).filter(|i| stiffness[*i] > 0.0);
+                angles.collect::<Vec<_>>().into_iter().for_each(|i| stiffness[i] = own);
+            }
+        }
         stiffness
     }
 }

@@ -97,9 +97,7 @@ impl Structure {
     }
 
     /// The unknowns and frames of the equilibrium.
-    pub(super) fn equilibrium_state(
-        &self,
-    ) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
+    pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
         // Weak springs hold the spins of rods.
         let (ranges, mut springs) = (self.at_rest.assembly.rod_ranges(), Vec::new());
@@ -149,9 +147,7 @@ impl StructureEquilibrium {
     /// The result as text for a terminal.
     pub fn summary(&self) -> Summary {
         let summary = match [self.negative_directions, self.marginal_directions] {
-            [0, 0] if self.stable == Some(true) => {
-                Summary::new("stable equilibrium", Tone::Good)
-            }
+            [0, 0] if self.stable == Some(true) => Summary::new("stable equilibrium", Tone::Good),
             [0, 0] => Summary::new(
                 "stable equilibrium in its plane; out of the plane not examined",
                 Tone::Good,

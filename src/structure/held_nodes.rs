@@ -2,7 +2,7 @@
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;
-use crate::rod::assembly::{Attachment, AssemblyLayout, CarriedEdge, CarriedNode, FixedNode};
+use crate::rod::assembly::{AssemblyLayout, Attachment, CarriedEdge, CarriedNode, FixedNode};
 use crate::rod::layout::{Plane, Space};
 use crate::scene::Support;
 use crate::structure::placement::{PlacedRod, end_nodes};
@@ -52,11 +52,8 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
         match hold {
             EndHold::Free => {}
             EndHold::Wall { .. } => {
-                let at = |node: usize| FixedNode {
-                    node,
-                    width: width(node),
-                    position: own.node(node),
-                };
+                let at =
+                    |node: usize| FixedNode { node, width: width(node), position: own.node(node) };
                 fixed.extend(held.iter().copied().map(at));
             }
             EndHold::Body { body, spring, .. } => {
@@ -103,9 +100,8 @@ pub(super) fn spatial_held_nodes<D: Nestable>(
     let references = &at_rest.references;
     let body_axes =
         |body: usize| rest_axes(at_rest.bodies.bodies[body].rotation.as_ref(), references);
-    let clamp = |spring: usize| {
-        rest_axes(Some(&at_rest.bodies.springs[spring].rotation), references)
-    };
+    let clamp =
+        |spring: usize| rest_axes(Some(&at_rest.bodies.springs[spring].rotation), references);
     let arms = |CarriedEnd { end, body, spring }: CarriedEnd, place: [D; 3]| {
         let (axes, center) = (body_axes(body), at_rest.centers[body]);
         match spring {

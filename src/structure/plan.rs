@@ -186,8 +186,7 @@ impl StructurePlan {
             self.bodies.push(body);
             self.bodies.len() - 1
         });
-        let is_spring =
-            matches!(joint, StructureJoint::Spring { .. }) || (is_hinge && in_space);
+        let is_spring = matches!(joint, StructureJoint::Spring { .. }) || (is_hinge && in_space);
         let first_is_body = matches!(points[0], JointPoint::Body(..));
         let found = "a body that is not the first entry";
         ensure(!is_spring || bodies.is_empty() || first_is_body, &*key, found, "the body first")?;

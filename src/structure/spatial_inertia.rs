@@ -84,14 +84,32 @@ fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Ma
     sum
 }
 
-/// The principal axes of a tensor, in the columns, in plain numbers.
+/// The principal axes of a tensor, in the columns, in plain numbers, by Jacobi's rotations. Products of inertia that are
+/// rounding errors cause no rotation, so that axes of equal moments are those of the world where possible.
 fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
-    let plain = nalgebra::Matrix3::from_fn(|i, j| tensor[i][j].value());
-    let vectors = plain.symmetric_eigen().eigenvectors;
-    let [a, b] = [0, 1].map(|c| <[f64; 3]>::from(vectors.column(c).into_owned()));
-    let (a, b) = (unit(a), unit(b));
-    transpose(&[a, b, cross(a, b)])
+    let mut own = tensor.map(|row| row.map(|x| x.value()));
+    let trace = own[0][0] + own[1][1] + own[2][2];
+    let mut axes = identity::<f64>();
+    for _ in 0..SWEEPS {
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            if own[i][j].abs() <= NO_PRODUCT * trace {
+                continue;
+            }
+            let angle = 0.5 * (2.0 * own[i][j]).atan2(own[i][i] - own[j][j]);
+            let (sine, cosine) = angle.sin_cos();
+            let mut turn = identity::<f64>();
+            (turn[i][i], turn[j][j], turn[i][j], turn[j][i]) = (cosine, cosine, -sine, sine);
+            own = product(&transpose(&turn), &product(&own, &turn));
+            axes = product(&axes, &turn);
+        }
+    }
+    axes
 }
+
+/// Number of sweeps over the products of inertia: convergence is quadratic.
+const SWEEPS: usize = 12;
+/// Products of inertia below this part of the trace are zero.
+const NO_PRODUCT: f64 = 1e-14;
 
 /// Axes of the clamp at an end of a rod: both directors and the tangent of the outer edge, in the columns.
 pub(super) fn clamp_axes<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> Matrix3<D> {
@@ -224,7 +242,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
                 let least = LEAST_COMPLIANCE / stiffest;
                 let compliance = rotation.all();
                 for c in compliance {
-                    let allowed = format!("{least:.1e} rad/(N m) or above; kind = \"rigid\" for none");
+                    let allowed =
+                        format!("{least:.1e} rad/(N m) or above; kind = \"rigid\" for none");
                     ensure(c.value() >= least, key("rotation"), c.value(), allowed)?;
                 }
                 JointStiffness::Spring(compliance.map(Scalar::recip))

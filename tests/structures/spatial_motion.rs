@@ -12,7 +12,7 @@ fn soft(text: String) -> String {
     text.replace("steel", "rubber").replace("1e-3", "3e-3")
 }
 
-/// A free body with three different moments of inertia and three rods of rubber, `steps` steps in 0.05 s.
+/// A free body with three different moments of inertia and three rods of rubber, `steps` steps in [`END`].
 fn spinning(scheme: &str, steps: usize) -> Structure {
     spatial(&[
         soft(spatial_rod("a", 8, 0.10, [1.0, 0.0, 0.0])),
@@ -22,7 +22,7 @@ fn spinning(scheme: &str, steps: usize) -> Structure {
         "[[bodies]]\nname = \"hub\"\nmass = 0.02\ninertia = [4e-6, 9e-6, 7e-6]\norientation = [0.2, 0.5, -0.3]\n         position = [-0.01, 0.005, 0.0]\n"
             .into(),
         joint("rigid", &["hub", "a.start", "b.start", "c.start"], ""),
-        format!("[time]\nend = 0.05\nstep = {:e}\nscheme = \"{scheme}\"\n", 0.05 / steps as f64),
+        format!("[time]\nend = {END}\nstep = {:e}\nscheme = \"{scheme}\"\ntolerance = \"rounding\"\n", END / steps as f64),
     ])
 }
 
@@ -64,44 +64,50 @@ fn set_rigid_motion(
     simulation.set_velocity(&v);
 }
 
-/// Largest changes of linear and angular momentum over 0.05 s, relative to their initial values, and of the energy, relative
-/// to the kinetic energy.
-fn changes(scheme: &str, steps: usize) -> [f64; 3] {
+/// Momenta of the free structure at the end, in `steps` steps, with their values at the start.
+fn momenta(scheme: &str, steps: usize) -> [[[f64; 3]; 2]; 2] {
     let structure = spinning(scheme, steps);
     let mut simulation = structure.simulation_over(|_, value, _| value).unwrap();
     set_rigid_motion(&mut simulation, [12.0, -20.0, 16.0], [0.3, 0.2, -0.4]);
     let start = simulation.momentum_in_space().unwrap();
     let energy = simulation.energies();
-    let mut largest = [0.0_f64; 3];
+    let mut largest = 0.0_f64;
     for k in 1..=steps {
-        simulation.step_to(0.05 * k as f64 / steps as f64).unwrap();
+        simulation.step_to(END * k as f64 / steps as f64).unwrap();
         let now = simulation.momentum_in_space().unwrap();
-        for part in 0..2 {
-            let change = sub(now[part], start[part]);
-            let size = (dot(change, change) / dot(start[part], start[part])).sqrt();
-            largest[part] = largest[part].max(size);
-        }
-        let change = (simulation.energies().total() - energy.total()).abs();
-        largest[2] = largest[2].max(change / energy.kinetic);
+        largest = largest.max(distance(now[0], start[0]) / distance(start[0], [0.0; 3]));
     }
-    largest
+    assert!(largest < 1e-10, "linear momentum: {largest:e}");
+    let change = (simulation.energies().total() - energy.total()).abs() / energy.kinetic;
+    assert!(change < 1e-2, "energy: {change:e}");
+    [start, simulation.momentum_in_space().unwrap()]
 }
 
-/// Nothing acts on a free structure from outside: linear momentum stays to rounding, and the change of the angular momentum
-/// falls fourfold with half the step.
+/// Duration of the motion of the free structure, s: 20 degrees. 400 steps resolve its vibrations.
+const END: f64 = 0.0125;
+
+/// `|a - b|`.
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    dot(sub(a, b), sub(a, b)).sqrt()
+}
+
+/// Nothing acts on a free structure from outside: linear momentum stays to rounding. The error of the angular momentum by the
+/// scheme falls fourfold with half the step; that of the rods, whose inertia about themselves lacks a term, stays below 1e-3.
 #[test]
 fn spatial_momentum_of_a_free_structure_is_conserved() {
     for scheme in ["newmark-beta", "generalised-alpha"] {
-        let [coarse, fine] = [200, 400].map(|steps| changes(scheme, steps));
-        println!("{scheme}: {coarse:?} {fine:?}");
-        assert!(coarse[0] < 1e-11 && fine[0] < 1e-11, "{coarse:?} {fine:?}");
-        let ratio = coarse[1] / fine[1];
-        assert!(fine[1] < 1e-2 && (3.0..5.5).contains(&ratio), "{scheme} {ratio}");
-        assert!(fine[2] < 1e-2, "{scheme} {}", fine[2]);
+        let [coarse, middle, fine] = [400, 800, 1600].map(|steps| momenta(scheme, steps));
+        let ends = [coarse[1][1], middle[1][1], fine[1][1]];
+        let ratio = distance(ends[0], ends[1]) / distance(ends[1], ends[2]);
+        let change = distance(fine[1][1], fine[0][1]) / distance(fine[0][1], [0.0; 3]);
+        println!("{scheme}: {ratio} {change:e} {:e}", distance(ends[1], ends[2]));
+        assert!((3.3..5.0).contains(&ratio), "{scheme} {ratio}");
+        assert!(change < 1e-3, "{scheme} {change:e}");
     }
 }
 
-/// A body with light rods turns as Euler's equations `J dw/dt + w x J w = 0` predict, to second order.
+/// A body with a light rod turns as Euler's equations `J dw/dt + w x J w = 0` predict, and keeps its angular momentum, to
+/// second order.
 #[test]
 fn heavy_body_turns_as_eulers_equations_predict() {
     let inertia = [1e-3, 2.5e-3, 2e-3];
@@ -129,31 +135,34 @@ fn heavy_body_turns_as_eulers_equations_predict() {
         let k4 = rate(ahead(k3, 1.0));
         w = [0, 1, 2].map(|c| w[c] + h / 6.0 * (k1[c] + 2.0 * (k2[c] + k3[c]) + k4[c]));
     }
-    let error = |steps: usize| {
+    let errors = |steps: usize| {
         let structure = body(steps);
         let mut simulation = structure.simulation_over(|_, value, _| value).unwrap();
         set_rigid_motion(&mut simulation, spin, [0.0; 3]);
+        let start = simulation.momentum_in_space().unwrap()[1];
         for k in 1..=steps {
             simulation.step_to(end * k as f64 / steps as f64).unwrap();
         }
         let Assembly::Space(rods) = simulation.rod() else { panic!("a structure in space") };
         let (state, first) = (simulation.state(), rods.body_coordinates().start);
-        let (rotation, axes) = rods
-            .bodies()
-            .rotations_with_axes(&state.q[first..], &state.frames)
-            .next()
-            .unwrap();
+        let (rotation, axes) =
+            rods.bodies().rotations_with_axes(&state.q[first..], &state.frames).next().unwrap();
         // Components in the axes of the body, whose order is that of the eigenvalues.
         let rest = rotation.rest_axes(&structure.at_rest().frames);
         let own = [0, 1, 2].map(|c| state.v[first + rotation.coordinate + c] / rotation.length);
         let found = [0, 1, 2].map(|c| (0..3).map(|k| rest[c][k] * own[k]).sum::<f64>());
-        assert!((dot([axes[0][0], axes[1][0], axes[2][0]], [axes[0][1], axes[1][1], axes[2][1]])).abs() < 1e-14);
-        let apart = sub(found, w);
-        dot(apart, apart).sqrt()
+        assert!(
+            (dot([axes[0][0], axes[1][0], axes[2][0]], [axes[0][1], axes[1][1], axes[2][1]])).abs()
+                < 1e-14
+        );
+        let now = simulation.momentum_in_space().unwrap()[1];
+        [distance(found, w), distance(now, start) / distance(start, [0.0; 3])]
     };
-    let [coarse, fine] = [100, 200].map(error);
-    println!("{coarse:e} {fine:e}");
-    assert!(fine < 1e-2 && (3.4..4.6).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    let [coarse, fine] = [100, 200].map(errors);
+    println!("{coarse:?} {fine:?}");
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        assert!(*fine < 1e-2 && (3.4..4.6).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    }
 }
 
 /// A planar structure given in space moves as in the plane.
@@ -223,13 +232,14 @@ fn spatial_motion_converges_to_second_order_in_the_step() {
             let mut simulation = structure.simulation_over(|_, value, _| value).unwrap();
             set_rigid_motion(&mut simulation, [12.0, -20.0, 16.0], [0.0; 3]);
             for k in 1..=steps {
-                simulation.step_to(0.05 * k as f64 / steps as f64).unwrap();
+                simulation.step_to(END * k as f64 / steps as f64).unwrap();
             }
             let state = simulation.state();
             structure.shape_at(&state.q, &state.frames)
         };
         let [a, b, c] = [400, 800, 1600].map(run);
-        let apart = |x: &rodfit::structure::StructureShape, y: &rodfit::structure::StructureShape| {
+        let apart = |x: &rodfit::structure::StructureShape,
+                     y: &rodfit::structure::StructureShape| {
             let tips = x.rods.values().zip(y.rods.values());
             tips.map(|(x, y)| dot(sub(x.tip, y.tip), sub(x.tip, y.tip)).sqrt()).fold(0.0, f64::max)
         };
@@ -281,10 +291,6 @@ fn dual_derivatives_of_a_spatial_motion_agree_with_differences() {
                     Dual64::new(x, f64::from(own == path))
                 })
                 .unwrap();
-            if !value.is_finite() {
-                assert!(path.contains("direction"), "{path}");
-                continue;
-            }
             for k in 1..=steps {
                 dual.step_to(2e-4 * f64::from(k)).unwrap();
             }
@@ -293,7 +299,10 @@ fn dual_derivatives_of_a_spatial_motion_agree_with_differences() {
                     structure.scene().map_numbers(|own, x, _| if own == path { x + h } else { x });
                 end(&Structure::new(scene).unwrap())
             };
-            let h = 1e-5 * if value == 0.0 { 1.0 } else { value };
+            // Numbers of a small effect need larger differences, and are as good as linear.
+            let part =
+                if path.starts_with("bodies") || path.starts_with("joints") { 1e-3 } else { 1e-5 };
+            let h = part * value;
             let (plus, minus) = (shifted(h), shifted(-h));
             let mut q = dual.state().q.clone();
             dual.rod().place_carried(&mut q, &dual.state().frames);

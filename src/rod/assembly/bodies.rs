@@ -14,8 +14,8 @@
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::Energies;
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies};
+use crate::rod::assembly::frames::AssemblyFrames;
 
 /// Largest number of coordinates on which the position of a carried node depends.
 const MOST: usize = 4;
@@ -170,7 +170,6 @@ impl<D: Scalar> Bodies<D> {
         };
         [x + arm[0], y + arm[1]]
     }
-
 }
 
 impl<D: Scalar> CarriedMotion<D> for CarriedPosition<D> {
@@ -263,12 +262,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
     }
 
     /// Adds the second derivatives of the energies of springs and loads: `add` takes two coordinates and an entry, N/m.
-    fn add_tangent(
-        &self,
-        z: &[D],
-        _: &AssemblyFrames<D>,
-        mut add: impl FnMut(usize, usize, D),
-    ) {
+    fn add_tangent(&self, z: &[D], _: &AssemblyFrames<D>, mut add: impl FnMut(usize, usize, D)) {
         for body in &self.bodies {
             if let Some(turn) = &body.rotation {
                 let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);

@@ -145,4 +145,3 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// The same bodies without springs and loads.
     fn passive(&self) -> Self;
 }
-

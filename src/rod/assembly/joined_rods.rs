@@ -7,8 +7,8 @@
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::Nestable;
-use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
+use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MemberWorkspace, RodUnknowns};
 use crate::rod::assembly::reduction::{reduce_gradient, reduce_tangent};

@@ -107,8 +107,7 @@ mod tests {
     fn derivatives_of_joints_agree_with_differences() {
         let rest = exponential([0.3, -0.2, 1.0]);
         let axis = [0.6, 0.0, 0.8];
-        for stiffness in
-            [JointStiffness::Spring([1.0, 2.0, 0.5]), JointStiffness::Hinge(axis, 3.0)]
+        for stiffness in [JointStiffness::Spring([1.0, 2.0, 0.5]), JointStiffness::Hinge(axis, 3.0)]
         {
             let law = ElasticJoint { rest, stiffness };
             for turn in [[0.0; 3], [0.02, -0.03, 0.01], [0.5, 0.4, -0.3]] {
@@ -127,9 +126,10 @@ mod tests {
                     assert!((slope - found.gradient[i]).abs() < 1e-7, "{turn:?} {i}");
                     assert!((alone[i] - found.gradient[i]).abs() < 1e-15);
                     for j in 0..6 {
-                        let second = (at(i, 1.0, j, 1.0) - at(i, 1.0, j, -1.0) - at(i, -1.0, j, 1.0)
-                            + at(i, -1.0, j, -1.0))
-                            / (4.0 * h * h);
+                        let second =
+                            (at(i, 1.0, j, 1.0) - at(i, 1.0, j, -1.0) - at(i, -1.0, j, 1.0)
+                                + at(i, -1.0, j, -1.0))
+                                / (4.0 * h * h);
                         assert!((second - found.hessian[i][j]).abs() < 1e-6, "{turn:?} {i} {j}");
                     }
                 }

@@ -38,7 +38,11 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
     );
 
     /// Stores the frames of rod `k`.
-    fn store_frames<D: Nestable>(_own: Self::RodFrames<D>, _k: usize, _all: &mut AssemblyFrames<D>) {
+    fn store_frames<D: Nestable>(
+        _own: Self::RodFrames<D>,
+        _k: usize,
+        _all: &mut AssemblyFrames<D>,
+    ) {
     }
 
     /// Replaces the frame of edge `j` by its carried one, from which its angle is zero. No energy changes.
@@ -83,11 +87,7 @@ impl AssemblyLayout for Space {
     }
 
     /// Copies the frames of rod `k`.
-    fn copy_frames<D: Nestable>(
-        all: &AssemblyFrames<D>,
-        k: usize,
-        to: &mut Option<Frames<D>>,
-    ) {
+    fn copy_frames<D: Nestable>(all: &AssemblyFrames<D>, k: usize, to: &mut Option<Frames<D>>) {
         match to {
             Some(to) => to.clone_from(&all.rods[k]),
             None => *to = Some(all.rods[k].clone()),

@@ -2,8 +2,8 @@
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
-use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod};
+use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::tangent::Coupling;
 use std::ops::Range;

@@ -20,15 +20,15 @@ pub mod spatial_bodies;
 pub mod spatial_motion;
 mod tangent;
 
-pub use bodies::Bodies;
 pub use attachment::{Attachment, CarriedEdge, CarriedNode, FixedNode};
+pub use bodies::Bodies;
 pub use bordered::{AssemblyFactors, AssemblyTangent};
 pub use frames::{AssemblyFrames, RotationReference};
 pub use joined_rods::JoinedRods;
 pub use layout::AssemblyLayout;
+pub use member::Member;
 pub use spatial_bodies::{SpatialBodies, SpatialBody, SpatialSpring};
 pub use spatial_motion::SpatialRotation;
-pub use member::Member;
 pub use tangent::BorderedTangent;
 
 use crate::energy::Derivatives;
@@ -108,7 +108,8 @@ impl<D: Nestable> Assembly<D> {
         let Self::Space(rods) = self else { return };
         for (k, member) in rods.members.iter().enumerate() {
             let clamped = member.fixed.iter().filter(|node| node.width > 3);
-            clamped.for_each(|node| frames.rods[k].replace(node.node, &rest.rods[k].edges[node.node]));
+            clamped
+                .for_each(|node| frames.rods[k].replace(node.node, &rest.rods[k].edges[node.node]));
         }
     }
 

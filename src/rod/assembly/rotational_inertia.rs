@@ -53,8 +53,7 @@ impl<D: Nestable> SpatialBodies<D> {
                 let entries = components_of(|i, j| {
                     let diagonal = if i == j { rotation.inertia[i] } else { D::from(0.0) };
                     let masses = (inertia[i][j] - diagonal) * rates.mass_weight;
-                    (by_spin[i][j] * rates.slope + masses) * (by * by)
-                        + moment[i][j] * (0.5 * by)
+                    (by_spin[i][j] * rates.slope + masses) * (by * by) + moment[i][j] * (0.5 * by)
                 });
                 blocks.push(DiagonalBlock { start: rotation.coordinate, entries });
             }

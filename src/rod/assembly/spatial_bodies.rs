@@ -13,10 +13,10 @@ use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, cross, dot};
 use crate::rod::Energies;
 use crate::rod::assembly::attachment::Attachment;
+use crate::rod::assembly::carrying::CarryingBodies;
 use crate::rod::assembly::conversion::{convert_gradient, convert_tangent};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
-use crate::rod::assembly::carrying::CarryingBodies;
 use crate::rod::assembly::spatial_motion::{SpatialCarried, SpatialRotation, arm_curvature};
 use crate::rod::assembly::tangent::BorderedTangent;
 use std::borrow::Cow;
@@ -97,7 +97,10 @@ impl<D: Nestable> SpatialBodies<D> {
     }
 
     /// Both rotations of a spring, each with the number of its first derivative.
-    fn turns(&self, spring: &SpatialSpring<D>) -> impl Iterator<Item = (usize, SpatialRotation<D>)> {
+    fn turns(
+        &self,
+        spring: &SpatialSpring<D>,
+    ) -> impl Iterator<Item = (usize, SpatialRotation<D>)> {
         let body = self.bodies[spring.body].rotation.map(|rotation| (0, rotation));
         body.into_iter().chain([(3, spring.rotation)])
     }
@@ -117,12 +120,7 @@ impl<D: Nestable> SpatialBodies<D> {
     }
 
     /// The axes of a body, in the columns; those of the world for a point.
-    pub fn axes(
-        &self,
-        z: &[D],
-        frames: &AssemblyFrames<D>,
-        body: &SpatialBody<D>,
-    ) -> Matrix3<D> {
+    pub fn axes(&self, z: &[D], frames: &AssemblyFrames<D>, body: &SpatialBody<D>) -> Matrix3<D> {
         body.rotation.map_or_else(identity, |rotation| rotation.axes(z, frames))
     }
 }

@@ -15,8 +15,8 @@
 use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, cross, dot};
-use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::carrying::CarriedMotion;
+use crate::rod::assembly::frames::AssemblyFrames;
 
 /// Largest number of coordinates on which the position of a carried node depends.
 const MOST: usize = 9;
