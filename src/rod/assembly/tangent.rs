@@ -69,7 +69,7 @@ pub struct BorderedTangent<D, T> {
 }
 
 /// A row or column of a bordered matrix.
-enum Place {
+enum MatrixRow {
     /// Rod, and unknown counted from its first one.
     Rod(usize, usize),
     /// Gap after the unknowns of a rod.
@@ -80,14 +80,14 @@ enum Place {
 
 impl<D: Scalar, T> BorderedTangent<D, T> {
     /// The rod or body with unknown `i`.
-    fn place(&self, i: usize) -> Place {
+    fn row(&self, i: usize) -> MatrixRow {
         if i >= self.first {
-            return Place::Body(i - self.first);
+            return MatrixRow::Body(i - self.first);
         }
         let k = self.members.partition_point(|member| member.range.end <= i);
         match self.members.get(k) {
-            Some(member) if member.range.start <= i => Place::Rod(k, i - member.range.start),
-            _ => Place::Gap,
+            Some(member) if member.range.start <= i => MatrixRow::Rod(k, i - member.range.start),
+            _ => MatrixRow::Gap,
         }
     }
 }
@@ -114,11 +114,11 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
 
     /// The entry of row `i`, column `j`, without blocks; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D {
-        match (self.place(i.min(j)), self.place(i.max(j))) {
-            (Place::Rod(k, row), Place::Rod(other, column)) if k == other => {
+        match (self.row(i.min(j)), self.row(i.max(j))) {
+            (MatrixRow::Rod(k, row), MatrixRow::Rod(other, column)) if k == other => {
                 self.members[k].band.get(row, column)
             }
-            (Place::Rod(k, row), Place::Body(body)) => {
+            (MatrixRow::Rod(k, row), MatrixRow::Body(body)) => {
                 let mut sum = D::from(0.0);
                 for coupling in &self.members[k].couplings {
                     let column = coupling.iter().find(|(column, _)| *column == body);
@@ -128,16 +128,16 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                 }
                 sum
             }
-            (Place::Body(low), Place::Body(high)) => self.bodies.get(high, low),
-            (Place::Gap, Place::Gap) => D::from(f64::from(i == j)),
+            (MatrixRow::Body(low), MatrixRow::Body(high)) => self.bodies.get(high, low),
+            (MatrixRow::Gap, MatrixRow::Gap) => D::from(f64::from(i == j)),
             _ => D::from(0.0),
         }
     }
 
     /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
-        match self.place(j) {
-            Place::Rod(k, _) if self.members[k].couplings.is_empty() => {
+        match self.row(j) {
+            MatrixRow::Rod(k, _) if self.members[k].couplings.is_empty() => {
                 self.members[k].range.clone()
             }
             _ => 0..n,
@@ -147,23 +147,23 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
     /// `start` on.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
-        match self.place(start) {
-            Place::Rod(k, row) => self.members[k].band.add_corner(row, size, block),
-            Place::Body(body) => {
+        match self.row(start) {
+            MatrixRow::Rod(k, row) => self.members[k].band.add_corner(row, size, block),
+            MatrixRow::Body(body) => {
                 for r in 0..size {
                     for c in 0..=r {
                         self.bodies.add(body + r, body + c, block[r][c]);
                     }
                 }
             }
-            Place::Gap => {}
+            MatrixRow::Gap => {}
         }
     }
 
     /// Replaces row and column `i` by those of the identity.
     fn uncouple(&mut self, i: usize) {
-        match self.place(i) {
-            Place::Rod(k, row) => {
+        match self.row(i) {
+            MatrixRow::Rod(k, row) => {
                 self.members[k].band.uncouple(row);
                 for coupling in &mut self.members[k].couplings {
                     if coupling.rows.contains(&row) {
@@ -172,7 +172,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                     }
                 }
             }
-            Place::Body(body) => {
+            MatrixRow::Body(body) => {
                 self.bodies.uncouple(body);
                 for coupling in self.members.iter_mut().flat_map(|member| &mut member.couplings) {
                     for (column, entries) in coupling.iter_mut() {
@@ -182,7 +182,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                     }
                 }
             }
-            Place::Gap => {}
+            MatrixRow::Gap => {}
         }
     }
 
