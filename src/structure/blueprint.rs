@@ -116,14 +116,14 @@ fn planar_models(
 }
 
 /// Plan, scenes of the rods and their meshes, for a plane or for space.
-struct Placed {
+struct PlacedScenes {
     plan: StructurePlan,
     parts: Vec<Scene>,
     meshes: Vec<Mesh>,
 }
 
 /// The rods at their places.
-fn placed(scene: &StructureScene, in_space: bool) -> Result<Placed, Error> {
+fn placed(scene: &StructureScene, in_space: bool) -> Result<PlacedScenes, Error> {
     let plan = StructurePlan::new(scene, in_space)?;
     let dimension = if in_space { Dimension::Spatial } else { Dimension::Planar };
     let ends = plan.ends.iter().enumerate();
@@ -135,7 +135,7 @@ fn placed(scene: &StructureScene, in_space: bool) -> Result<Placed, Error> {
     }
     let meshes = placed_meshes(&plan, scene, &parts)?;
     check_joints(&plan, scene, &meshes)?;
-    Ok(Placed { plan, parts, meshes })
+    Ok(PlacedScenes { plan, parts, meshes })
 }
 
 impl Blueprint {
@@ -145,7 +145,7 @@ impl Blueprint {
     /// [`Error::Invalid`]: a planar structure that is not in one plane, joints of distant points, rods that nothing connects.
     pub fn new(scene: &StructureScene) -> Result<Self, Error> {
         if scene.dimension != Dimension::Spatial {
-            let Placed { plan, parts, meshes } = placed(scene, false)?;
+            let PlacedScenes { plan, parts, meshes } = placed(scene, false)?;
             match planar_models(scene, &parts, &meshes) {
                 Ok(models) => return Ok(Self { plan, parts, models }),
                 // Without shear moduli the structure was meant to be in a plane.
@@ -154,7 +154,7 @@ impl Blueprint {
                 Err(_) => {}
             }
         }
-        let Placed { plan, parts, .. } = placed(scene, true)?;
+        let PlacedScenes { plan, parts, .. } = placed(scene, true)?;
         let rods = parts.iter().zip(&scene.rods);
         let rods = rods
             .map(|(part, rod)| spatial_part(part).map_err(|error| of_rod(error, &rod.name)))
