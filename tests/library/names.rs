@@ -5,10 +5,19 @@ use std::path::{Path, PathBuf};
 
 /// Type names that occur more than once, each with the reason. The number of types with a repeated name is at most 20.
 const REPEATED_TYPES: &[(&str, &str)] = &[
-    ("At", "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own"),
+    (
+        "At",
+        "different topics, not renamed yet: rod/layout, rod/planar/sweep, rod/spatial/sweep, scene/own",
+    ),
     ("ByEdge", "different topics, not renamed yet: energy/joint, rod/planar/edges"),
-    ("Elements", "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep"),
-    ("Geometry", "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry"),
+    (
+        "Elements",
+        "counterparts in the plane and in space: rod/layout, rod/planar/sweep, rod/spatial/sweep",
+    ),
+    (
+        "Geometry",
+        "counterparts in the plane and in space: rod/planar/geometry, rod/spatial/geometry",
+    ),
     ("Motion", "different topics, not renamed yet: dynamics/record, scene/prescribed_motion"),
     ("Plane", "different topics, not renamed yet: rod/layout, scene/plane"),
     ("Quantity", "different topics, not renamed yet: fit/measurement/quantity, scene/number"),
