@@ -211,7 +211,7 @@ impl Supports {
             for (own, value) in [("rotation", give.rotation), ("axial", give.axial)] {
                 if value != 0.0 && self.at(end) != Support::Clamped {
                     let key = format!("supports.{key}.{own}");
-                    return Err(Error::invalid(key, value, "0, as that end has no support"));
+                    return Err(Error::invalid(key, value, "0, as that end has no clamp"));
                 }
             }
         }

@@ -79,7 +79,11 @@ pub(crate) fn zero_bounds(
     // Gauss-Newton step of all unknowns to the vertex of the parabola.
     let robust = noise.misfit_scale / noise.variance;
     let slopes = misfit_slopes(residuals, optimum);
-    let slopes = slopes.iter().zip(&noise.weights).map(|(slope, w)| slope / (robust * w));
+    // Rows of weight zero, as unusable ones of a plan, have no slope.
+    let slopes = slopes
+        .iter()
+        .zip(&noise.weights)
+        .map(|(slope, w)| if *w > 0.0 { slope / (robust * w) } else { 0.0 });
     let slopes = DVector::from_iterator(optimum.residuals.len(), slopes);
     let step = -(&inverse * columns.tr_mul(&slopes.rows(0, rows.len())));
 
